@@ -1,0 +1,1 @@
+"""The shakedown-bounds command."""

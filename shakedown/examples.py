@@ -1,0 +1,123 @@
+"""Built-in problems, each a few lines: the thesis's own, a counter-example, finite-element blocks."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import resources
+
+import numpy as np
+
+from shakedown.errors import UsageError
+from shakedown.npz import load_problem
+from shakedown.problem import Problem
+
+
+def example(name: str) -> Problem:
+    """A built-in problem by name.
+
+    Raises
+    ------
+    UsageError
+        If there is no problem of that name.
+
+    Examples
+    --------
+    >>> example("two-node").n
+    2
+    """
+    if name not in _EXAMPLES:
+        raise UsageError(f"no built-in problem '{name}'; there are {', '.join(_EXAMPLES)}")
+    return _EXAMPLES[name]()
+
+
+def example_names() -> tuple[str, ...]:
+    """Names of the built-in problems.
+
+    Examples
+    --------
+    >>> "two-node" in example_names()
+    True
+    """
+    return tuple(_EXAMPLES)
+
+
+def one_node() -> Problem:
+    """One node below its critical friction k₁₁/|k₂₁| = 2, where Melan's theorem holds (appendix A)."""
+    t = np.arange(40) / 40
+    return Problem(
+        name="one node (appendix A)",
+        A=[[1.0]],
+        B=[[0.5]],
+        C=[[1.0]],
+        f=0.5,
+        q_w=1.0 * np.cos(2 * np.pi * t)[:, None],
+        p_w=2.0 + 0.8 * np.sin(2 * np.pi * t)[:, None],
+    )
+
+
+def two_node() -> Problem:
+    """The two-node system of thesis §5.3.1–5.3.2, fifty load steps."""
+    t = np.arange(50) / 50
+    q1, q2 = 15.8 + 200 * np.cos(2 * np.pi * (t - 0.05)), -400 + 700 * np.cos(2 * np.pi * (t + 0.125))
+    p1, p2 = 588.5 + 150 * np.sin(2 * np.pi * t), 1300 + 300 * np.sin(2 * np.pi * t)
+    return Problem(
+        name="two-node system (5.3.1)",
+        A=[[243.92, -43.91], [-43.91, 262.78]],
+        B=[[320.60, 120.60], [-120.60, 129.93]],
+        C=[[804.04, 80.40], [80.40, 642.46]],
+        f=0.35,
+        q_w=np.column_stack([q1, q2]),
+        p_w=np.column_stack([p1, p2]),
+    )
+
+
+def uncoupled() -> Problem:
+    """The two-node system with B = 0, where Melan's theorem holds and both bounds coincide."""
+    return replace(two_node(), name="two-node system without coupling", B=np.zeros((2, 2)))
+
+
+def three_node() -> Problem:
+    """Cyclic slip below the first collapse: node 0 cycles from λ = 2.4442 on, λ_1 = 3.096.
+
+    While node 0 cycles, each row of the other nodes need only hold for the slip
+    that node 0 has when that row is extreme. ``initial_slip`` starts the cycle.
+    """
+    q1 = np.zeros((8, 3))
+    q1[0, 0], q1[2, 1], q1[4, 0], q1[6, 2] = -1.25, -0.75, 1.25, 0.50
+    q_mean, p_mean = np.array([-1.01, -0.38, 0.80]), np.array([4.5, 2.5, 4.0])
+    return Problem(
+        name="three-node counter-example",
+        A=[[1.0, 0.6, 0.6], [0.6, 1.0, 0.0], [0.6, 0.0, 1.0]],
+        B=[[0.0, 1.8, -1.8], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        C=20.0 * np.eye(3),
+        f=0.5,
+        q_w=q_mean + q1,
+        p_w=np.tile(p_mean, (8, 1)),
+        q_mean=q_mean,
+        p_mean=p_mean,
+        initial_slip=[2.60902, -0.60226, -0.36541],
+    )
+
+
+def block_9() -> Problem:
+    """Elastic block, plane strain, nine contact nodes on a rigid plane, top face moved (CalculiX 2.20)."""
+    return _shipped("block-9")
+
+
+def block_33() -> Problem:
+    """The same block with 33 contact nodes."""
+    return _shipped("block-33")
+
+
+def _shipped(name: str) -> Problem:
+    with resources.as_file(resources.files("shakedown") / "data" / f"{name}.npz") as path:
+        return load_problem(path)
+
+
+_EXAMPLES: dict[str, Callable[[], Problem]] = {
+    "one-node": one_node,
+    "two-node": two_node,
+    "uncoupled": uncoupled,
+    "three-node": three_node,
+    "block-9": block_9,
+    "block-33": block_33,
+}

@@ -1,0 +1,53 @@
+"""The loading loop: its constant part, its periodic part and the load factor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.problem import FloatArray, Problem
+
+
+@dataclass(frozen=True)
+class Loading:
+    """Welded reactions r_w(λ) = r⁰ + λ r¹ over one period (thesis §5.1).
+
+    Attributes
+    ----------
+    q0, p0 : (n,)
+        Constant part r⁰ [force].
+    q1, p1 : (m, n)
+        Periodic part r¹ = r_w − r⁰ at load factor 1 [force].
+    """
+
+    q0: FloatArray
+    p0: FloatArray
+    q1: FloatArray
+    p1: FloatArray
+
+    def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
+        """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor."""
+        return self.q0 + load_factor * self.q1, self.p0 + load_factor * self.p1
+
+
+def loading(problem: Problem) -> Loading:
+    """Split the loading loop of a problem into its constant and its periodic part.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> loop = loading(shakedown.example("two-node"))
+    >>> loop.q0.round(6), loop.p0.round(6)
+    (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
+    """
+    q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
+    p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
+
+
+def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
+    """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
+    periodic = samples - mean
+    size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
+    constant = np.abs(periodic).max(axis=0) <= 4 * np.finfo(float).eps * size
+    periodic[:, constant] = 0.0
+    return periodic

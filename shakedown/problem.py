@@ -1,0 +1,279 @@
+"""A discrete elastic contact with Coulomb friction and one period of its loading."""
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.errors import ProblemError
+from shakedown.tolerances import DEFAULT
+
+FloatArray = NDArray[np.float64]
+
+# Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states.
+SHAPES: dict[str, tuple[str, ...]] = {
+    "A": ("n", "n"),
+    "B": ("n", "n"),
+    "C": ("n", "n"),
+    "f": ("n",),
+    "q_w": ("m", "n"),
+    "p_w": ("m", "n"),
+    "q_mean": ("n",),
+    "p_mean": ("n",),
+    "q_transient": ("k", "n"),
+    "p_transient": ("k", "n"),
+    "initial_slip": ("s", "n"),
+    "x": ("n",),
+}
+TEXTS = ("name", "units")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    """Contact stiffness, friction and loading loop of a joint, validated on construction.
+
+    The reactions at the n contact nodes are (thesis (2.10), (2.11))
+
+        q = q_w(t) + A v + Bᵀ w,        p = p_w(t) + B v + C w,
+
+    with the slip v, the gap w ≥ 0, the tangential reaction q and the normal
+    reaction p (compression positive). Units are free but must be consistent:
+    stiffness = force / length.
+
+    Parameters
+    ----------
+    A, B : (n, n)
+        Tangential stiffness and coupling [force/length]; A symmetric, B general.
+    f : () or (n,)
+        Friction coefficient(s) ≥ 0; stored per node.
+    q_w, p_w : (m, n)
+        Welded reactions over one loading period, one row per load step, at load
+        factor 1 [force]. The period closes from the last row to the first.
+    C : (n, n), optional
+        Normal stiffness [force/length]; needed only where a node may separate.
+    q_mean, p_mean : (n,), optional
+        The constant part of the loading [force]; the sample mean by default.
+    q_transient, p_transient : (k, n), optional
+        Load steps before the first period (thesis (4.18)) [force].
+    initial_slip : (n,) or (s, n), optional
+        Initial states to verify [length]; stored as (s, n).
+    x : (n,), optional
+        Node positions, for plots only.
+    name, units : str, optional
+        Shown in reports.
+
+    Raises
+    ------
+    ProblemError
+        If an entry is missing, mis-shaped, not real and finite, if f < 0, if A
+        or C is not symmetric, or if κ = [[A, Bᵀ], [B, C]] is not positive
+        semi-definite. The message names the key, what was expected and found.
+
+    Examples
+    --------
+    >>> problem = Problem(A=[[2.0]], B=[[0.5]], f=0.4, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]])
+    >>> problem.n, problem.m, problem.f
+    (1, 2, array([0.4]))
+    """
+
+    A: FloatArray
+    B: FloatArray
+    f: FloatArray
+    q_w: FloatArray
+    p_w: FloatArray
+    C: FloatArray | None = None
+    q_mean: FloatArray | None = None
+    p_mean: FloatArray | None = None
+    q_transient: FloatArray | None = None
+    p_transient: FloatArray | None = None
+    initial_slip: FloatArray | None = None
+    x: FloatArray | None = None
+    name: str = ""
+    units: str = ""
+
+    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
+
+        def __init__(
+            self,
+            *,
+            A: ArrayLike,
+            B: ArrayLike,
+            f: ArrayLike,
+            q_w: ArrayLike,
+            p_w: ArrayLike,
+            C: ArrayLike | None = None,
+            q_mean: ArrayLike | None = None,
+            p_mean: ArrayLike | None = None,
+            q_transient: ArrayLike | None = None,
+            p_transient: ArrayLike | None = None,
+            initial_slip: ArrayLike | None = None,
+            x: ArrayLike | None = None,
+            name: str = "",
+            units: str = "",
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        for key in TEXTS:
+            object.__setattr__(self, key, _text(key, getattr(self, key)))
+        arrays = {key: _real(key, getattr(self, key)) for key in SHAPES if getattr(self, key) is not None}
+        _check_shapes(arrays)
+        n = arrays["A"].shape[0]
+        if arrays["f"].ndim == 0:
+            arrays["f"] = np.full(n, float(arrays["f"]))
+        if "initial_slip" in arrays:
+            arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
+        _check_values(arrays)
+        for key, array in arrays.items():
+            array.setflags(write=False)
+            object.__setattr__(self, key, array)
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.A.shape[0]
+
+    @property
+    def m(self) -> int:
+        """Number of load steps in one period."""
+        return self.q_w.shape[0]
+
+    @cached_property
+    def kappa(self) -> FloatArray:
+        """The contact stiffness κ = [[A, Bᵀ], [B, C]], shape (2n, 2n) [force/length].
+
+        Raises ``ProblemError`` where the problem has no C.
+        """
+        if self.C is None:
+            raise ProblemError("key 'C': needed because nodes may separate, found none")
+        return np.block([[self.A, self.B.T], [self.B, self.C]])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Problem):
+            return NotImplemented
+        return all(_same(getattr(self, d.name), getattr(other, d.name)) for d in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _same(a: Any, b: Any) -> bool:
+    if a is None or b is None:
+        return a is b
+    return bool(np.array_equal(a, b))
+
+
+def _text(key: str, value: Any) -> str:
+    array = np.asarray(value)
+    if array.dtype.kind != "U" or array.ndim != 0:
+        raise ProblemError(f"key '{key}': expected one text string, found {_kind(array)}")
+    return str(array)
+
+
+def _real(key: str, value: ArrayLike) -> FloatArray:
+    """A private float64 copy of a real, finite array."""
+    try:
+        array = np.asarray(value)
+    except ValueError:  # ragged nested lists
+        raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
+    if array.dtype.kind not in "fiu":
+        raise ProblemError(f"key '{key}': expected real numbers, found {_kind(array)}")
+    with np.errstate(over="ignore"):  # what overflows is reported as not finite below
+        array = np.array(array, dtype=np.float64)
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        place = "".join(f"[{i}]" for i in bad[0])
+        raise ProblemError(
+            f"key '{key}': expected finite numbers, found {array[tuple(bad[0])]} at {key}{place}"
+        )
+    return array
+
+
+def _kind(array: NDArray[Any]) -> str:
+    names = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
+    what = names.get(array.dtype.kind, f"dtype {array.dtype}")
+    return what if array.ndim == 0 else f"{what} of shape {array.shape}"
+
+
+def _check_shapes(arrays: dict[str, FloatArray]) -> None:
+    for key in ("A", "B", "f", "q_w", "p_w"):
+        if key not in arrays:
+            raise ProblemError(f"key '{key}': required, found none")
+    for q, p in (("q_transient", "p_transient"), ("p_transient", "q_transient")):
+        if q in arrays and p not in arrays:
+            raise ProblemError(f"key '{p}': required because '{q}' is given, found none")
+    A = arrays["A"]
+    if A.ndim != 2 or A.shape[0] != A.shape[1]:
+        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A.shape}")
+    sizes = {"n": A.shape[0]}
+    if sizes["n"] == 0:
+        raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
+    for key, array in arrays.items():
+        _check_shape(key, array, sizes)
+    if sizes["m"] == 0:
+        raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
+
+
+def _check_shape(key: str, array: FloatArray, sizes: dict[str, int]) -> None:
+    """Match one array against its axis names, learning m, k and s where they first occur."""
+    axes = SHAPES[key]
+    if key == "f" and array.ndim == 0:
+        return
+    if key == "initial_slip" and array.ndim == 1:
+        axes = ("n",)
+    expected = tuple(sizes.get(axis, axis) for axis in axes)
+    fits = array.ndim == len(axes) and all(
+        isinstance(want, str) or want == have for want, have in zip(expected, array.shape, strict=True)
+    )
+    if not fits:
+        wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
+        hint = _transposition_hint(array, expected)
+        raise ProblemError(f"key '{key}': expected shape {wanted}, found {array.shape}{hint}")
+    for axis, have in zip(axes, array.shape, strict=True):
+        sizes.setdefault(axis, have)
+
+
+def _transposition_hint(array: FloatArray, expected: tuple[int | str, ...]) -> str:
+    if array.ndim == 2 and len(expected) == 2 and array.shape[0] == expected[1]:
+        first = expected[0]
+        if isinstance(first, str) or array.shape[1] == first:
+            return " (it looks transposed: one row per load step, one column per node)"
+    return ""
+
+
+def _check_values(arrays: dict[str, FloatArray]) -> None:
+    f = arrays["f"]
+    if np.any(f < 0):
+        j = int(np.argmax(f < 0))
+        raise ProblemError(f"key 'f': expected friction coefficients >= 0, found {f[j]} at node {j}")
+    for key in ("A", "C"):
+        if key in arrays:
+            arrays[key] = _symmetrised(key, arrays[key])
+    if "C" in arrays:
+        stiffness, label = (
+            np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]]),
+            "keys 'A', 'B', 'C': expected kappa = [[A, B^T], [B, C]] positive semi-definite",
+        )
+    else:
+        stiffness, label = arrays["A"], "key 'A': expected a positive semi-definite matrix"
+    _check_semidefinite(stiffness, label)
+
+
+def _symmetrised(key: str, matrix: FloatArray) -> FloatArray:
+    error = np.abs(matrix - matrix.T)
+    if error.max() > DEFAULT.symmetry * np.abs(matrix).max():
+        i, j = np.unravel_index(int(np.argmax(error)), error.shape)
+        raise ProblemError(
+            f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
+            f"but {key}[{j},{i}] = {matrix[j, i]:.9g}"
+        )
+    return 0.5 * matrix + 0.5 * matrix.T
+
+
+def _check_semidefinite(matrix: FloatArray, expected: str) -> None:
+    scale = np.abs(matrix).max()
+    if scale == 0.0:
+        return
+    eigenvalues = np.linalg.eigvalsh(matrix / scale)
+    if eigenvalues[0] < -DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]):
+        raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")
