@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from shakedown.condensation import Condensation as Condensation
+    from shakedown.condensation import condense as condense
+    from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
     from shakedown.errors import ShakedownError as ShakedownError
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.load_case import LoadCase as LoadCase
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
     from shakedown.problem import Problem as Problem
@@ -25,6 +29,8 @@ _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
+    "shakedown.condensation": "Condensation condense condensed_stiffness",
+    "shakedown.load_case": "LoadCase",
     "shakedown.examples": "example example_names",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}

@@ -1,0 +1,1 @@
+"""The blocks of the thesis, with mesh refinement as a parameter."""

@@ -1,0 +1,1 @@
+"""Stiffness matrices as finite-element codes write them."""
