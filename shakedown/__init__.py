@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.importing import Import as Import
+    from shakedown.importing import import_model as import_model
+    from shakedown.importing import import_problem as import_problem
     from shakedown.load_case import LoadCase as LoadCase
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
@@ -30,6 +33,7 @@ _HOMES = {
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
     "shakedown.condensation": "Condensation condense condensed_stiffness",
+    "shakedown.importing": "Import import_model import_problem",
     "shakedown.load_case": "LoadCase",
     "shakedown.examples": "example example_names",
 }
