@@ -19,13 +19,18 @@ if TYPE_CHECKING:
     from shakedown.examples import example_names as example_names
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
+    from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
+    from shakedown.simulation import Simulation as Simulation
+    from shakedown.simulation import simulate as simulate
 
 _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
     "shakedown.examples": "example example_names",
+    "shakedown.outcome": "Outcome",
+    "shakedown.simulation": "simulate Simulation",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

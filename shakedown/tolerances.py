@@ -20,6 +20,12 @@ class Tolerances:
         normalised rows still counts as regular.
     friction_law
         Largest violation of the friction law, relative to the largest reaction.
+    convergence
+        Last change of slip or gap at which a Gauss–Seidel load step counts as
+        solved, relative to the length scale of the scene.
+    steadiness
+        Slip per cycle, or difference of slips one period apart, that counts as
+        none in a cycle-by-cycle simulation, relative to the length scale.
     """
 
     symmetry: float = 1e-8
@@ -27,6 +33,8 @@ class Tolerances:
     feasibility: float = 1e-9
     degeneracy: float = 1e-12
     friction_law: float = 1e-9
+    convergence: float = 1e-13
+    steadiness: float = 1e-9
 
 
 DEFAULT = Tolerances()
