@@ -1,5 +1,7 @@
 """Time integration of a joint from a chosen initial state, cycle by cycle."""
 
+import os
+import pathlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +12,7 @@ from shakedown.contact_law import law_violation, reactions, scales
 from shakedown.errors import UsageError
 from shakedown.gauss_seidel import Stiffness, load_steps
 from shakedown.loading import loading
+from shakedown.npz import atomic_write
 from shakedown.outcome import WINDOW, Cycles, Outcome, Verdict, judge
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -18,7 +21,7 @@ MAX_SWEEPS = 10_000
 
 
 @dataclass(frozen=True)
-class Path:
+class History:
     """States after every load step, s of them in all.
 
     Attributes
@@ -70,7 +73,7 @@ class Simulation:
         Largest relative violation of the friction law over all steps (:func:`law_violation`).
     cycles
         Slip, dissipation and open nodes of every cycle.
-    path
+    history
         Every load step, where it was asked for.
     """
 
@@ -88,7 +91,7 @@ class Simulation:
     events: int | None
     residual: float
     cycles: Cycles
-    path: Path | None
+    history: History | None
 
 
 def simulate(
@@ -163,7 +166,7 @@ class _Stepping:
         self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, problem.C is not None, tension)
         self.v, self.w = np.zeros(n), np.zeros(n)
         self.residual = 0.0
-        self.pieces: list[Path] | None = [] if record else None
+        self.pieces: list[History] | None = [] if record else None
 
     def run(self, start: FloatArray, cycles: int) -> Simulation:
         self.v[:] = start
@@ -182,7 +185,7 @@ class _Stepping:
             verdict = Verdict(Outcome.UNDECIDED, 0, np.full(self.problem.n, np.nan), reason)
         return self._result(start, log.last(len(log.slip)), verdict)
 
-    def _advance(self, q_w: FloatArray, p_w: FloatArray, cycle: int | None) -> tuple[Path, str]:
+    def _advance(self, q_w: FloatArray, p_w: FloatArray, cycle: int | None) -> tuple[History, str]:
         """Solve load steps, re-check the law on them; says what failed, if anything did."""
         v, w, slip = (np.zeros_like(q_w) for _ in range(3))
         tolerance = self.tolerances.convergence * self.scale.length
@@ -192,7 +195,7 @@ class _Stepping:
         q, p = reactions(self.problem, q_w, p_w, v, w)
         m = len(q_w)
         time = (np.arange(m) - m) / self.problem.m if cycle is None else cycle + np.arange(m) / m
-        piece = Path(time, v, w, q, p, slip)
+        piece = History(time, v, w, q, p, slip)
         if self.pieces is not None:
             self.pieces.append(piece)
         if step < 0:
@@ -230,7 +233,7 @@ class _Stepping:
             events=None,
             residual=self.residual,
             cycles=record,
-            path=None if self.pieces is None else _joined(self.pieces),
+            history=None if self.pieces is None else _joined(self.pieces),
         )
 
 
@@ -243,7 +246,7 @@ class _CycleLog:
         self.dissipation: list[float] = []
         self.open_nodes: list[Any] = []
 
-    def append(self, piece: Path) -> None:
+    def append(self, piece: History) -> None:
         self.end_slip.append(piece.v[-1].copy())
         self.slip.append(np.abs(piece.slip).sum(axis=0))
         self.dissipation.append(float(-(piece.q * piece.slip).sum()))
@@ -261,5 +264,25 @@ class _CycleLog:
         )
 
 
-def _joined(pieces: list[Path]) -> Path:
-    return Path(*(np.concatenate([getattr(piece, key) for piece in pieces]) for key in Path.__annotations__))
+def _joined(pieces: list[History]) -> History:
+    return History(*(np.concatenate([getattr(piece, key) for piece in pieces]) for key in History.__annotations__))
+
+
+def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
+    """Write every recorded load step of a simulation to an NPZ file, whole or not at all.
+
+    The file has the arrays of :class:`History` and ``load_factor``, ``initial_slip``.
+
+    Raises
+    ------
+    UsageError
+        If the simulation was not recorded, or the file cannot be written.
+    """
+    if run.history is None:
+        raise UsageError("nothing to write: simulate with record=True")
+    arrays = {key: getattr(run.history, key) for key in History.__annotations__}
+    try:
+        with atomic_write(pathlib.Path(path)) as file:
+            np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)
+    except OSError as error:
+        raise UsageError(f"{os.fspath(path)}: cannot be written ({error.strerror})") from None

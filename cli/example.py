@@ -1,0 +1,40 @@
+"""`shakedown-bounds example`: list or write the built-in problems."""
+
+from pathlib import Path
+
+import click
+
+import shakedown
+from shakedown.cli.options import json_option
+from shakedown.cli.output import echo_json, headline
+
+
+@click.command()
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
+@json_option
+def example(name: str | None, output: Path | None, as_json: bool) -> None:
+    """List the built-in problems, or write one to a file."""
+    if name is None:
+        if output is not None:
+            raise click.UsageError("-o needs the NAME of a built-in problem")
+        names = shakedown.example_names()
+        problems = [shakedown.example(each) for each in names]
+        if as_json:
+            rows = [{"example": e, "name": p.name, "n": p.n, "m": p.m} for e, p in zip(names, problems, strict=True)]
+            echo_json({"examples": rows})
+            return
+        width = max(map(len, names))
+        for each, problem in zip(names, problems, strict=True):
+            click.echo(f"{each:{width}}  n = {problem.n:2}, m = {problem.m:2}  {problem.name}")
+        return
+    problem = shakedown.example(name)
+    target = output or Path(f"{name}.npz")
+    if output is None and target.exists():
+        raise click.UsageError(f"{target} exists; name the file to write with -o")
+    shakedown.save_problem(target, problem)
+    if as_json:
+        echo_json({"example": name, "file": str(target), "n": problem.n, "m": problem.m})
+        return
+    click.echo(f"wrote {target}")
+    click.echo(headline(problem))
