@@ -10,6 +10,15 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from shakedown.bounds import LowerBound as LowerBound
+    from shakedown.bounds import ShakedownBounds as ShakedownBounds
+    from shakedown.bounds import UpperBound as UpperBound
+    from shakedown.bounds import lower_bound as lower_bound
+    from shakedown.bounds import shakedown_bounds as shakedown_bounds
+    from shakedown.bounds import upper_bound as upper_bound
+    from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
+    from shakedown.enumeration import Intersection as Intersection
+    from shakedown.enumeration import critical_load_factors as critical_load_factors
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
     from shakedown.errors import ShakedownError as ShakedownError
@@ -17,6 +26,8 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.margin import SafeSlip as SafeSlip
+    from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
     from shakedown.problem import Problem as Problem
@@ -25,6 +36,9 @@ _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
+    "shakedown.margin": "SafeSlip safe_slip",
+    "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
+    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors",
     "shakedown.examples": "example example_names",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
