@@ -1,10 +1,10 @@
 """`shakedown-bounds critical`: every (n+1)-subset of the frictional constraints."""
 
 import click
-
-import shakedown
 from shakedown.cli.options import json_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
+
+import shakedown
 from shakedown.documents import critical_document
 from shakedown.meaning import critical_in_words
 from shakedown.problem import Problem
@@ -42,7 +42,10 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
     if smallest.rows:
         names = {+1: "backward", -1: "forward"}
         limits = ", ".join(f"{node} {names[side]}" for node, side in smallest.rows)
-        lines += ["", paragraph(f"Constraints that meet at the smallest positive one (node, limit): {limits}.")]
+        lines += [
+            "",
+            paragraph(f"Constraints that meet at the smallest positive one (node, limit): {limits}."),
+        ]
         rows = [[str(j), number(smallest.slip[j])] for j in range(problem.n)]
         lines += ["", table(["node", "slip there"], rows)]
     if list_all and result.load_factors is not None:

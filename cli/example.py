@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import click
-
-import shakedown
 from shakedown.cli.options import json_option
 from shakedown.cli.output import echo_json, headline
+
+import shakedown
 
 
 @click.command()
@@ -21,7 +21,10 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         names = shakedown.example_names()
         problems = [shakedown.example(each) for each in names]
         if as_json:
-            rows = [{"example": e, "name": p.name, "n": p.n, "m": p.m} for e, p in zip(names, problems, strict=True)]
+            rows = [
+                {"example": e, "name": p.name, "n": p.n, "m": p.m}
+                for e, p in zip(names, problems, strict=True)
+            ]
             echo_json({"examples": rows})
             return
         width = max(map(len, names))

@@ -5,13 +5,13 @@ import sys
 from typing import NoReturn
 
 import click
-
-import shakedown
 from shakedown.cli.critical import critical
 from shakedown.cli.example import example
 from shakedown.cli.simulate import simulate
 from shakedown.cli.solve import solve
 from shakedown.cli.verify import verify
+
+import shakedown
 
 DONE, OPEN, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 

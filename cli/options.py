@@ -20,7 +20,9 @@ class ProblemFile(click.ParamType):
             return shakedown.example(value)
         if not Path(value).exists() and Path(value).suffix == "" and "/" not in value:
             names = ", ".join(shakedown.example_names())
-            raise shakedown.ProblemError(f"{value}: no such file, and no built-in problem (there are {names})")
+            raise shakedown.ProblemError(
+                f"{value}: no such file, and no built-in problem (there are {names})"
+            )
         return shakedown.load_problem(value)
 
 

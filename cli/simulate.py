@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 import numpy as np
-
-import shakedown
 from shakedown.cli.options import cycles_option, json_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, table
+
+import shakedown
 from shakedown.documents import simulation_document
 from shakedown.problem import FloatArray, Problem
 
@@ -88,7 +88,9 @@ def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
 
 def _from_file(path: Path) -> FloatArray:
     if not path.is_file():
-        raise click.UsageError(f"--initial {path}: expected zero, safe, witness, given or an existing NPY file")
+        raise click.UsageError(
+            f"--initial {path}: expected zero, safe, witness, given or an existing NPY file"
+        )
     try:
         array = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:

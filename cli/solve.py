@@ -1,11 +1,11 @@
 """`shakedown-bounds solve`: both bounds, the safe slip and the status of the guarantee."""
 
 import click
+from shakedown.cli.options import json_option, problem_argument
+from shakedown.cli.output import echo_json, headline, number, paragraph, table
 
 import shakedown
 from shakedown.bounds import ShakedownBounds, UpperBound
-from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, table
 from shakedown.documents import bounds_document, friction_document
 from shakedown.meaning import bounds_in_words
 from shakedown.problem import Problem
@@ -36,7 +36,13 @@ def _text(problem: Problem, bounds: ShakedownBounds) -> str:
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
     thresholds = friction_document(problem)["single_node"]
     rows = [
-        [str(j), number(upper.slip[j]), number(lower.slip[j]), _sides(upper, j), number(float(thresholds[j]), 5)]
+        [
+            str(j),
+            number(upper.slip[j]),
+            number(lower.slip[j]),
+            _sides(upper, j),
+            number(float(thresholds[j]), 5),
+        ]
         for j in range(problem.n)
     ]
     headers = ["node", "safe slip", "witness", "active at λ_max", "friction threshold"]

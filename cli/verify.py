@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import click
-
-import shakedown
 from shakedown.cli.options import cycles_option, json_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
+
+import shakedown
 from shakedown.documents import verification_document
 from shakedown.meaning import bounds_in_words
 from shakedown.problem import Problem
@@ -14,8 +14,12 @@ from shakedown.problem import Problem
 
 @click.command()
 @problem_argument
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the report (HTML) here, JSON beside it.")
-@click.option("--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Write the report (HTML) here, JSON beside it."
+)
+@click.option(
+    "--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated."
+)
 @click.option(
     "--random",
     "random_states",

@@ -47,7 +47,9 @@ def problem_document(problem: Problem) -> dict[str, Any]:
 def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, Any]:
     """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
     lower, upper = bounds.lower, bounds.upper
-    lower_keys = "load_factor node slip kind single_node_bound guarantee reason coupling_ratio certified residual"
+    lower_keys = (
+        "load_factor node slip kind single_node_bound guarantee reason coupling_ratio certified residual"
+    )
     upper_keys = "status load_factor slip active certified reason residual"
     return plain(
         {
@@ -78,7 +80,11 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
             "agrees": v.agrees,
             "disagreements": v.disagreements,
             "open_questions": v.open_questions,
-            "second_road": {"solver": "cvxpy/Clarabel", "lower": v.second_road.lower, "upper": v.second_road.upper},
+            "second_road": {
+                "solver": "cvxpy/Clarabel",
+                "lower": v.second_road.lower,
+                "upper": v.second_road.upper,
+            },
             "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
             "runs": runs,
         }

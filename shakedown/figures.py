@@ -12,7 +12,13 @@ from shakedown.problem import FloatArray
 from shakedown.verification import Run, Verification
 
 # Okabe–Ito colours, told apart by readers with colour-blindness; one per kind of initial state.
-COLOURS = {"zero": "#000000", "safe": "#009E73", "witness": "#D55E00", "given": "#CC79A7", "random": "#0072B2"}
+COLOURS = {
+    "zero": "#000000",
+    "safe": "#009E73",
+    "witness": "#D55E00",
+    "given": "#CC79A7",
+    "random": "#0072B2",
+}
 PANEL = (4.3, 3.6)  # inches
 
 
@@ -141,7 +147,15 @@ def _mark_floor(axes: Sequence[Axes], floor: float) -> None:
     for axis in axes:
         axis.set_ylim(bottom=floor / 3)
         axis.axhline(floor, color="0.6", lw=0.8)
-        axis.text(0.99, floor * 1.3, "no slip", transform=axis.get_yaxis_transform(), ha="right", color="0.4", fontsize="small")
+        axis.text(
+            0.99,
+            floor * 1.3,
+            "no slip",
+            transform=axis.get_yaxis_transform(),
+            ha="right",
+            color="0.4",
+            fontsize="small",
+        )
 
 
 def _draw_path(axis: Axes, run: Run) -> None:

@@ -64,7 +64,9 @@ def _as_given(lower: LowerBound, upper: UpperBound) -> str:
     return f"The loading as given (λ = 1) lies {place}."
 
 
-def critical_in_words(critical: "CriticalLoadFactors | None", total: int, bounds: ShakedownBounds) -> list[str]:
+def critical_in_words(
+    critical: "CriticalLoadFactors | None", total: int, bounds: ShakedownBounds
+) -> list[str]:
     """How many subsets there are, the smallest values, and why these differ from the bounds."""
     if critical is None:
         return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]

@@ -265,7 +265,9 @@ class _CycleLog:
 
 
 def _joined(pieces: list[History]) -> History:
-    return History(*(np.concatenate([getattr(piece, key) for piece in pieces]) for key in History.__annotations__))
+    return History(
+        *(np.concatenate([getattr(piece, key) for piece in pieces]) for key in History.__annotations__)
+    )
 
 
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:

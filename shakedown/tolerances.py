@@ -18,6 +18,8 @@ class Tolerances:
     degeneracy
         Smallest reciprocal condition number at which an (n+1)-subset of
         normalised rows still counts as regular.
+    equilibration_sweeps
+        Sweeps that bring the rows and columns of a linear program near the size 1.
     friction_law
         Largest violation of the friction law, relative to the largest reaction.
     convergence
@@ -35,6 +37,7 @@ class Tolerances:
     friction_law: float = 1e-9
     convergence: float = 1e-13
     steadiness: float = 1e-9
+    equilibration_sweeps: int = 4
 
 
 DEFAULT = Tolerances()

@@ -102,7 +102,7 @@ MALFORMED = {
     "no node": (
         {k: np.ones((0, 0)) for k in "ABC"}
         | {"f": np.ones(0), "q_w": np.ones((3, 0)), "p_w": np.ones((3, 0)), "x": None, "initial_slip": None}
-        | {k: None for k in ("q_mean", "p_mean", "q_transient", "p_transient")},
+        | dict.fromkeys(("q_mean", "p_mean", "q_transient", "p_transient")),
         "at least one contact node",
     ),
     "q_mean wrong length": ({"q_mean": np.ones(3)}, "key 'q_mean': expected shape (2,), found (3,)"),
@@ -116,7 +116,10 @@ MALFORMED = {
     "A is bytes": ({"A": np.array([[b"3", b"1"], [b"1", b"2"]])}, "found bytes"),
     "A is boolean": ({"A": np.eye(2, dtype=bool)}, "found booleans"),
     "A is complex": ({"A": np.eye(2) * 1j}, "found complex numbers"),
-    "A holds objects": ({"A": np.array([[1, None], [None, 1]], dtype=object)}, "Python objects (never unpickled)"),
+    "A holds objects": (
+        {"A": np.array([[1, None], [None, 1]], dtype=object)},
+        "Python objects (never unpickled)",
+    ),
     "A is dates": ({"A": np.zeros((2, 2), dtype="M8[s]")}, "found dtype datetime64[s]"),
     "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
     "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
@@ -127,10 +130,16 @@ MALFORMED = {
     "negative scalar f": ({"f": np.array(-0.2)}, "found -0.2 at node 0"),
     "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
     "C not symmetric": ({"C": np.array([[3.0, 1.0], [0.0, 2.0]])}, "key 'C': expected a symmetric matrix"),
-    "A indefinite": ({"A": np.diag([1.0, -1.0]), "C": None}, "key 'A': expected a positive semi-definite matrix"),
+    "A indefinite": (
+        {"A": np.diag([1.0, -1.0]), "C": None},
+        "key 'A': expected a positive semi-definite matrix",
+    ),
     "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, found the eigenvalue"),
     "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
-    "units an array": ({"units": np.array(["N", "mm"])}, "key 'units': expected one text string, found text of"),
+    "units an array": (
+        {"units": np.array(["N", "mm"])},
+        "key 'units': expected one text string, found text of",
+    ),
 }
 
 
