@@ -1,5 +1,7 @@
 """`shakedown-bounds critical`: every (n+1)-subset of the frictional constraints."""
 
+from __future__ import annotations
+
 import click
 from shakedown.cli.options import json_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
@@ -10,7 +12,7 @@ from shakedown.meaning import critical_in_words
 from shakedown.problem import Problem
 
 
-@click.command()
+@click.command(short_help="All critical load factors.")
 @problem_argument
 @click.option(
     "--budget",
@@ -44,7 +46,7 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
         limits = ", ".join(f"{node} {names[side]}" for node, side in smallest.rows)
         lines += [
             "",
-            paragraph(f"Constraints that meet at the smallest positive one (node, limit): {limits}."),
+            paragraph(f"It is where these limits meet (node, limit): {limits}."),
         ]
         rows = [[str(j), number(smallest.slip[j])] for j in range(problem.n)]
         lines += ["", table(["node", "slip there"], rows)]

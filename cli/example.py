@@ -1,5 +1,7 @@
 """`shakedown-bounds example`: list or write the built-in problems."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
@@ -7,9 +9,10 @@ from shakedown.cli.options import json_option
 from shakedown.cli.output import echo_json, headline
 
 import shakedown
+from shakedown.documents import problem_document
 
 
-@click.command()
+@click.command(short_help="List or write the built-in problems.")
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
 @json_option
@@ -21,11 +24,8 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         names = shakedown.example_names()
         problems = [shakedown.example(each) for each in names]
         if as_json:
-            rows = [
-                {"example": e, "name": p.name, "n": p.n, "m": p.m}
-                for e, p in zip(names, problems, strict=True)
-            ]
-            echo_json({"examples": rows})
+            documents = map(problem_document, problems)
+            echo_json({"examples": [{"example": e} | d for e, d in zip(names, documents, strict=True)]})
             return
         width = max(map(len, names))
         for each, problem in zip(names, problems, strict=True):
@@ -37,7 +37,7 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         raise click.UsageError(f"{target} exists; name the file to write with -o")
     shakedown.save_problem(target, problem)
     if as_json:
-        echo_json({"example": name, "file": str(target), "n": problem.n, "m": problem.m})
+        echo_json({"example": name, "file": str(target)} | problem_document(problem))
         return
     click.echo(f"wrote {target}")
     click.echo(headline(problem))

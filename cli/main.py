@@ -1,5 +1,7 @@
 """Entry point: the command group, and what an error looks like to the user."""
 
+from __future__ import annotations
+
 import os
 import sys
 from typing import NoReturn

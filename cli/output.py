@@ -1,5 +1,7 @@
 """How results look: JSON for programs, tables within 80 columns for people."""
 
+from __future__ import annotations
+
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence

@@ -1,5 +1,7 @@
 """`shakedown-bounds simulate`: evolution from one initial state, and the long-term state."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
@@ -14,7 +16,7 @@ from shakedown.problem import FloatArray, Problem
 METHODS = ("gauss-seidel",)
 
 
-@click.command()
+@click.command(short_help="Evolution from one initial state.")
 @problem_argument
 @click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
 @click.option(

@@ -1,5 +1,7 @@
 """`shakedown-bounds solve`: both bounds, the safe slip and the status of the guarantee."""
 
+from __future__ import annotations
+
 import click
 from shakedown.cli.options import json_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, table
@@ -11,7 +13,7 @@ from shakedown.meaning import bounds_in_words
 from shakedown.problem import Problem
 
 
-@click.command()
+@click.command(short_help="Bounds, safe slip, friction thresholds.")
 @problem_argument
 @json_option
 def solve(problem: Problem, as_json: bool) -> None:

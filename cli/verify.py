@@ -1,5 +1,7 @@
 """`shakedown-bounds verify`: the bounds against time integration, with a report."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
@@ -12,7 +14,7 @@ from shakedown.meaning import bounds_in_words
 from shakedown.problem import Problem
 
 
-@click.command()
+@click.command(short_help="Prediction against time integration; report.")
 @problem_argument
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Write the report (HTML) here, JSON beside it."

@@ -129,7 +129,7 @@ def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=8, frameon=False)
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=8, frameon=False)
 
 
 def _unit(verification: Verification) -> str:

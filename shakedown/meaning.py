@@ -36,15 +36,15 @@ def _below(lower: LowerBound) -> str:
         return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
     where = "At every load factor" if lower.status == "unbounded" else f"Below λ_1 = {lower.load_factor:.7g}"
     if lower.guarantee == "proved":
-        return f"{where} the joint shakes down from every initial state. Proved: {lower.reason}."
+        return f"{where} the joint shakes down from every initial state ({lower.reason})."
     claim = f"{where} shakedown from every initial state is to be expected, but not proved"
     return f"{claim} ({lower.guarantee}): {lower.reason}."
 
 
 def _between(lower: LowerBound) -> str:
     return (
-        "Between λ_1 and λ_max the initial state decides: from the safe slip the joint shakes down; from the "
-        f"witness, in which node {lower.node} is the first to lose its range of safe slips, it usually does not."
+        "Between λ_1 and λ_max the initial state decides: from the safe slip the joint shakes down; from "
+        f"the witness, where node {lower.node} has lost its range of safe slips, it usually does not."
     )
 
 
@@ -79,10 +79,10 @@ def critical_in_words(
     sentences = [f"{counts}. The smallest positive one is {smallest.load_factor:.7g}."]
     if smallest.load_factor < bounds.lower.load_factor * (1 - 1e-9):
         sentences.append(
-            f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to an "
-            "intersection outside the safe region: there, other constraints are already broken, and no "
-            "safe state ends. Only intersections on the safe region matter; the smallest of those "
-            f"is {feasible.load_factor:.7g}."
+            f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to "
+            "an intersection outside the safe region: there, other constraints are broken already, and "
+            "no safe state ends. Only intersections on the safe region matter; the smallest of those is "
+            f"{feasible.load_factor:.7g}."
         )
     elif bounds.lower.load_factor == 0:
         sentences.append(

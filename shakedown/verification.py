@@ -205,7 +205,7 @@ def _plan(
 
 
 def random_half_width(problem: Problem, load_factor: float) -> FloatArray:
-    """Half-width of the box of random initial states, (n,) [length]: the slip that any load step could cause."""
+    """Half-width of the box of random initial states: a slip that any load step could cause, (n,) [length]."""
     q_w, p_w = loading(problem).at(load_factor)
     force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
     stiffness = np.diag(problem.A)
@@ -249,7 +249,7 @@ def _disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
         if run.region == BELOW and lower.guarantee != "proved":
-            text += f". λ_1 is not a proved bound here (guarantee: {lower.guarantee}); this run is a counter-example"
+            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
         yield text
 
 
