@@ -31,7 +31,8 @@ def _text(problem: Problem, bounds: ShakedownBounds) -> str:
     lines = [
         headline(problem),
         "",
-        f"  lower bound  λ_1    {number(lower.load_factor, 10):<14}  {first}; guarantee: {lower.guarantee}",
+        f"  lower bound  λ_1    {number(lower.load_factor, 10):<14}  {first}",
+        f"               {'':19}  guarantee: {lower.guarantee}",
         f"  upper bound  λ_max  {number(upper.load_factor, 10):<14}  {upper.status}",
         "",
     ]
@@ -47,7 +48,7 @@ def _text(problem: Problem, bounds: ShakedownBounds) -> str:
         ]
         for j in range(problem.n)
     ]
-    headers = ["node", "safe slip", "witness", "active at λ_max", "friction threshold"]
+    headers = ["node", "safe slip", "witness", "active at λ_max", "f threshold"]
     return "\n".join([*lines, "", table(headers, rows)])
 
 

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from shakedown.constraints import BACKWARD, Constraints, constraints
 from shakedown.problem import FloatArray
@@ -37,7 +39,7 @@ def slip_per_cycle_figure(verification: Verification) -> Figure:
         if max(len(run.simulation.cycles.slip) for run in runs) > 100:
             axis.set_xscale("log")
         else:
-            axis.xaxis.get_major_locator().set_params(integer=True)
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[0].set_ylabel(f"slip per cycle, largest node{_unit(verification)}")
     _mark_floor(axes, floor)
     _legend(figure, axes)
@@ -76,6 +78,8 @@ def slip_along_contact_figure(verification: Verification) -> Figure:
             axis.plot(position, run.simulation.final_slip, marker=".", **_style(run.initial))
         axis.set(title=title, xlabel="node" if problem.x is None else "position x")
         axis.ticklabel_format(axis="y", scilimits=(-2, 3))
+        if problem.x is None:
+            axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[0].set_ylabel(f"final slip{_unit(verification)}")
     _legend(figure, axes)
     return figure
@@ -125,11 +129,12 @@ def _style(initial: str) -> dict:
 
 def _legend(figure: Figure, axes: Sequence[Axes]) -> None:
     """One legend for all panels, one entry per label."""
-    entries = {}
+    entries: dict[str, Artist] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=8, frameon=False)
+    handles = list(entries.values())
+    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False)
 
 
 def _unit(verification: Verification) -> str:

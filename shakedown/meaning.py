@@ -16,9 +16,9 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     >>> import shakedown
     >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
     ...     print(line)
-    Below λ_1 = 1.088497 the joint shakes down from every initial state. ...
-    Above λ_max = 1.088497 it cannot shake down with all nodes in contact.
-    The loading as given (λ = 1) lies below λ_1.
+    Below λ_1 = 0.646554 the joint shakes down from every initial state (no coupling ...).
+    Above λ_max = 0.646554 it cannot shake down with all nodes in contact.
+    The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
     if upper.status == "infeasible":

@@ -71,8 +71,9 @@ def _context(v: Verification) -> dict[str, Any]:
 
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
-    "down, above λ_max none can, and the safe slip shakes down up to λ_max. The law residual is the largest "
-    "violation of the contact and friction law at any load step, re-computed from the slips and gaps alone."
+    "down, above λ_max none can, and the safe slip shakes down up to λ_max. Slip per period: Σ|Δv| of the "
+    "node that slips most, over one period of the long-term state. The law residual is the largest "
+    "violation of the contact and friction law at any load step, re-computed from slips and gaps alone."
 )
 
 

@@ -205,7 +205,7 @@ def _plan(
 
 
 def random_half_width(problem: Problem, load_factor: float) -> FloatArray:
-    """Half-width of the box of random initial states: a slip that any load step could cause, (n,) [length]."""
+    """Half-width of the box of random initial states: slips that a load step could cause, (n,) [length]."""
     q_w, p_w = loading(problem).at(load_factor)
     force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
     stiffness = np.diag(problem.A)
