@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
     from shakedown.bounds import upper_bound as upper_bound
+    from shakedown.conic import ConicBound as ConicBound
+    from shakedown.conic import conic_lower_bound as conic_lower_bound
+    from shakedown.conic import conic_upper_bound as conic_upper_bound
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
     from shakedown.enumeration import Intersection as Intersection
     from shakedown.enumeration import critical_load_factors as critical_load_factors
@@ -49,6 +52,7 @@ _HOMES = {
     "shakedown.margin": "SafeSlip safe_slip",
     "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
     "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
     "shakedown.outcome": "Outcome",
     "shakedown.simulation": "History Simulation save_history simulate",

@@ -81,9 +81,9 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
             "disagreements": v.disagreements,
             "open_questions": v.open_questions,
             "second_road": {
-                "solver": "cvxpy/Clarabel",
-                "lower": v.second_road.lower,
-                "upper": v.second_road.upper,
+                "solver": v.second_upper.solver,
+                "lower": {"status": v.second_lower.status, "load_factor": v.second_lower.load_factor},
+                "upper": {"status": v.second_upper.status, "load_factor": v.second_upper.load_factor},
             },
             "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
             "runs": runs,

@@ -95,8 +95,8 @@ def _friction(f: np.ndarray) -> str:
 
 def _bounds_rows(v: Verification) -> list[tuple[str, str, str, str]]:
     pairs = (
-        ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_road.lower),
-        ("upper bound λ_max (a safe slip exists)", v.bounds.upper.load_factor, v.second_road.upper),
+        ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_lower.load_factor),
+        ("upper bound λ_max (a safe slip exists)", v.bounds.upper.load_factor, v.second_upper.load_factor),
     )
     return [(name, _number(one, 10), _number(two, 10), _difference(one, two)) for name, one, two in pairs]
 

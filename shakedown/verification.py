@@ -8,7 +8,7 @@ from math import comb
 import numpy as np
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
-from shakedown.conic import SecondRoad, second_road
+from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
 from shakedown.errors import UsageError
 from shakedown.loading import loading
@@ -57,8 +57,8 @@ class Verification:
         The joint.
     bounds
         Both bounds, by linear programming (HiGHS).
-    second_road
-        Both bounds once more, by cvxpy with Clarabel.
+    second_lower, second_upper
+        Both bounds once more, by an interior-point method (cvxpy with Clarabel).
     critical
         All (n+1)-subsets, or None where there are more than the budget allows.
     subsets
@@ -73,7 +73,8 @@ class Verification:
 
     problem: Problem
     bounds: ShakedownBounds
-    second_road: SecondRoad
+    second_lower: ConicBound
+    second_upper: ConicBound
     critical: CriticalLoadFactors | None
     subsets: int
     runs: tuple[Run, ...]
@@ -140,20 +141,18 @@ def verify(
         runs.append(_run(problem, region, load_factor, initial, start, cycles, method))
         if progress is not None:
             progress(done, len(plan))
-    other = second_road(problem)
+    second_lower, second_upper = conic_lower_bound(problem), conic_upper_bound(problem)
+    roads = list(_road_findings(bounds, second_lower, second_upper))
     return Verification(
         problem=problem,
         bounds=bounds,
-        second_road=other,
+        second_lower=second_lower,
+        second_upper=second_upper,
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
         runs=tuple(runs),
-        disagreements=(*_road_disagreements(lower, upper, other), *_disagreements(runs, lower)),
-        open_questions=tuple(
-            f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
-            for run in runs
-            if run.simulation.outcome == Outcome.UNDECIDED
-        ),
+        disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
+        open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
     )
 
 
@@ -253,16 +252,24 @@ def _disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
         yield text
 
 
-def _road_disagreements(lower: LowerBound, upper: UpperBound, other: SecondRoad) -> Iterator[str]:
-    for name, one, two in (
-        ("λ_1", lower.load_factor, other.lower),
-        ("λ_max", upper.load_factor, other.upper),
-    ):
-        if not _same_number(one, two):
-            yield f"{name}: linear programming gives {one:.10g}, the second road {two:.10g}"
+def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
+    for run in runs:
+        if run.simulation.outcome == Outcome.UNDECIDED:
+            yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
 
 
-def _same_number(one: float, two: float) -> bool:
-    if np.isfinite(one) and np.isfinite(two):
-        return abs(one - two) <= ROADS_AGREE * max(abs(one), abs(two), 1.0)
-    return one == two or (np.isnan(one) and np.isnan(two))
+def _road_findings(
+    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound
+) -> Iterator[tuple[bool | None, str]]:
+    """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
+    # λ_1 may be zero: it is compared on the scale of λ_max.
+    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 0.0
+    pairs = (("λ_1", bounds.lower, second_lower), ("λ_max", bounds.upper, second_upper))
+    for name, first, second in pairs:
+        one, two = first.load_factor, second.load_factor
+        if second.status == "undecided":
+            yield None, f"{name}: the second road ({second.solver}) stopped without an answer"
+        elif first.status != second.status:
+            yield False, f"{name}: {first.status} by linear programming, {second.status} on the second road"
+        elif np.isfinite(one) and abs(one - two) > ROADS_AGREE * max(abs(one), size):
+            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
