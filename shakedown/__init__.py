@@ -13,6 +13,19 @@ if TYPE_CHECKING:
     from shakedown.condensation import Condensation as Condensation
     from shakedown.condensation import condense as condense
     from shakedown.condensation import condensed_stiffness as condensed_stiffness
+    from shakedown.bounds import LowerBound as LowerBound
+    from shakedown.bounds import ShakedownBounds as ShakedownBounds
+    from shakedown.bounds import UpperBound as UpperBound
+    from shakedown.bounds import lower_bound as lower_bound
+    from shakedown.bounds import shakedown_bounds as shakedown_bounds
+    from shakedown.bounds import upper_bound as upper_bound
+    from shakedown.conic import ConicBound as ConicBound
+    from shakedown.conic import conic_lower_bound as conic_lower_bound
+    from shakedown.conic import conic_upper_bound as conic_upper_bound
+    from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
+    from shakedown.enumeration import Intersection as Intersection
+    from shakedown.enumeration import critical_load_factors as critical_load_factors
+    from shakedown.enumeration import subset_count as subset_count
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
     from shakedown.errors import ShakedownError as ShakedownError
@@ -24,9 +37,20 @@ if TYPE_CHECKING:
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
     from shakedown.load_case import LoadCase as LoadCase
+    from shakedown.margin import SafeSlip as SafeSlip
+    from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
+    from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
+    from shakedown.report import write_report as write_report
+    from shakedown.simulation import History as History
+    from shakedown.simulation import Simulation as Simulation
+    from shakedown.simulation import save_history as save_history
+    from shakedown.simulation import simulate as simulate
+    from shakedown.verification import Run as Run
+    from shakedown.verification import Verification as Verification
+    from shakedown.verification import verify as verify
 
 _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
@@ -35,7 +59,15 @@ _HOMES = {
     "shakedown.condensation": "Condensation condense condensed_stiffness",
     "shakedown.importing": "Import import_model import_problem",
     "shakedown.load_case": "LoadCase",
+    "shakedown.margin": "SafeSlip safe_slip",
+    "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
+    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
+    "shakedown.outcome": "Outcome",
+    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.verification": "Run Verification verify",
+    "shakedown.report": "write_report",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

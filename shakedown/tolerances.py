@@ -18,6 +18,8 @@ class Tolerances:
     degeneracy
         Smallest reciprocal condition number at which an (n+1)-subset of
         normalised rows still counts as regular.
+    equilibration_sweeps
+        Sweeps that bring the rows and columns of a linear program near the size 1.
     friction_law
         Largest violation of the friction law, relative to the largest reaction.
     constrained_diagonal
@@ -35,6 +37,12 @@ class Tolerances:
     printed_digits
         Largest asymmetry of a stiffness put together from printed reactions,
         relative to the largest entry.
+    convergence
+        Last change of slip or gap at which a Gauss–Seidel load step counts as
+        solved, relative to the length scale of the scene.
+    steadiness
+        Slip per cycle, or difference of slips one period apart, that counts as
+        none in a cycle-by-cycle simulation, relative to the length scale.
     """
 
     symmetry: float = 1e-8
@@ -48,6 +56,9 @@ class Tolerances:
     zero_mode: float = 1e-9
     cross_check: float = 1e-5
     printed_digits: float = 1e-6
+    convergence: float = 1e-13
+    steadiness: float = 1e-9
+    equilibration_sweeps: int = 4
 
 
 DEFAULT = Tolerances()

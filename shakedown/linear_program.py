@@ -1,0 +1,258 @@
+"""Small dense linear programs: dimensionless inside, solved by HiGHS, exact to round-off."""
+
+from dataclasses import dataclass
+
+import highspy
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.errors import SolverError
+from shakedown.problem import FloatArray
+from shakedown.tolerances import DEFAULT
+
+INF = highspy.kHighsInf
+PRIMAL, DUAL = 4, 1
+
+_OPTIONS: dict[str, bool | int | float | str] = {
+    "output_flag": False,
+    "presolve": "off",
+    "solver": "simplex",
+    "parallel": "off",
+    "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
+    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
+    "primal_feasibility_tolerance": 1e-10,
+    "dual_feasibility_tolerance": 1e-10,
+    "small_matrix_value": 1e-12,
+}
+
+
+@dataclass(frozen=True)
+class Vertex:
+    """An optimal vertex of a :class:`LinearProgram`.
+
+    Attributes
+    ----------
+    x : (N,)
+        The solution.
+    multipliers : (R,)
+        Row multipliers y with yᵀ M = cᵀ on the columns that are not at a bound
+        (y ≤ 0 at an upper, y ≥ 0 at a lower row bound).
+    active : (K,)
+        Rows that determine the vertex.
+    free : (K,)
+        Columns that they determine; every other column is at a bound.
+    """
+
+    x: FloatArray
+    multipliers: FloatArray
+    active: NDArray[np.intp]
+    free: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a linear program ended: ``optimal`` with a vertex, ``infeasible`` or ``unbounded`` without."""
+
+    status: str
+    vertex: Vertex | None = None
+
+
+class LinearProgram:
+    """Minimise cᵀ x subject to lower ≤ M x ≤ upper and column bounds.
+
+    The data are handed to HiGHS once, equilibrated by powers of two; afterwards
+    only row bounds change and every solve starts from the last basis. The vertex
+    is solved again from its active rows, so that it is exact to round-off and
+    not only to the feasibility tolerance.
+
+    Parameters
+    ----------
+    matrix : (R, N)
+        M.
+    cost : (N,)
+        c.
+    lower, upper : (R,)
+        Row bounds; ±``INF`` where there is none.
+    column_lower, column_upper : (N,)
+        Column bounds; ∓``INF`` where there is none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> program = LinearProgram(np.array([[1.0, 2.0], [3.0, 1.0]]), cost=np.array([-1.0, -1.0]),
+    ...     lower=np.full(2, -INF), upper=np.array([4.0, 6.0]),
+    ...     column_lower=np.zeros(2), column_upper=np.full(2, INF))
+    >>> program.solve().vertex.x
+    array([1.6, 1.2])
+    """
+
+    def __init__(
+        self,
+        matrix: FloatArray,
+        *,
+        cost: FloatArray,
+        lower: FloatArray,
+        upper: FloatArray,
+        column_lower: FloatArray,
+        column_upper: FloatArray,
+    ) -> None:
+        self.row_scale, self.column_scale = equilibration(matrix)
+        self.matrix = matrix * self.row_scale[:, None] * self.column_scale
+        sizes = np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2)
+        sizes = sizes[np.isfinite(sizes)]
+        self.size = power_of_two(sizes.max(initial=0.0))
+        cost = cost * self.column_scale
+        self.cost_scale = 1.0 / power_of_two(np.abs(cost).max())
+        self.cost = cost * self.cost_scale
+        self.lower, self.upper = self._scaled(lower), self._scaled(upper)
+        unit = self.column_scale * self.size
+        self._columns = column_lower / unit, column_upper / unit
+        self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self._columns)
+
+    def _scaled(self, bounds: FloatArray, rows: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
+        return bounds * self.row_scale[rows] / self.size
+
+    def set_rows(self, rows: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
+        """Change the bounds of some rows; the basis stays."""
+        self.lower[rows], self.upper[rows] = self._scaled(lower, rows), self._scaled(upper, rows)
+        for i in rows:
+            self._highs.changeRowBounds(int(i), self.lower[i], self.upper[i])
+
+    def solve(self) -> Outcome:
+        """Solve from the current basis.
+
+        Raises
+        ------
+        SolverError
+            If HiGHS ends without an answer, also from scratch and by the dual simplex method.
+        """
+        status = self._run()
+        if status is None:
+            self._highs.clearSolver()
+            self._highs.setOptionValue("simplex_strategy", DUAL)
+            status = self._run()
+            self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        if status is None:
+            reason = self._highs.modelStatusToString(self._highs.getModelStatus())
+            raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
+        return Outcome(status, self._vertex() if status == "optimal" else None)
+
+    def _run(self) -> str | None:
+        self._highs.run()
+        status = self._highs.getModelStatus()
+        names = {
+            highspy.HighsModelStatus.kOptimal: "optimal",
+            highspy.HighsModelStatus.kInfeasible: "infeasible",
+            highspy.HighsModelStatus.kUnbounded: "unbounded",
+        }
+        return names.get(status)
+
+    def _vertex(self) -> Vertex:
+        solution, basis = self._highs.getSolution(), self._highs.getBasis()
+        x = np.array(solution.col_value)
+        y = np.array(solution.row_dual)
+        basic = highspy.HighsBasisStatus.kBasic
+        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
+        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
+        x, y = self._polished(x, y, active, free)
+        return Vertex(
+            x=x * self.column_scale * self.size,
+            multipliers=y * self.row_scale / self.cost_scale,
+            active=active,
+            free=free,
+        )
+
+    def _polished(
+        self, x: FloatArray, y: FloatArray, active: NDArray[np.intp], free: NDArray[np.intp]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Solve the active rows as equalities; keep what violates the rows less."""
+        square = self.matrix[np.ix_(active, free)]
+        at_upper = np.abs(self.upper[active] - self.matrix[active] @ x) <= np.abs(
+            self.matrix[active] @ x - self.lower[active]
+        )
+        target = np.where(at_upper, self.upper[active], self.lower[active])
+        fixed = np.ones(len(x), dtype=bool)
+        fixed[free] = False
+        rest = target - self.matrix[np.ix_(active, fixed)] @ x[fixed]
+        try:
+            sharp_x, sharp_y = x.copy(), np.zeros_like(y)
+            sharp_x[free] = refined_solve(square, rest)
+            sharp_y[active] = refined_solve(square.T, self.cost[free])
+        except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
+            return x, y
+        if self._violation(sharp_x) <= max(self._violation(x), 16 * np.finfo(float).eps):
+            x = sharp_x
+        if np.all(np.isfinite(sharp_y)):
+            y = sharp_y
+        return x, y
+
+    def _violation(self, x: FloatArray) -> float:
+        value = self.matrix @ x
+        excess = np.maximum(value - self.upper, self.lower - value).max(initial=0.0)
+        lower, upper = self._columns
+        return float(max(excess, np.maximum(x - upper, lower - x).max(initial=0.0), 0.0))
+
+
+def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a square system with one step of iterative refinement in extended precision.
+
+    Raises ``numpy.linalg.LinAlgError`` if the matrix is exactly singular.
+    """
+    x = np.linalg.solve(matrix, right)
+    residual = right - matrix.astype(np.longdouble) @ x
+    return np.asarray(x + np.linalg.solve(matrix, residual.astype(float)))
+
+
+def power_of_two(size: float) -> float:
+    """The power of two next to a size; 1 for the size zero."""
+    return float(np.exp2(np.round(np.log2(size)))) if size > 0 else 1.0
+
+
+def equilibration(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Row and column scales, powers of two, that bring every row and column near the size 1.
+
+    Scaling by powers of two is free of round-off. Zero rows and columns keep the scale 1.
+    """
+    rows, columns = np.ones(matrix.shape[0]), np.ones(matrix.shape[1])
+    size = np.abs(matrix)
+    for _ in range(DEFAULT.equilibration_sweeps):
+        scaled = size * rows[:, None] * columns
+        rows /= _root(scaled.max(axis=1, initial=0.0))
+        columns /= _root(scaled.max(axis=0, initial=0.0))
+    rows /= _nonzero((size * rows[:, None] * columns).max(axis=1, initial=0.0))
+    return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns)))
+
+
+def _root(size: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(_nonzero(size)), dtype=float)
+
+
+def _nonzero(size: FloatArray) -> FloatArray:
+    return np.where(size > 0, size, 1.0)
+
+
+def _highs(
+    matrix: FloatArray,
+    cost: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    column_lower: FloatArray,
+    column_upper: FloatArray,
+) -> highspy._core._Highs:
+    rows, columns = matrix.shape
+    model = highspy.HighsLp()
+    model.num_row_, model.num_col_ = rows, columns
+    model.col_cost_ = cost
+    model.row_lower_, model.row_upper_ = lower, upper
+    model.col_lower_, model.col_upper_ = column_lower, column_upper
+    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    transposed = np.ascontiguousarray(matrix.T)
+    nonzero = transposed != 0
+    model.a_matrix_.start_ = np.concatenate([[0], np.cumsum(nonzero.sum(axis=1))]).astype(np.int32)
+    model.a_matrix_.index_ = np.nonzero(nonzero)[1].astype(np.int32)
+    model.a_matrix_.value_ = transposed[nonzero]
+    highs = highspy._core._Highs()
+    for name, value in _OPTIONS.items():
+        highs.setOptionValue(name, value)
+    highs.passModel(model)
+    return highs

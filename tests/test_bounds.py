@@ -1,0 +1,231 @@
+"""Bounds against cited values, brute force, constructed optima and the laws of scaling."""
+
+from dataclasses import replace
+from itertools import product
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+import shakedown
+from shakedown import Problem
+from shakedown.constraints import constraints
+
+LAW = settings(derandomize=True, deadline=None, max_examples=25)
+
+
+def random_problem(seed: int, n: int, coupling: float = 0.3, m: int = 6) -> Problem:
+    """A positive definite system of moderate coupling, pressed together at the mean load."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(2 * n, 2 * n)) * coupling
+    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
+    return Problem(
+        A=kappa[:n, :n],
+        B=kappa[n:, :n],
+        C=kappa[n:, n:],
+        f=rng.uniform(0.1, 0.5, n),
+        q_w=rng.normal(size=(m, n)),
+        p_w=4.0 + rng.normal(size=(m, n)),
+    )
+
+
+def collapse_by_brute_force(problem: Problem) -> float:
+    """The smallest positive one-pair intersection that lies on the safe region (n 2ⁿ⁻¹ subsets)."""
+    rows, best = constraints(problem), np.inf
+    matrix = np.column_stack([rows.G, rows.d])
+    for pair in range(problem.n):
+        others = [i for i in range(problem.n) if i != pair]
+        for sides in product((0, 1), repeat=len(others)):
+            subset = [2 * pair, 2 * pair + 1, *(2 * i + s for i, s in zip(others, sides, strict=True))]
+            if np.linalg.cond(matrix[subset]) > 1e12:
+                continue
+            x = np.linalg.solve(matrix[subset], rows.g[subset])
+            if 0 < x[-1] < best and rows.relative_excess(x[:-1], x[-1]).max() < 1e-10:
+                best = x[-1]
+    return float(best)
+
+
+def positive_combination(G: np.ndarray, pair: int) -> tuple[list[int], np.ndarray]:
+    """n + 1 rows, two of them of one node, with positive multipliers y such that yᵀ G = 0."""
+    n = G.shape[1]
+    others = [j for j in range(n) if j != pair]
+    for sides in product((0, 1), repeat=n - 1):
+        subset = [2 * pair, 2 * pair + 1, *(2 * j + s for j, s in zip(others, sides, strict=True))]
+        y = np.linalg.svd(G[subset].T)[2][-1]
+        y = y if y.sum() > 0 else -y
+        if y.min() > 0:
+            return subset, y
+    raise AssertionError("no choice of sides closes the region")
+
+
+def test_two_node_system_has_the_thesis_bounds() -> None:
+    bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
+    assert bounds.lower.load_factor == pytest.approx(0.6573734697246544, rel=1e-12)
+    assert bounds.upper.load_factor == pytest.approx(0.7391455673806329, rel=1e-12)
+    np.testing.assert_allclose(bounds.lower.slip, [1.53656435, 1.59365716], atol=1e-8)
+    np.testing.assert_allclose(bounds.upper.slip, [-0.15634934, 1.28772669], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("name", "f", "lower", "upper"),
+    [
+        ("block-9", 0.5, 0.0, 4.715032),
+        ("block-9", 0.2, 1.219830, 1.730955),
+        ("block-33", 0.2, 0.506731, 1.440862),
+        ("three-node", 0.5, 3.096, 10 / 3),
+    ],
+)
+def test_known_systems(name: str, f: float, lower: float, upper: float) -> None:
+    bounds = shakedown.shakedown_bounds(replace(shakedown.example(name), f=f))
+    assert bounds.lower.load_factor == pytest.approx(lower, abs=5e-7)
+    assert bounds.upper.load_factor == pytest.approx(upper, abs=5e-7)
+    if lower == 0:
+        assert f"node {bounds.lower.node} can be lifted off" in bounds.lower.reason
+
+
+@pytest.mark.parametrize("n", range(1, 7))
+@pytest.mark.parametrize("seed", range(5))
+def test_lower_bound_is_the_smallest_feasible_intersection(n: int, seed: int) -> None:
+    problem = random_problem(seed, n)
+    lower = shakedown.lower_bound(problem)
+    assert lower.load_factor > 0
+    brute = collapse_by_brute_force(problem)
+    critical = shakedown.critical_load_factors(problem)
+    assert lower.load_factor == pytest.approx(brute, rel=1e-11)
+    assert critical.smallest_feasible.load_factor == pytest.approx(brute, rel=1e-11)
+    assert critical.smallest_positive.load_factor <= lower.load_factor * (1 + 1e-11)
+    assert lower.load_factor <= shakedown.upper_bound(problem).load_factor * (1 + 1e-12)
+
+
+def test_bounds_coincide_without_coupling_and_for_one_node() -> None:
+    for name in ("uncoupled", "one-node"):
+        bounds = shakedown.shakedown_bounds(shakedown.example(name))
+        assert bounds.lower.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-13)
+        assert bounds.lower.guarantee == "proved"
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_constructed_optimum_is_found(seed: int) -> None:
+    """Build the loads backwards from a chosen vertex and its multipliers."""
+    rng = np.random.default_rng(seed)
+    problem = random_problem(seed, 4)
+    rows = constraints(problem)
+    slip, load_factor = rng.normal(size=4), 0.7
+    subset, y = positive_combination(rows.G, pair=2)
+    assert np.abs(y @ rows.G[subset]).max() < 1e-12
+    amplitude = rng.uniform(0.5, 1.5, 4)
+    quiet = Problem(A=problem.A, B=problem.B, f=problem.f, q_w=np.zeros((1, 4)), p_w=np.zeros((1, 4)))
+    room = np.where(np.isin(np.arange(8), subset), 0.0, rng.uniform(0.1, 1.0, 8))
+    g = rows.G @ slip + load_factor * np.repeat(amplitude, 2) + room
+    p0, q0 = (g[::2] + g[1::2]) / (2 * problem.f), (g[1::2] - g[::2]) / 2
+    loop = np.array([[1.0], [-1.0]]) * amplitude
+    built = replace(quiet, q_w=q0 + loop, p_w=np.tile(p0, (2, 1)))
+    upper = shakedown.upper_bound(built)
+    assert upper.load_factor == pytest.approx(load_factor, rel=1e-11)
+    np.testing.assert_allclose(upper.slip, slip, atol=1e-9)
+
+
+def test_multipliers_prove_the_upper_bound() -> None:
+    problem = shakedown.example("block-9")
+    rows, upper = constraints(problem), shakedown.upper_bound(problem)
+    y = upper.multipliers
+    assert y.min() >= -1e-15 * y.max()
+    assert np.abs(y @ rows.G).max() <= 1e-13 * (y @ np.abs(rows.G)).max()
+    assert y @ rows.d == pytest.approx(1.0, rel=1e-12)
+    assert y @ rows.g == pytest.approx(upper.load_factor, rel=1e-12)
+
+
+def test_no_safe_state_carries_a_farkas_certificate() -> None:
+    problem = shakedown.example("two-node")
+    problem = replace(problem, p_w=problem.p_w - 9000.0)
+    upper, rows = shakedown.upper_bound(problem), constraints(problem)
+    assert (upper.status, np.isnan(upper.load_factor)) == ("infeasible", True)
+    assert "mean load" in upper.reason
+    y = upper.multipliers
+    assert y.min() >= 0
+    assert np.abs(y @ rows.G).max() <= 1e-12 * (y @ np.abs(rows.G)).max()
+    assert y @ rows.d >= 0
+    assert y @ rows.g < 0
+    lower = shakedown.lower_bound(problem)
+    assert (lower.status, np.isnan(lower.load_factor)) == ("infeasible", True)
+
+
+def test_wedging_carries_a_direction() -> None:
+    problem = replace(shakedown.example("two-node"), f=2.5)
+    upper, rows = shakedown.upper_bound(problem), constraints(problem)
+    assert (upper.status, upper.load_factor) == ("unbounded", np.inf)
+    assert upper.reason.startswith("wedging")
+    assert np.any(upper.direction)
+    assert np.all(rows.G @ upper.direction + rows.d <= 0)
+    assert shakedown.lower_bound(problem).guarantee == "evidence"
+
+
+def test_zero_amplitude_is_told_from_wedging() -> None:
+    problem = shakedown.example("two-node")
+    point = replace(problem, q_w=problem.q_w[:1], p_w=problem.p_w[:1])
+    upper = shakedown.upper_bound(point)
+    assert upper.status == "unbounded"
+    assert upper.reason.startswith("zero-amplitude loop")
+    uncoupled = shakedown.lower_bound(replace(point, B=np.zeros((2, 2))))
+    assert (uncoupled.status, uncoupled.load_factor, uncoupled.node) == ("unbounded", np.inf, -1)
+
+
+def test_loads_safe_only_away_from_the_mean_have_a_least_load_factor() -> None:
+    problem = Problem(
+        A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.5], [-0.5]], p_w=[[3.0], [3.0]], q_mean=[0.0], p_mean=[-1.0]
+    )
+    upper = shakedown.upper_bound(problem)
+    assert upper.status == "unbounded"
+    assert upper.least_load_factor == pytest.approx(1 / 3)
+    assert shakedown.lower_bound(problem).status == "infeasible"
+
+
+@LAW
+@given(seed=st.integers(0, 999), n=st.integers(1, 5), force=st.floats(-12, 12), length=st.floats(-12, 12))
+def test_units_change_nothing_but_the_scale(seed: int, n: int, force: float, length: float) -> None:
+    problem = random_problem(seed, n)
+    F, L = 10.0**force, 10.0**length
+    scaled = Problem(
+        A=problem.A * (F / L),
+        B=problem.B * (F / L),
+        C=problem.C * (F / L),
+        f=problem.f,
+        q_w=problem.q_w * F,
+        p_w=problem.p_w * F,
+    )
+    here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(scaled)
+    for a, b in ((here.lower, there.lower), (here.upper, there.upper)):
+        assert b.status == a.status
+        assert b.load_factor == pytest.approx(a.load_factor, rel=1e-11)
+        np.testing.assert_allclose(b.slip / L, a.slip, rtol=1e-8, atol=1e-8)
+    assert there.lower.node == here.lower.node
+
+
+@LAW
+@given(seed=st.integers(0, 999), n=st.integers(2, 5))
+def test_relabelling_nodes_relabels_the_answer(seed: int, n: int) -> None:
+    problem = random_problem(seed, n)
+    order = np.random.default_rng(seed).permutation(n)
+    shuffled = Problem(
+        A=problem.A[np.ix_(order, order)],
+        B=problem.B[np.ix_(order, order)],
+        f=problem.f[order],
+        q_w=problem.q_w[:, order],
+        p_w=problem.p_w[:, order],
+    )
+    here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(shuffled)
+    assert there.upper.load_factor == pytest.approx(here.upper.load_factor, rel=1e-12)
+    assert there.lower.load_factor == pytest.approx(here.lower.load_factor, rel=1e-12)
+    assert order[there.lower.node] == here.lower.node
+    np.testing.assert_allclose(there.lower.slip, here.lower.slip[order], rtol=1e-8, atol=1e-8)
+
+
+@LAW
+@given(seed=st.integers(0, 999), n=st.integers(1, 5))
+def test_mirroring_reverses_the_slips(seed: int, n: int) -> None:
+    problem = random_problem(seed, n)
+    mirrored = replace(problem, B=-problem.B, q_w=-problem.q_w)
+    here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(mirrored)
+    assert there.upper.load_factor == pytest.approx(here.upper.load_factor, rel=1e-12)
+    np.testing.assert_allclose(there.lower.slip, -here.lower.slip, rtol=1e-8, atol=1e-8)
