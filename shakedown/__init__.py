@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from shakedown.condensation import Condensation as Condensation
-    from shakedown.condensation import condense as condense
-    from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.bounds import LowerBound as LowerBound
     from shakedown.bounds import ShakedownBounds as ShakedownBounds
     from shakedown.bounds import UpperBound as UpperBound
     from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
     from shakedown.bounds import upper_bound as upper_bound
+    from shakedown.condensation import Condensation as Condensation
+    from shakedown.condensation import condense as condense
+    from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
