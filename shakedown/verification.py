@@ -136,6 +136,9 @@ def verify(
     lower, upper = bounds.lower, bounds.upper
     subsets = comb(2 * problem.n, problem.n + 1)
     plan = list(_plan(problem, lower, upper, load_factors, random_states, seed))
+    simulate(
+        problem, 0.0, cycles=1, method=method
+    )  # loads the compiled code, which no run's time should count
     runs = []
     for done, (region, load_factor, initial, start) in enumerate(plan, 1):
         runs.append(_run(problem, region, load_factor, initial, start, cycles, method))
