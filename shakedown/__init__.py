@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
     from shakedown.bounds import upper_bound as upper_bound
+    from shakedown.condensation import Condensation as Condensation
+    from shakedown.condensation import condense as condense
+    from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
@@ -30,6 +33,10 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.importing import Import as Import
+    from shakedown.importing import import_model as import_model
+    from shakedown.importing import import_problem as import_problem
+    from shakedown.load_case import LoadCase as LoadCase
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
@@ -49,6 +56,9 @@ _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
+    "shakedown.condensation": "Condensation condense condensed_stiffness",
+    "shakedown.importing": "Import import_model import_problem",
+    "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
     "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
     "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
