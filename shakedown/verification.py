@@ -265,9 +265,11 @@ def _road_findings(
     bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
-    # λ_1 may be zero: it is compared on the scale of λ_max.
-    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 0.0
-    pairs = (("λ_1", bounds.lower, second_lower), ("λ_max", bounds.upper, second_upper))
+    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
+    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 1.0
+    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
+    if bounds.upper.status != "infeasible":  # else there is no first collapse either
+        pairs.insert(0, ("λ_1", bounds.lower, second_lower))
     for name, first, second in pairs:
         one, two = first.load_factor, second.load_factor
         if second.status == "undecided":
