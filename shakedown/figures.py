@@ -150,7 +150,7 @@ def _floor(runs: Sequence[Run]) -> float:
 
 def _mark_floor(axes: Sequence[Axes], floor: float) -> None:
     for axis in axes:
-        axis.set_ylim(bottom=floor / 3)
+        axis.set_ylim(bottom=floor / 30)
         axis.axhline(floor, color="0.6", lw=0.8)
         axis.text(
             0.99,
