@@ -22,6 +22,7 @@ from shakedown.fem import (
     contact_problem,
     read_mesh,
     receding_block,
+    shipped_blocks,
 )
 
 STEEL = Material(200e3, 0.3)
@@ -358,6 +359,19 @@ def test_half_a_receding_block_is_half_of_the_whole():
     np.testing.assert_allclose((half.A @ v + half.B.T @ w)[1:], q[9:], atol=1e-12)
     np.testing.assert_allclose(half.B @ v + half.C @ w, weight * p[8:], atol=1e-12)
     np.testing.assert_allclose(half.p_w, weight * whole.p_w[:, 8:], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["receding-block", "cantilevered-block"])
+def test_shipped_blocks_are_made_again(name):
+    shipped, made = shakedown.example(name), shipped_blocks()[name]
+    assert (shipped.name, shipped.units) == (made.name, made.units)
+    for key in ("A", "B", "C", "f", "q_w", "p_w", "q_transient", "p_transient", "x"):
+        found, expected = getattr(shipped, key), getattr(made, key)
+        assert (found is None) == (expected is None)
+        if expected is not None:
+            np.testing.assert_allclose(
+                found, expected, rtol=0, atol=1e-12 * max(np.abs(expected).max(), 1e-300)
+            )
 
 
 def test_blocks_are_in_balance_and_refine():

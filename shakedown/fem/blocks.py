@@ -136,3 +136,18 @@ def cantilevered_block(
     return contact_problem(
         body, "right", f, steps=steps, name="slanted cantilevered block (chapter V)", units="N, m"
     )
+
+
+def shipped_blocks() -> dict[str, Problem]:
+    """The built-in problems that come from these blocks, by name.
+
+    They are kept in ``shakedown/data``, so that scikit-fem need not be there to
+    use them; to make them again::
+
+        for name, problem in shipped_blocks().items():
+            shakedown.save_problem(f"shakedown/data/{name}.npz", problem)
+    """
+    return {
+        "receding-block": receding_block(2, steps=20, first_loading=10),
+        "cantilevered-block": cantilevered_block(),
+    }
