@@ -23,6 +23,7 @@ from shakedown.fem import (
     read_mesh,
     receding_block,
     shipped_blocks,
+    welded_corner,
 )
 
 STEEL = Material(200e3, 0.3)
@@ -405,3 +406,27 @@ def test_a_large_block_takes_seconds():
     assert problem.n == 201
     assert problem.p_w.sum() == pytest.approx(4.0, rel=1e-10)
     assert time.perf_counter() - start < 30
+
+
+def test_a_welded_corner_of_the_mesh_has_the_shear_ratio_of_the_theory():
+    """A right-angled corner, ν = 0.3: exponent 0.7112 (Williams 1952), |q|/p = 0.302."""
+    corner = welded_corner(np.pi / 2, 0.3)
+    assert corner.exponent == pytest.approx(0.71117, abs=1e-5)
+    load = Displacement(boundary="top", x=0.0, y=-1.0, history=1.0)
+    body = ElasticBody(block_mesh(2.0, 1.0, 96, 48), Material(1.0, 0.3), loads=[load])
+    problem = contact_problem(body, "bottom", 0.3)
+    near = slice(2, 5)  # the first two nodes carry the error of the element at the corner
+    ratio = (problem.q_w / problem.p_w)[0, near]
+    np.testing.assert_allclose(np.abs(ratio), corner.shear_ratio, rtol=0.04)
+
+
+def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
+    assert welded_corner(np.pi / 2, 0.3, "stress") == welded_corner(np.pi / 2, 0.3 / 1.3)
+
+
+@pytest.mark.parametrize(
+    ("angle", "message"), [(0.0, "0 < angle < pi"), (np.radians(20), "no singular field")]
+)
+def test_corners_without_an_answer_are_named(angle, message):
+    with pytest.raises(UsageError, match=message):
+        welded_corner(angle, 0.3)

@@ -164,7 +164,8 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
     ("old", "new", "message"),
     [
         ("friction = 0.4", "", "expected the key 'friction'"),
-        ("friction = 0.4", "friction = 'rough'", "key 'friction': expected a number, found 'rough'"),
+        ("friction = 0.4", "friction = 'rough'", "key 'friction': expected a finite number, found 'rough'"),
+        ("friction = 0.4", "friction = inf", "key 'friction': expected a finite number, found inf"),
         ("friction = 0.4", "friction = [0.4]", r"key 'f': expected shape \(2,\)"),
         ("steps = 4", "", "expected 'steps' >= 1"),
         ("steps = 4", "step = 4", "unknown key 'step'; expected keys are .*steps"),
@@ -278,8 +279,8 @@ def test_time_functions(tmp_path):
         ({"points": [[0.5, 1, 2]]}, "n x 2 numbers"),
         ({"harmonics": [], "points": []}, "found 2"),
         ({"harmonics": [{"order": 1, "tan": 1}]}, "unknown key 'tan'"),
-        ({"harmonics": [{"cos": True}]}, "expected a number, found True"),
-        ("wave", "expected a number, found 'wave'"),
+        ({"harmonics": [{"cos": True}]}, "expected a finite number, found True"),
+        ("wave", "expected a finite number, found 'wave'"),
     ):
         with pytest.raises(ProblemError, match=message):
             history_of(wrong)

@@ -66,6 +66,12 @@ def test_formats_with_labels_come_back(tmp_path, case):
 MAPPED = {
     "matrix market symmetric": (writers.matrix_market(K), "matrix-market", 1e-16),
     "matrix market general": (writers.matrix_market(K, symmetric=False), "matrix-market", 1e-16),
+    "matrix market array": (writers.matrix_market(K, layout="array"), "matrix-market", 1e-16),
+    "matrix market full array": (
+        writers.matrix_market(K, symmetric=False, layout="array"),
+        "matrix-market",
+        1e-16,
+    ),
     "op4 dense": (writers.nastran_op4(K), "op4", 1e-16),
     "op4 sparse": (writers.nastran_op4(K, style="sparse"), "op4", 1e-16),
     "op4 bigmat": (writers.nastran_op4(K, style="bigmat"), "op4", 1e-16),
@@ -176,8 +182,12 @@ def test_one_thing_broken_is_named(tmp_path, case):
 
 BROKEN_MAPPED = {
     "not square": ("%%MatrixMarket matrix coordinate real general\n6 5 1\n1 1 1.0\n", "square"),
-    "complex": ("%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real matrix"),
-    "index too large": ("%%MatrixMarket matrix coordinate real general\n6 6 1\n7 1 1.0\n", "damaged"),
+    "complex": ("%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real general"),
+    "index too large": ("%%MatrixMarket matrix coordinate real general\n6 6 1\n7 1 1.0\n", "found 7, 1"),
+    "index twice": (MAPPED["matrix market general"][0].replace("\n2 1 ", "\n1 1 "), "entry once"),
+    "entry missing": (MAPPED["matrix market general"][0].rsplit("\n", 2)[0], "expected 36 entries, found 35"),
+    "value missing": (MAPPED["matrix market array"][0].rsplit("\n", 2)[0], "expected 21 numbers, found 20"),
+    "no size": ("%%MatrixMarket matrix coordinate real general\n% nothing\n", "size of a square matrix"),
     "op4 too short": ("\n".join(MAPPED["op4 dense"][0].splitlines()[:-4]), "end of the file"),
     "op4 row out of range": (
         MAPPED["op4 dense"][0].replace("       1       1       6", "       1       4       6"),

@@ -46,12 +46,14 @@ def calculix_storage(K, dofs):
     return "".join(entries), "".join(f"{node}.{direction}\n" for node, direction in dofs)
 
 
-def matrix_market(K, symmetric=True):
+def matrix_market(K, symmetric=True, layout="coordinate"):
     n = len(K)
     kind = "symmetric" if symmetric else "general"
     pairs = [(i, j) for j in range(n) for i in range(j if symmetric else 0, n)]
-    lines = [f"%%MatrixMarket matrix coordinate real {kind}", "% a comment", f"{n} {n} {len(pairs)}"]
-    return "\n".join([*lines, *(f"{i + 1} {j + 1} {K[i, j]:.17g}" for i, j in pairs), ""])
+    size = f"{n} {n} {len(pairs)}" if layout == "coordinate" else f"{n} {n}"
+    lines = [f"%%MatrixMarket matrix {layout} real {kind}", "% a comment", size]
+    keys = [f"{i + 1} {j + 1} " if layout == "coordinate" else "" for i, j in pairs]
+    return "\n".join([*lines, *(f"{key}{K[pair]:.17g}" for key, pair in zip(keys, pairs, strict=True)), ""])
 
 
 def dof_map(dofs):
