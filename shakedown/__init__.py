@@ -10,12 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from shakedown.bounds import LowerBound as LowerBound
     from shakedown.bounds import ShakedownBounds as ShakedownBounds
-    from shakedown.bounds import UpperBound as UpperBound
-    from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
-    from shakedown.bounds import upper_bound as upper_bound
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
@@ -29,18 +25,24 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.lower import LowerBound as LowerBound
+    from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
     from shakedown.problem import Problem as Problem
+    from shakedown.upper import UpperBound as UpperBound
+    from shakedown.upper import upper_bound as upper_bound
 
 _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
     "shakedown.margin": "SafeSlip safe_slip",
-    "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
+    "shakedown.bounds": "ShakedownBounds shakedown_bounds",
+    "shakedown.upper": "UpperBound upper_bound",
+    "shakedown.lower": "LowerBound lower_bound",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors",
     "shakedown.examples": "example example_names",

@@ -95,7 +95,7 @@ def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
         sign.value = np.where(rows.node == node, -1.0, 1.0)
         status = _solve(program, solver)
         open_nodes += status == "undecided"
-        if status == "optimal" and float(load_factor.value) < best.load_factor:
+        if status == "optimal" and float(np.asarray(load_factor.value)) < best.load_factor:
             best = _bound(status, load_factor, v, length, node, solver)
     if open_nodes and best.load_factor > DEFAULT.feasibility:  # a node left open may collapse first
         return ConicBound("undecided", nan, -1, np.full(problem.n, nan), solver)
@@ -123,6 +123,8 @@ def _bound(
     status: str, load_factor: cp.Variable, v: cp.Variable, length: float, node: int, solver: str
 ) -> ConicBound:
     if status == "optimal":
-        return ConicBound(status, float(load_factor.value), node, np.asarray(v.value) * length, solver)
+        return ConicBound(
+            status, float(np.asarray(load_factor.value)), node, np.asarray(v.value) * length, solver
+        )
     value = inf if status == "unbounded" else nan
     return ConicBound(status, value, node, np.full(v.shape, nan), solver)
