@@ -31,13 +31,13 @@ class GuaranteeStatus:
     single_node_bound: float = nan
 
 
-def guarantee_status(problem: Problem) -> GuaranteeStatus:
+def guarantee_status(problem: Problem, load_factor: float) -> GuaranteeStatus:
     """What is proved about shakedown from every initial state below the first collapse.
 
     Examples
     --------
     >>> import shakedown
-    >>> guarantee_status(shakedown.example("uncoupled")).reason
+    >>> guarantee_status(shakedown.example("uncoupled"), 0.6).reason
     "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
     """
     if not problem.B.any():

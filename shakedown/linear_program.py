@@ -37,23 +37,31 @@ class Vertex:
     multipliers : (R,)
         Row multipliers y with yᵀ M = cᵀ on the columns that are not at a bound
         (y ≤ 0 at an upper, y ≥ 0 at a lower row bound).
-    active : (K,)
-        Rows that determine the vertex.
-    free : (K,)
-        Columns that they determine; every other column is at a bound.
     """
 
     x: FloatArray
     multipliers: FloatArray
-    active: NDArray[np.intp]
-    free: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a linear program ended: ``optimal`` with a vertex, ``infeasible`` or ``unbounded`` without."""
+    """How a linear program ended.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"`` with a vertex, ``"infeasible"`` or ``"unbounded"`` without.
+    active : (K,)
+        The rows held as equalities at the end.
+    free : (K,)
+        The columns that they determine; every other column is at a bound, or zero.
+    vertex
+        The optimal vertex, or None.
+    """
 
     status: str
+    active: NDArray[np.intp]
+    free: NDArray[np.intp]
     vertex: Vertex | None = None
 
 
@@ -135,7 +143,10 @@ class LinearProgram:
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        return Outcome(status, self._vertex() if status == "optimal" else None)
+        basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
+        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
+        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
+        return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
 
     def _run(self) -> str | None:
         self._highs.run()
@@ -147,19 +158,14 @@ class LinearProgram:
         }
         return names.get(status)
 
-    def _vertex(self) -> Vertex:
-        solution, basis = self._highs.getSolution(), self._highs.getBasis()
+    def _vertex(self, active: NDArray[np.intp], free: NDArray[np.intp]) -> Vertex:
+        solution = self._highs.getSolution()
         x = np.array(solution.col_value)
         y = np.array(solution.row_dual)
-        basic = highspy.HighsBasisStatus.kBasic
-        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
-        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
         x, y = self._polished(x, y, active, free)
         return Vertex(
             x=x * self.column_scale * self.size,
             multipliers=y * self.row_scale / self.cost_scale,
-            active=active,
-            free=free,
         )
 
     def _polished(
