@@ -4,7 +4,7 @@ A few lines from a mesh to a problem: an :class:`ElasticBody` with supports and
 loads on named boundaries, then :func:`contact_problem`.
 """
 
-from shakedown.fem.blocks import cantilevered_block, receding_block
+from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.loads import BodyForce, Displacement, Load, Pressure, Traction
@@ -25,4 +25,5 @@ __all__ = [
     "contact_problem",
     "read_mesh",
     "receding_block",
+    "shipped_blocks",
 ]
