@@ -12,12 +12,16 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from shakedown.bounds import ShakedownBounds as ShakedownBounds
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
+    from shakedown.condensation import Condensation as Condensation
+    from shakedown.condensation import condense as condense
+    from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
     from shakedown.enumeration import Intersection as Intersection
     from shakedown.enumeration import critical_load_factors as critical_load_factors
+    from shakedown.enumeration import subset_count as subset_count
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
     from shakedown.errors import ShakedownError as ShakedownError
@@ -25,27 +29,47 @@ if TYPE_CHECKING:
     from shakedown.errors import UsageError as UsageError
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
+    from shakedown.importing import Import as Import
+    from shakedown.importing import import_model as import_model
+    from shakedown.importing import import_problem as import_problem
+    from shakedown.load_case import LoadCase as LoadCase
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
+    from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
+    from shakedown.report import write_report as write_report
+    from shakedown.simulation import History as History
+    from shakedown.simulation import Simulation as Simulation
+    from shakedown.simulation import save_history as save_history
+    from shakedown.simulation import simulate as simulate
     from shakedown.upper import UpperBound as UpperBound
     from shakedown.upper import upper_bound as upper_bound
+    from shakedown.verification import Run as Run
+    from shakedown.verification import Verification as Verification
+    from shakedown.verification import verify as verify
 
 _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.problem": "Problem",
     "shakedown.npz": "load_problem save_problem",
+    "shakedown.condensation": "Condensation condense condensed_stiffness",
+    "shakedown.importing": "Import import_model import_problem",
+    "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
     "shakedown.bounds": "ShakedownBounds shakedown_bounds",
     "shakedown.upper": "UpperBound upper_bound",
     "shakedown.lower": "LowerBound lower_bound",
+    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
-    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors",
     "shakedown.examples": "example example_names",
+    "shakedown.outcome": "Outcome",
+    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.verification": "Run Verification verify",
+    "shakedown.report": "write_report",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

@@ -24,6 +24,27 @@ class Tolerances:
         Sweeps that bring the rows and columns of a linear program near the size 1.
     friction_law
         Largest violation of the friction law, relative to the largest reaction.
+    constrained_diagonal
+        Diagonal entries of a stiffness matrix from here on mark constrained rows.
+    condensed_pattern
+        Largest coupling K_ij that counts as none, relative to √(K_ii K_jj).
+    singular_pivot
+        Smallest pivot of an interior stiffness, relative to the largest, that
+        still holds the interior in place.
+    zero_mode
+        Largest eigenvalue of κ that counts as a rigid motion, relative to the largest.
+    cross_check
+        Largest difference between the condensed stiffness and a static run,
+        relative to the largest reaction (printed results have about seven digits).
+    printed_digits
+        Largest asymmetry of a stiffness put together from printed reactions,
+        relative to the largest entry.
+    convergence
+        Last change of slip or gap at which a Gauss–Seidel load step counts as
+        solved, relative to the length scale of the scene.
+    steadiness
+        Slip per cycle, or difference of slips one period apart, that counts as
+        none in a cycle-by-cycle simulation, relative to the length scale.
     """
 
     symmetry: float = 1e-8
@@ -32,6 +53,14 @@ class Tolerances:
     degeneracy: float = 1e-12
     friction_law: float = 1e-9
     cancellation: float = 1e-15
+    constrained_diagonal: float = 1e35
+    condensed_pattern: float = 1e-12
+    singular_pivot: float = 1e-13
+    zero_mode: float = 1e-9
+    cross_check: float = 1e-5
+    printed_digits: float = 1e-6
+    convergence: float = 1e-13
+    steadiness: float = 1e-9
     equilibration_sweeps: int = 4
 
 

@@ -1,0 +1,15 @@
+"""Speed against error: studies that are run by ``python -m benchmarks``.
+
+A study is a module of this package with
+
+- ``TITLE``: one line;
+- ``cases(short)``: the cases to measure, each a JSON-ready dictionary;
+- ``measure(case)``: one case measured, a JSON-ready row;
+- ``tables(rows)``: what the rows say, as text;
+- ``figures(rows)``: what they show, as {name: matplotlib Figure}.
+
+Rows are stored as soon as they are measured, so that an interrupted study goes
+on where it stopped.
+"""
+
+STUDIES: tuple[str, ...] = ()

@@ -1,0 +1,28 @@
+"""Run studies: ``python -m benchmarks [--short] [--fresh] [STUDY ...]``."""
+
+import argparse
+import sys
+
+from benchmarks import STUDIES
+from benchmarks.runner import run_study
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed against error.")
+    parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"one or more of {', '.join(STUDIES)}")
+    parser.add_argument("--short", action="store_true", help="the short form: all studies in two minutes")
+    parser.add_argument("--fresh", action="store_true", help="measure again what is already stored")
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.studies) - set(STUDIES))
+    if unknown:
+        parser.error(f"no study {', '.join(unknown)}; there are {', '.join(STUDIES)}")
+    for name in arguments.studies or STUDIES:
+        run_study(name, short=arguments.short, fresh=arguments.fresh)
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit("interrupted; run the same command again to go on")

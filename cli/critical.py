@@ -1,0 +1,56 @@
+"""`shakedown-bounds critical`: every (n+1)-subset of the frictional constraints."""
+
+from __future__ import annotations
+
+import click
+from shakedown.cli.options import json_option, problem_argument
+from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
+
+import shakedown
+from shakedown.documents import critical_document
+from shakedown.meaning import critical_in_words
+from shakedown.problem import Problem
+
+
+@click.command(short_help="All critical load factors.")
+@problem_argument
+@click.option(
+    "--budget",
+    type=click.IntRange(min=1),
+    default=1_000_000,
+    show_default=True,
+    help="Refuse to work through more subsets than this.",
+)
+@click.option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
+@json_option
+def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> None:
+    """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
+    n = problem.n
+    count = shakedown.subset_count(n)
+    click.echo(f"{count:,} subsets of {n + 1} of {2 * n} constraints", err=True)
+    with progress("subsets") as update:
+        result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
+    if as_json:
+        echo_json(critical_document(result))
+    else:
+        click.echo(_text(problem, result, list_all))
+
+
+def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: bool) -> str:
+    bounds = shakedown.shakedown_bounds(problem)
+    lines = [headline(problem), ""]
+    lines += [paragraph(sentence) for sentence in critical_in_words(result, result.total, bounds)]
+    smallest = result.smallest_positive
+    if smallest.rows:
+        names = {+1: "backward", -1: "forward"}
+        limits = ", ".join(f"{node} {names[side]}" for node, side in smallest.rows)
+        lines += [
+            "",
+            paragraph(f"It is where these limits meet (node, limit): {limits}."),
+        ]
+        rows = [[str(j), number(smallest.slip[j])] for j in range(problem.n)]
+        lines += ["", table(["node", "slip there"], rows)]
+    if list_all and result.load_factors is not None:
+        rows = [[str(k), number(value, 10)] for k, value in enumerate(result.load_factors)]
+        lines += ["", table(["", "critical load factors"], rows)]
+    return "\n".join(lines)

@@ -1,0 +1,43 @@
+"""`shakedown-bounds example`: list or write the built-in problems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from shakedown.cli.options import json_option
+from shakedown.cli.output import echo_json, headline
+
+import shakedown
+from shakedown.documents import problem_document
+
+
+@click.command(short_help="List or write the built-in problems.")
+@click.argument("name", required=False)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
+@json_option
+def example(name: str | None, output: Path | None, as_json: bool) -> None:
+    """List the built-in problems, or write one to a file."""
+    if name is None:
+        if output is not None:
+            raise click.UsageError("-o needs the NAME of a built-in problem")
+        names = shakedown.example_names()
+        problems = [shakedown.example(each) for each in names]
+        if as_json:
+            documents = map(problem_document, problems)
+            echo_json({"examples": [{"example": e} | d for e, d in zip(names, documents, strict=True)]})
+            return
+        width = max(map(len, names))
+        for each, problem in zip(names, problems, strict=True):
+            click.echo(f"{each:{width}}  n = {problem.n:2}, m = {problem.m:2}  {problem.name}")
+        return
+    problem = shakedown.example(name)
+    target = output or Path(f"{name}.npz")
+    if output is None and target.exists():
+        raise click.UsageError(f"{target} exists; name the file to write with -o")
+    shakedown.save_problem(target, problem)
+    if as_json:
+        echo_json({"example": name, "file": str(target)} | problem_document(problem))
+        return
+    click.echo(f"wrote {target}")
+    click.echo(headline(problem))

@@ -1,0 +1,79 @@
+"""How results look: JSON for programs, tables within 80 columns for people."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from shakedown.problem import Problem
+
+LONGEST_LISTING = 40
+
+
+def echo_json(document: dict[str, Any]) -> None:
+    """The one document on stdout."""
+    click.echo(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def number(value: float | None, digits: int = 7) -> str:
+    """A number for people; undefined ones as a dash."""
+    if value is None or value != value:
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+def table(headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
+    """Right-aligned columns under their headers; long tables show their ends."""
+    cut = len(rows) > LONGEST_LISTING
+    half = LONGEST_LISTING // 2
+    shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
+    widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
+    lines = [_line(row, widths, indent) for row in [headers, *shown]]
+    if cut:
+        lines.insert(1 + half, f"{indent}… {len(rows) - 2 * half} rows more; --json has all …")
+    return "\n".join(lines)
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
+    return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()
+
+
+def paragraph(text: str, indent: str = "") -> str:
+    """Text wrapped to 80 columns."""
+    return click.wrap_text(text, width=79, initial_indent=indent, subsequent_indent=indent)
+
+
+def headline(problem: Problem) -> str:
+    """Name, size and friction of a problem, in one or two lines."""
+    f = problem.f
+    friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
+    nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
+    steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
+    units = f", units {problem.units}" if problem.units else ""
+    return paragraph(f"{problem.name or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}")
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[int, int], None] | None]:
+    """A callback (done, total) that draws a bar on stderr, or None where nobody watches."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    bar: Any = None
+
+    def update(done: int, total: int) -> None:
+        nonlocal bar
+        if bar is None:
+            bar = click.progressbar(length=total, label=label, file=sys.stderr).__enter__()
+        bar.update(done - bar.pos)
+
+    try:
+        yield update
+    finally:
+        if bar is not None:
+            bar.render_finish()

@@ -1,0 +1,126 @@
+"""`shakedown-bounds simulate`: evolution from one initial state, and the long-term state."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+from shakedown.cli.options import cycles_option, json_option, problem_argument
+from shakedown.cli.output import echo_json, headline, number, paragraph, table
+
+import shakedown
+from shakedown.documents import simulation_document
+from shakedown.problem import FloatArray, Problem
+
+METHODS = ("gauss-seidel",)
+
+
+@click.command(short_help="Evolution from one initial state.")
+@problem_argument
+@click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
+@click.option(
+    "--initial",
+    metavar="STATE",
+    help="zero, safe, witness, given, given:K (state K of the file) or PATH.npy. "
+    "Default: given where the file has initial_slip, else zero.",
+)
+@cycles_option
+@click.option("--method", type=click.Choice(METHODS), default=METHODS[0], show_default=True)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write every load step here (NPZ).")
+@json_option
+@click.pass_context
+def simulate(
+    context: click.Context,
+    problem: Problem,
+    load_factor: float,
+    initial: str | None,
+    cycles: int,
+    method: str,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Follow FILE at one load factor from one initial state to its long-term state."""
+    if initial is None:
+        initial = "zero" if problem.initial_slip is None else "given"
+    start = initial_state(problem, load_factor, initial)
+    run = shakedown.simulate(
+        problem, load_factor, start, cycles=cycles, method=method, record=output is not None
+    )
+    if output is not None:
+        shakedown.save_history(output, run)
+    if as_json:
+        echo_json(simulation_document(run))
+    else:
+        click.echo(_text(problem, run, initial))
+    if run.outcome == shakedown.Outcome.UNDECIDED:
+        context.exit(1)
+
+
+def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatArray:
+    """The initial slip, (n,), that a word or a file on the command line stands for."""
+    word, _, index = initial.partition(":")
+    if word == "zero":
+        return np.zeros(problem.n)
+    if word == "given":
+        return _given(problem, index)
+    if word == "safe":
+        return _existing(shakedown.safe_slip(problem, load_factor).slip, "a safe slip", load_factor)
+    if word == "witness":
+        return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
+    return _from_file(Path(initial))
+
+
+def _given(problem: Problem, index: str) -> FloatArray:
+    states = problem.initial_slip
+    if states is None:
+        raise click.UsageError("--initial given: the problem has no initial_slip")
+    if not index.isdecimal() and index:
+        raise click.UsageError(f"--initial given:{index}: expected a state number")
+    if int(index or 0) >= len(states):
+        raise click.UsageError(f"--initial given:{index}: the problem has {len(states)} state(s), from 0")
+    return states[int(index or 0)]
+
+
+def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
+    if np.isnan(slip).any():
+        raise click.UsageError(f"there is no such initial state: {what} does not exist at {load_factor:g}")
+    return slip
+
+
+def _from_file(path: Path) -> FloatArray:
+    if not path.is_file():
+        raise click.UsageError(
+            f"--initial {path}: expected zero, safe, witness, given or an existing NPY file"
+        )
+    try:
+        array = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        reason = (str(error).splitlines() or ["empty"])[0]
+        raise click.UsageError(f"--initial {path}: not a readable NPY file ({reason})") from None
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+        raise click.UsageError(f"--initial {path}: expected one array of real numbers")
+    return array
+
+
+def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
+    lines = [headline(problem), ""]
+    lines.append(paragraph(f"Load factor {run.load_factor:g}, initial state {initial}: {run.outcome}"))
+    lines.append(paragraph(f"({run.reason}).", "  "))
+    lines.append("")
+    facts = [
+        ("cycles simulated", str(run.cycles_simulated)),
+        ("period", f"{run.period} cycle(s)" if run.period else "-"),
+        ("dissipation per cycle", number(run.dissipation_per_cycle)),
+        ("friction law residual", f"{run.residual:.1e} (relative)"),
+        ("method", run.method),
+    ]
+    width = max(len(name) for name, _ in facts)
+    lines += [f"  {name:{width}}  {value}" for name, value in facts]
+    lines.append("")
+    rows = [
+        [str(j), number(run.initial_slip[j]), number(run.final_slip[j]), number(run.slip_per_cycle[j])]
+        for j in range(problem.n)
+    ]
+    lines.append(table(["node", "initial slip", "final slip", "slip per period"], rows))
+    return "\n".join(lines)

@@ -1,0 +1,97 @@
+"""`shakedown-bounds verify`: the bounds against time integration, with a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from shakedown.cli.options import cycles_option, json_option, problem_argument
+from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
+
+import shakedown
+from shakedown.documents import verification_document
+from shakedown.meaning import bounds_in_words
+from shakedown.problem import Problem
+
+
+@click.command(short_help="Prediction against time integration; report.")
+@problem_argument
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Write the report (HTML) here, JSON beside it."
+)
+@click.option(
+    "--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated."
+)
+@click.option(
+    "--random",
+    "random_states",
+    type=click.IntRange(min=0),
+    default=3,
+    show_default=True,
+    help="Number of random initial states.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random initial states.")
+@cycles_option
+@json_option
+@click.pass_context
+def verify(
+    context: click.Context,
+    problem: Problem,
+    output: Path | None,
+    load_factors: tuple[float, ...],
+    random_states: int,
+    seed: int,
+    cycles: int,
+    as_json: bool,
+) -> None:
+    """Hold the bounds of FILE against time integration from several states.
+
+    Exit code 1 where they disagree or a simulation reaches no outcome.
+    """
+    with progress("simulations") as update:
+        result = shakedown.verify(
+            problem,
+            load_factors=load_factors or None,
+            random_states=random_states,
+            seed=seed,
+            cycles=cycles,
+            progress=update,
+        )
+    if output is not None:
+        shakedown.write_report(output, result)
+    if as_json:
+        echo_json(verification_document(result))
+    else:
+        click.echo(_text(problem, result))
+        if output is not None:
+            click.echo(f"\nreport: {output}, {output.with_suffix('.json')}")
+    if not result.agrees:
+        context.exit(1)
+
+
+def _text(problem: Problem, result: shakedown.Verification) -> str:
+    lines = [headline(problem), ""]
+    findings = [*result.disagreements, *result.open_questions]
+    if findings:
+        lines += ["DISAGREEMENT" if result.disagreements else "OPEN"]
+        lines += [paragraph(f"- {finding}", "  ") for finding in findings]
+        lines += [""]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
+    marks = {True: "yes", False: "NO", None: "-"}
+    rows = [
+        [
+            number(run.simulation.load_factor, 5),
+            run.initial,
+            run.predicted,
+            str(run.simulation.outcome),
+            marks[run.agrees],
+            number(float(run.simulation.slip_per_cycle.max()), 4),
+            f"{run.simulation.residual:.0e}",
+        ]
+        for run in result.runs
+    ]
+    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", "slip", "residual"], rows)]
+    if not findings:
+        judged = sum(run.agrees is not None for run in result.runs)
+        lines += ["", f"Prediction and time integration agree in all {judged} runs with a prediction."]
+    return "\n".join(lines)

@@ -1,0 +1,412 @@
+"""Static condensation of an elastic model to its contact nodes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from shakedown.contact_frame import ContactFrame, checked_dofs, contact_frame
+from shakedown.errors import ProblemError
+from shakedown.load_case import LoadCase, histories
+from shakedown.problem import FloatArray, Problem
+from shakedown.stiffness_checks import asymmetry, check_condensed, checked_matrix, zero_modes
+from shakedown.tolerances import DEFAULT
+
+_COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace to 64 vectors
+
+
+@dataclass(frozen=True, eq=False)
+class Condensation:
+    """An elastic model reduced to slip and gap, with the evidence that it was done right.
+
+    Attributes
+    ----------
+    frame : ContactFrame
+        Contact nodes, normals and tangents.
+    stiffness : (2n, 2n)
+        κ = [[A, Bᵀ], [B, C]] (thesis (2.10), (2.11)) [force/length].
+    interior, held : int
+        Rows that were condensed out, and rows that do not move.
+    zero_modes : int
+        Motions of the contact nodes that meet no resistance: 0 for a supported
+        body, up to 3 for one that is held by the contact alone.
+    asymmetry : float
+        Largest |κ − κᵀ| before it was averaged away, relative to max |κ|.
+    residual : float
+        Largest force left on the interior by the unit contact displacements,
+        relative to the largest contact force.
+    notes : tuple of str
+        What a user should know: rows taken as held, rows without stiffness,
+        a floating body.
+    """
+
+    frame: ContactFrame
+    stiffness: FloatArray
+    interior: int
+    held: int
+    zero_modes: int
+    asymmetry: float
+    residual: float
+    notes: tuple[str, ...]
+    _model: "_Interior"
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.frame.n
+
+    @property
+    def A(self) -> FloatArray:
+        """Tangential stiffness, (n, n) [force/length]."""
+        return self.stiffness[: self.n, : self.n]
+
+    @property
+    def B(self) -> FloatArray:
+        """Coupling p = B v, (n, n) [force/length]."""
+        return self.stiffness[self.n :, : self.n]
+
+    @property
+    def C(self) -> FloatArray:
+        """Normal stiffness, (n, n) [force/length]."""
+        return self.stiffness[self.n :, self.n :]
+
+    def welded_reactions(self, case: LoadCase) -> FloatArray:
+        """Reactions (q_w, p_w), (2n,) [force], of a load case at factor 1 with all nodes welded.
+
+        Raises
+        ------
+        ProblemError
+            If an array of the case does not fit the model, or a displacement is
+            prescribed at a row that is not held.
+        """
+        total = np.zeros(2 * self.n)
+        if case.reactions is not None:
+            if case.reactions.shape != (self.n, 2):
+                raise ProblemError(
+                    f"{case.name}: reactions: expected shape ({self.n}, 2), found {case.reactions.shape}"
+                )
+            total += self.frame.to_local(case.reactions)
+        if case.force is not None or case.displacement is not None:
+            total += self._model.reactions(case)
+        return total
+
+    def problem(
+        self,
+        loads: Sequence[LoadCase],
+        f: ArrayLike,
+        *,
+        x: ArrayLike | None = None,
+        name: str = "",
+        units: str = "",
+    ) -> Problem:
+        """The problem with these loads and friction coefficients, () or (n,)."""
+        n, factors = self.n, histories(loads)
+        unit = np.array([self.welded_reactions(case) for case in loads])
+        over = {
+            key: None if value is None else value @ unit
+            for key, value in (("mean", factors.mean), ("transient", factors.transient))
+        }
+        period, mean, transient = factors.period @ unit, over["mean"], over["transient"]
+        return Problem(
+            A=self.A,
+            B=self.B,
+            C=self.C,
+            f=f,
+            q_w=period[:, :n],
+            p_w=period[:, n:],
+            q_mean=None if mean is None else mean[:n],
+            p_mean=None if mean is None else mean[n:],
+            q_transient=None if transient is None else transient[:, :n],
+            p_transient=None if transient is None else transient[:, n:],
+            x=x,
+            name=name,
+            units=units,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Interior:
+    """The model in the variables (v, w), interior, held, with its factorised interior."""
+
+    K: sparse.csr_array
+    T_c: sparse.csr_array
+    T_i: sparse.csr_array
+    T_h: sparse.csr_array
+    held: NDArray[np.intp]
+    lu: SuperLU | None
+
+    def reactions(self, case: LoadCase) -> FloatArray:
+        """Contact reactions T_cᵀ (K u − F) with slip and gap zero and the interior in equilibrium."""
+        size = self.K.shape[0]
+        force, displacement = np.zeros(size), np.zeros(size)
+        for key, target in (("force", force), ("displacement", displacement)):
+            given = getattr(case, key)
+            if given is None:
+                continue
+            if given.shape != (size,):
+                raise ProblemError(f"{case.name}: {key}: expected shape ({size},), found {given.shape}")
+            target[:] = given
+        moved = np.setdiff1d(np.flatnonzero(displacement), self.held)
+        if moved.size:
+            raise ProblemError(
+                f"{case.name}: displacement: expected it only at held rows, found free row {moved[0]}"
+            )
+        u = self.T_h @ displacement[self.held]
+        if self.lu is not None:
+            u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))
+        return np.asarray(self.T_c.T @ (self.K @ u - force))
+
+
+def condense(
+    K: sparse.sparray | sparse.spmatrix | FloatArray,
+    dofs: ArrayLike,
+    contact: ArrayLike,
+    normals: ArrayLike,
+    loads: Sequence[LoadCase],
+    f: ArrayLike,
+    *,
+    fixed: ArrayLike = (),
+    axes: tuple[int, int] = (1, 2),
+    free_out_of_plane: bool = False,
+    allow_sparse: bool = False,
+    x: ArrayLike | None = None,
+    name: str = "",
+    units: str = "",
+) -> Problem:
+    """Reduce an elastic model of one or two bodies to a problem in slip and gap.
+
+    The short form of ``condensed_stiffness(...).problem(loads, f)``; see
+    :func:`condensed_stiffness` for ``K`` to ``allow_sparse``.
+
+    Parameters
+    ----------
+    loads
+        Load cases, each with its time function.
+    f : () or (n,)
+        Friction coefficient(s) [–].
+    x, name, units
+        As in :class:`shakedown.Problem`.
+
+    Raises
+    ------
+    ProblemError
+        As :func:`condensed_stiffness`; or if a load does not fit the model.
+
+    Examples
+    --------
+    A node on a rigid plane, hung from a held node by an inclined spring:
+
+    >>> import numpy as np
+    >>> spring = np.array([[2.0, 1.0], [1.0, 3.0]])
+    >>> K = np.block([[spring, -spring], [-spring, spring]])
+    >>> push = LoadCase(history=[1.0, 0.5], displacement=[0, 0, 0.0, -1.0])
+    >>> dofs = [(1, 1), (1, 2), (2, 1), (2, 2)]
+    >>> joint = condense(K, dofs, [1], [0, 1], [push], f=0.4, fixed=[2, 3])
+    >>> joint.B, joint.p_w.ravel()
+    (array([[1.]]), array([3. , 1.5]))
+    """
+    reduced = condensed_stiffness(
+        K,
+        dofs,
+        contact,
+        normals,
+        fixed=fixed,
+        axes=axes,
+        free_out_of_plane=free_out_of_plane,
+        allow_sparse=allow_sparse,
+    )
+    return reduced.problem(loads, f, x=x, name=name, units=units)
+
+
+def condensed_stiffness(
+    K: sparse.sparray | sparse.spmatrix | FloatArray,
+    dofs: ArrayLike,
+    contact: ArrayLike,
+    normals: ArrayLike,
+    *,
+    fixed: ArrayLike = (),
+    axes: tuple[int, int] = (1, 2),
+    free_out_of_plane: bool = False,
+    allow_sparse: bool = False,
+) -> Condensation:
+    """Condense a stiffness matrix to the contact nodes, κ = K_cc − K_ci K_ii⁻¹ K_ic.
+
+    One sparse factorization of the interior serves all 2n right-hand sides and
+    all loads. Memory: the factors (about 30 N log₂N numbers in two dimensions)
+    plus 64 dense vectors of length N plus κ.
+
+    Parameters
+    ----------
+    K : (N, N)
+        Symmetric stiffness, sparse or dense [force/length]. A diagonal entry of
+        1e35 or more is the mark that Abaqus leaves on a constrained row: the row
+        is taken as held.
+    dofs : (N, 2)
+        Node label and direction of every row. Directions 1, 2, 3 are x, y, z;
+        others (rotations, pressures, multipliers; negative labels) are condensed
+        like any other unknown.
+    contact : (n,) or (n, 2)
+        Contact nodes against a rigid obstacle, or matching pairs (node of the
+        first body, node of the second). Slip and gap are then u₁ − u₂. A node
+        that is held along its tangent only (a plane of symmetry) gets a spring
+        of its own in A, coupled to nothing, so that its slip stays zero.
+    normals : (2,) or (n, 2)
+        Contact normals, pointing into the first body.
+    fixed : (k,) int or (N,) bool
+        Rows of K that are held, or move by what a load case prescribes.
+    axes
+        The two directions that span the plane.
+    free_out_of_plane
+        Contact nodes with a third direction that is not held are an error,
+        because friction acts along one tangent only; true condenses it instead.
+    allow_sparse
+        Accept a matrix that holds contact nodes only and yet couples few of them.
+
+    Raises
+    ------
+    ProblemError
+        If K is not symmetric, real and finite; if a contact row is missing or
+        held; if the interior can move without resistance; if K holds contact
+        nodes only but is sparse, as a matrix that was never condensed is.
+    """
+    table = checked_dofs(dofs)
+    matrix, constrained = checked_matrix(K, table)
+    frame = contact_frame(table, contact, normals, axes=axes)
+    held = _held_rows(fixed, constrained, len(table))
+    guided = _guided(frame, table, held)
+    if not free_out_of_plane:
+        _check_out_of_plane(frame, table, held, axes)
+    if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
+        check_condensed(matrix[~held][:, ~held], table[~held, 0])
+    empty = ~held & (np.diff(matrix.indptr) == 0)
+    interior = _interior(matrix, frame, held | empty, guided)
+    stiffness, residual = _schur(interior)
+    error = asymmetry(stiffness)
+    if error > DEFAULT.symmetry:
+        raise ProblemError(f"K: expected a symmetric condensed matrix, found an asymmetry of {error:.2g}")
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    stiffness[: frame.n, : frame.n] += np.diag(np.where(guided, stiffness[: frame.n, : frame.n].max(), 0.0))
+    stiffness.setflags(write=False)
+    modes = zero_modes(stiffness)
+    return Condensation(
+        frame=frame,
+        stiffness=stiffness,
+        interior=interior.T_i.shape[1],
+        held=int(held.sum()),
+        zero_modes=modes,
+        asymmetry=error,
+        residual=residual,
+        notes=_notes(frame, guided, constrained, empty, modes),
+        _model=interior,
+    )
+
+
+def _held_rows(fixed: ArrayLike, constrained: NDArray[np.bool_], size: int) -> NDArray[np.bool_]:
+    rows = np.asarray(fixed)
+    held = constrained.copy()
+    if rows.dtype == bool:
+        if rows.shape != (size,):
+            raise ProblemError(f"fixed: expected shape ({size},), found {rows.shape}")
+        return held | rows
+    if rows.size == 0:
+        return held
+    if rows.ndim != 1 or rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= size:
+        raise ProblemError(f"fixed: expected row numbers 0 to {size - 1}, found {rows!r}")
+    held[rows] = True
+    return held
+
+
+def _guided(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Contact nodes that are held along their tangent and free along their normal."""
+    first = held[frame.rows[:, 0, :]]
+    guided = np.any(first & (np.abs(frame.normals) <= DEFAULT.symmetry), axis=1)
+    blocked = np.any(first, axis=1) & ~(guided & ~np.all(first, axis=1))
+    if blocked.any():
+        j = int(np.argmax(blocked))
+        node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
+        raise ProblemError(
+            f"contact: expected free contact nodes, found direction {direction} of node {node} held "
+            "(release the contact nodes in the model before the matrix is written)"
+        )
+    return guided
+
+
+def _check_out_of_plane(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> None:
+    third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
+    if third.any():
+        node, direction = table[np.argmax(third)]
+        raise ProblemError(
+            f"contact: expected one tangential direction per node, found node {node} free in direction "
+            f"{direction} too; hold it (fixed), or let it move without friction (free_out_of_plane)"
+        )
+
+
+def _interior(
+    matrix: sparse.csr_array, frame: ContactFrame, held: NDArray[np.bool_], guided: NDArray[np.bool_]
+) -> _Interior:
+    T_c, T_r, rest = frame.transformation(matrix.shape[0])
+    T_c = T_c @ sparse.diags_array(np.concatenate([~guided, np.ones(frame.n, bool)]).astype(float))
+    T_i, T_h = T_r[:, ~held[rest]], T_r[:, held[rest]]
+    return _Interior(matrix, T_c, T_i, T_h, rest[held[rest]], _factorised((T_i.T @ matrix @ T_i).tocsc()))
+
+
+def _factorised(K_ii: sparse.csc_array) -> SuperLU | None:
+    if K_ii.shape[0] == 0:
+        return None
+    loose = "K: expected an interior that the supports and the welded contact hold, found that it can move"
+    try:
+        lu = splu(K_ii, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        if "singular" not in str(error):
+            raise
+        raise ProblemError(loose) from None
+    pivots = np.abs(lu.U.diagonal())
+    if pivots.min() < DEFAULT.singular_pivot * pivots.max():
+        raise ProblemError(f"{loose} (pivot ratio {pivots.min() / pivots.max():.1e})")
+    return lu
+
+
+def _schur(model: _Interior) -> tuple[FloatArray, float]:
+    """κ and the largest relative force that is left on the interior."""
+    K_cc = (model.T_c.T @ model.K @ model.T_c).toarray()
+    if model.lu is None:
+        return K_cc, 0.0
+    K_ii, K_ic = model.T_i.T @ model.K @ model.T_i, (model.T_i.T @ model.K @ model.T_c).tocsc()
+    residual = 0.0
+    for start in range(0, K_cc.shape[1], _COLUMNS):
+        block = slice(start, start + _COLUMNS)
+        load = K_ic[:, block].toarray()
+        u = model.lu.solve(load)
+        residual = max(residual, float(np.abs(K_ii @ u - load).max()))
+        K_cc[:, block] -= K_ic.T @ u
+    return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
+
+
+def _notes(
+    frame: ContactFrame,
+    guided: NDArray[np.bool_],
+    constrained: NDArray[np.bool_],
+    empty: NDArray[np.bool_],
+    modes: int,
+) -> tuple[str, ...]:
+    notes = []
+    for j in np.flatnonzero(guided):
+        notes.append(
+            f"contact node {frame.labels[j]} is held along its tangent (a plane of symmetry): its slip is "
+            "coupled to nothing and stays zero"
+        )
+    if constrained.any():
+        notes.append(f"{constrained.sum()} rows carry 1e36 on the diagonal and were taken as held")
+    if empty.any():
+        notes.append(f"{empty.sum()} rows without any stiffness were taken as held")
+    if modes:
+        notes.append(
+            f"floating: {modes} rigid motion(s) of the contact nodes meet no resistance; the body is held "
+            "by the contact alone"
+        )
+    return tuple(notes)

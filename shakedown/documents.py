@@ -1,0 +1,127 @@
+"""Results as JSON-ready dictionaries, with the field names that other programs rely on."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shakedown.problem import Problem
+
+if TYPE_CHECKING:
+    from shakedown.bounds import ShakedownBounds
+    from shakedown.enumeration import CriticalLoadFactors, Intersection
+    from shakedown.simulation import Simulation
+    from shakedown.verification import Verification
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON knows it: arrays as lists, infinities as "inf"/"-inf", undefined numbers as None.
+
+    Examples
+    --------
+    >>> plain({"slip": np.array([1.0, np.nan]), "load_factor": math.inf})
+    {'slip': [1.0, None], 'load_factor': 'inf'}
+    """
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        if math.isnan(value):
+            return None
+        return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+    if isinstance(value, str):  # an enumeration member becomes its text
+        return str(value)
+    return value
+
+
+def problem_document(problem: Problem) -> dict[str, Any]:
+    """Name and size of a problem."""
+    return {"name": problem.name, "n": problem.n, "m": problem.m}
+
+
+def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, Any]:
+    """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
+    lower, upper = bounds.lower, bounds.upper
+    lower_keys = (
+        "load_factor node slip kind single_node_bound guarantee reason coupling_ratio certified residual"
+    )
+    upper_keys = "status load_factor slip active certified reason residual"
+    return plain(
+        {
+            "problem": problem_document(problem),
+            "lower": {key: getattr(lower, key) for key in lower_keys.split()},
+            "upper": {key: getattr(upper, key) for key in upper_keys.split()},
+        }
+    )
+
+
+def verification_document(verification: "Verification") -> dict[str, Any]:
+    """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it."""
+    v = verification
+    document = bounds_document(v.problem, v.bounds)
+    runs = [
+        {
+            "region": run.region,
+            "initial": run.initial,
+            "predicted": run.predicted,
+            "agrees": run.agrees,
+            "seconds": run.seconds,
+            **simulation_document(run.simulation),
+        }
+        for run in v.runs
+    ]
+    return document | plain(
+        {
+            "agrees": v.agrees,
+            "disagreements": v.disagreements,
+            "open_questions": v.open_questions,
+            "second_road": {
+                "solver": v.second_upper.solver,
+                "lower": {"status": v.second_lower.status, "load_factor": v.second_lower.load_factor},
+                "upper": {"status": v.second_upper.status, "load_factor": v.second_upper.load_factor},
+            },
+            "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
+            "runs": runs,
+        }
+    )
+
+
+def simulation_document(run: "Simulation") -> dict[str, Any]:
+    """A simulation as ``shakedown-bounds simulate --json`` writes it."""
+    keys = (
+        "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
+        "dissipation_per_cycle cycles_simulated method events residual"
+    )
+    return plain({key: getattr(run, key) for key in keys.split()})
+
+
+def critical_document(critical: "CriticalLoadFactors") -> dict[str, Any]:
+    """The critical load factors as ``shakedown-bounds critical --json`` writes them."""
+    document = {
+        "total": critical.total,
+        "regular": critical.regular,
+        "degenerate": critical.degenerate,
+        "degenerate_rows": critical.degenerate_rows,
+        "smallest_positive": _intersection_document(critical.smallest_positive),
+        "smallest_feasible": _intersection_document(critical.smallest_feasible),
+    }
+    if critical.load_factors is not None:
+        document["load_factors"] = critical.load_factors
+    return plain(document)
+
+
+def _intersection_document(intersection: "Intersection") -> dict[str, Any]:
+    keys = ("load_factor", "slip", "rows", "residual")
+    return {key: getattr(intersection, key) for key in keys}
+
+
+def friction_document(problem: Problem) -> dict[str, Any]:
+    """Friction thresholds as ``shakedown-bounds solve --json`` writes them."""
+    with np.errstate(divide="ignore"):
+        single = np.diag(problem.A) / np.abs(np.diag(problem.B))
+    return plain({"single_node": single, "uniqueness_in_contact": None, "uniqueness": None, "wedging": None})

@@ -1,0 +1,137 @@
+"""The blocks of the thesis (chapters III and V), with mesh refinement as a parameter."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from shakedown.errors import UsageError
+from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.contact import contact_problem
+from shakedown.fem.loads import Pressure
+from shakedown.fem.mesh import block_mesh
+from shakedown.problem import Problem
+
+
+def receding_block(
+    refinement: int = 2,
+    *,
+    symmetric: bool = False,
+    f: float = 0.35,
+    unloading: float = 1 / 3,
+    steps: int = 2,
+    first_loading: int = 1,
+) -> Problem:
+    """The receding contact of thesis chapter III: a block h × 4h on a rigid plane, ν = 0.3.
+
+    A pressure on the central strip 2h of the top rises to p_max (transient load
+    steps), then cycles between p_max and ``unloading`` · p_max. Nothing but the
+    contact holds the block. Lengths are in h, pressures in p_max, and Young's
+    modulus is 1, so slips are in p_max h/E: the response of such a contact is
+    proportional to the load, and no other value would change anything.
+
+    The thesis does not state its mesh; here elements are squares of side
+    h/(4 · refinement), bilinear, in plane strain.
+
+    Parameters
+    ----------
+    refinement
+        Elements per quarter of the height; the contact has 16 · refinement + 1
+        nodes (8 · refinement + 1 with symmetry).
+    symmetric
+        Take the right half only; the node on the plane of symmetry does not slip.
+    f
+        Friction coefficient [–].
+    unloading
+        Lowest pressure of a cycle, relative to p_max [–].
+    steps
+        Load steps of one cycle, an even number; straight lines between.
+    first_loading
+        Load steps from no load to p_max.
+
+    Examples
+    --------
+    >>> block = receding_block(1)
+    >>> block.n, block.m, block.q_transient.shape
+    (17, 2, (1, 17))
+    """
+    if refinement < 1 or steps < 2 or steps % 2 or first_loading < 1 or not 0 <= unloading < 1:
+        raise UsageError(
+            "receding_block: expected refinement >= 1, an even number of steps >= 2, first_loading >= 1 "
+            f"and 0 <= unloading < 1, found {refinement}, {steps}, {first_loading}, {unloading}"
+        )
+    half = 2.0
+    width, left = (half, 0.0) if symmetric else (2 * half, -half)
+    mesh = block_mesh(width, 1.0, round(4 * width) * refinement, 4 * refinement, origin=(left, 0.0))
+    mesh = mesh.with_boundaries({"strip": lambda p: (p[1] > 1 - 1e-9) & (np.abs(p[0]) < 1.0)})
+    triangle = 1 - (1 - unloading) * (1 - np.abs(1 - 2 * np.arange(steps) / steps))
+    press = Pressure(
+        boundary="strip",
+        value=1.0,
+        history=triangle,
+        transient=np.arange(first_loading) / first_loading,
+    )
+    body = ElasticBody(
+        mesh,
+        Material(1.0, 0.3),
+        supports=[Support("left", x=True, y=False)] if symmetric else [],
+        loads=[press],
+    )
+    name = f"receding block (chapter III){', right half' if symmetric else ''}"
+    return contact_problem(body, "bottom", f, name=name, units="h, p_max")
+
+
+def cantilevered_block(
+    refinement: int = 1,
+    *,
+    angle: float = np.pi / 4,
+    strip: tuple[float, float] = (4.0, 4.5),
+    f: float = 0.4,
+    steps: int = 40,
+) -> Problem:
+    """The cantilevered block of thesis chapter V: h × 4.5h, one end fixed, the other on a slanted plane.
+
+    A pressure 5000 + 1000 cos 10π(t + 0.1) [N/m²] acts on a small strip of the top;
+    E = 200 GPa, ν = 0.3, h = 1 m, plane strain. One period is 0.2 s.
+
+    The thesis states neither the angle nor the strip nor the mesh. Here the free
+    end is cut so that it rests on a plane at ``angle`` to the horizontal, about
+    the middle of its height; bilinear elements, eight across the height.
+
+    Parameters
+    ----------
+    refinement
+        Multiplies the elements of both directions; the contact has
+        8 · refinement + 1 nodes (the thesis: nine).
+    angle
+        Of the plane to the horizontal [rad], 0 < angle ≤ π/2.
+    strip
+        Where the pressure acts on the top, from the fixed end [h]; its ends are
+        moved to the nearest nodes.
+    f
+        Friction coefficient [–].
+    steps
+        Load steps of one period.
+
+    Examples
+    --------
+    >>> cantilevered_block().n
+    9
+    """
+    if refinement < 1 or not 0 < angle <= np.pi / 2 or not 0 <= strip[0] < strip[1]:
+        raise UsageError(
+            "cantilevered_block: expected refinement >= 1, 0 < angle <= pi/2 and an ascending strip, "
+            f"found {refinement}, {angle}, {strip}"
+        )
+    block = block_mesh(4.5, 1.0, 36 * refinement, 8 * refinement)
+    x, y = block.p
+    slanted = np.vstack([x * (1 + (y - 0.5) / np.tan(angle) / 4.5), y])
+    mesh = replace(block, doflocs=np.ascontiguousarray(slanted)).with_boundaries(
+        {"strip": lambda p: (p[1] > 1 - 1e-9) & (p[0] > strip[0]) & (p[0] < strip[1])}
+    )
+    press = Pressure(
+        boundary="strip", value=1.0, history=lambda t: 5000 + 1000 * np.cos(2 * np.pi * t + np.pi)
+    )
+    body = ElasticBody(mesh, Material(200e9, 0.3), supports=[Support("left")], loads=[press])
+    return contact_problem(
+        body, "right", f, steps=steps, name="slanted cantilevered block (chapter V)", units="N, m"
+    )

@@ -1,0 +1,228 @@
+"""A linear elastic body in two dimensions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from skfem import (
+    Basis,
+    ElementQuad1,
+    ElementQuad2,
+    ElementTriP1,
+    ElementTriP2,
+    ElementVector,
+    FacetBasis,
+    Mesh,
+    MeshQuad,
+)
+from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+from shakedown.errors import ProblemError
+from shakedown.problem import FloatArray
+
+if TYPE_CHECKING:
+    from shakedown.fem.loads import Load
+
+IntArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elasticity: Young's modulus [force/length²] and Poisson's ratio [–].
+
+    Raises
+    ------
+    ProblemError
+        Unless young > 0 and −1 < poisson < 0.5.
+
+    Examples
+    --------
+    >>> Material(200e9, 0.3).young
+    200000000000.0
+    """
+
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        if not (self.young > 0 and -1 < self.poisson < 0.5):
+            raise ProblemError(
+                "material: expected Young's modulus > 0 and -1 < Poisson's ratio < 0.5, "
+                f"found {self.young}, {self.poisson}"
+            )
+
+    def lame(self, plane: str) -> tuple[float, float]:
+        """Lamé parameters (λ, μ) of the plane problem [force/length²]."""
+        lam, mu = lame_parameters(self.young, self.poisson)
+        return (lam, mu) if plane == "strain" else (2 * mu * lam / (lam + 2 * mu), mu)
+
+
+@dataclass(frozen=True)
+class Support:
+    """A boundary that cannot move in x, in y or in both."""
+
+    boundary: str
+    x: bool = True
+    y: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticBody:
+    """An elastic body with its supports and loads, discretised by scikit-fem.
+
+    Parameters
+    ----------
+    mesh
+        Triangles or quadrilaterals with named boundaries (and subdomains).
+    material
+        One material, or a material for each named subdomain.
+    supports, loads
+        What holds the body and what acts on it, on named boundaries.
+    plane
+        ``"strain"`` or ``"stress"``.
+    thickness
+        Of the body [length].
+    order
+        1 (bilinear, linear) or 2 (biquadratic, quadratic) elements.
+
+    Raises
+    ------
+    ProblemError
+        If a boundary or subdomain is not in the mesh, or some elements have no material.
+
+    Examples
+    --------
+    >>> from shakedown.fem import block_mesh
+    >>> body = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3))
+    >>> body.stiffness.shape, body.dofs[:3].tolist()
+    ((30, 30), [[0, 1], [0, 2], [1, 1]])
+    """
+
+    mesh: Mesh
+    material: Material | Mapping[str, Material]
+    supports: Sequence[Support] = ()
+    loads: "Sequence[Load]" = ()
+    plane: Literal["strain", "stress"] = "strain"
+    thickness: float = 1.0
+    order: int = 1
+
+    def __post_init__(self) -> None:
+        if self.plane not in ("strain", "stress"):
+            raise ProblemError(f"plane: expected 'strain' or 'stress', found '{self.plane}'")
+        if self.order not in (1, 2):
+            raise ProblemError(f"order: expected 1 or 2, found {self.order}")
+        if not self.thickness > 0:
+            raise ProblemError(f"thickness: expected > 0, found {self.thickness}")
+        for support in self.supports:
+            self.facets(support.boundary)
+        self._parts()
+
+    @cached_property
+    def basis(self) -> Basis:
+        """scikit-fem's basis of the displacements."""
+        return Basis(self.mesh, self.element)
+
+    @cached_property
+    def element(self) -> ElementVector:
+        """scikit-fem's vector element."""
+        quads = (ElementQuad1, ElementQuad2)
+        triangles = (ElementTriP1, ElementTriP2)
+        return ElementVector((quads if isinstance(self.mesh, MeshQuad) else triangles)[self.order - 1]())
+
+    @cached_property
+    def stiffness(self) -> sparse.csr_array:
+        """Stiffness of the unsupported body, (N, N) [force/length]."""
+        K = sparse.csr_array((self.basis.N, self.basis.N))
+        for material, elements in self._parts():
+            basis = self.basis if elements is None else self.basis.with_elements(elements)
+            K = K + sparse.csr_array(linear_elasticity(*material.lame(self.plane)).assemble(basis))
+        return self.thickness * K
+
+    @cached_property
+    def dofs(self) -> IntArray:
+        """Node label and direction (1, 2) of every row, (N, 2).
+
+        Vertices carry their own number; with second-order elements mid-side
+        nodes follow in the order of the facets, centres in the order of the elements.
+        """
+        table = np.zeros((self.basis.N, 2), dtype=np.intp)
+        first = 0
+        for rows in (self.basis.nodal_dofs, self.basis.facet_dofs, self.basis.interior_dofs):
+            if rows is None or len(rows) == 0:
+                continue
+            for direction in (0, 1):
+                table[rows[direction]] = np.column_stack(
+                    [first + np.arange(rows.shape[1]), np.full(rows.shape[1], direction + 1)]
+                )
+            first += rows.shape[1]
+        return table
+
+    def facets(self, boundary: str) -> IntArray:
+        """Facets of a named boundary; ``ProblemError`` if there is none of that name."""
+        named = self.mesh.boundaries or {}
+        if boundary not in named:
+            listed = ", ".join(sorted(named)) or "none"
+            raise ProblemError(f"boundary '{boundary}': not in the mesh; its boundaries are {listed}")
+        return np.asarray(named[boundary])
+
+    def facet_basis(self, boundary: str) -> FacetBasis:
+        """scikit-fem's basis on a named boundary, for loads."""
+        return FacetBasis(self.mesh, self.element, facets=self.facets(boundary))
+
+    def rows_on(self, boundary: str, direction: int) -> IntArray:
+        """Rows of K of all nodes on a named boundary in one direction (1, 2)."""
+        rows = self.basis.get_dofs(self.facets(boundary)).flatten()
+        return np.sort(rows[self.dofs[rows, 1] == direction])
+
+    def held_rows(self) -> IntArray:
+        """Rows of K that the supports hold or that a load prescribes."""
+        rows = [np.zeros(0, dtype=np.intp)]
+        for held in (*self.supports, *(load.support() for load in self.loads)):
+            if held is not None:
+                for direction, holds in ((1, held.x), (2, held.y)):
+                    rows += [self.rows_on(held.boundary, direction)] if holds else []
+        return np.unique(np.concatenate(rows))
+
+    def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
+        """Nodes of a named boundary in order along it, and unit normals into the body, (n,), (n, 2).
+
+        Where two facets meet the normal is the mean of theirs, weighted by length.
+        """
+        basis = self.facet_basis(boundary)
+        outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, 2))
+        for k, facet in enumerate(self.facets(boundary)):
+            rows = self.basis.get_dofs(np.array([facet])).flatten()
+            weight[rows] -= (outward[:, k, :] * basis.dx[k]).sum(axis=1)
+        rows = self.rows_on(boundary, 1)
+        normals = weight[rows] / np.linalg.norm(weight[rows], axis=1)[:, None]
+        mean = weight[rows].sum(axis=0)
+        place = self.basis.doflocs[:, rows].T @ np.array([mean[1], -mean[0]])
+        order = np.argsort(place)
+        return self.dofs[rows[order], 0], normals[order]
+
+    def positions(self, nodes: IntArray) -> FloatArray:
+        """Coordinates of nodes by label, (n, 2) [length]."""
+        place = np.zeros((self.dofs[:, 0].max() + 1, 2))
+        place[self.dofs[:, 0]] = self.basis.doflocs.T
+        return place[nodes]
+
+    def _parts(self) -> list[tuple[Material, IntArray | None]]:
+        if isinstance(self.material, Material):
+            return [(self.material, None)]
+        named = self.mesh.subdomains or {}
+        for key in self.material:
+            if key not in named:
+                listed = ", ".join(sorted(named)) or "none"
+                raise ProblemError(f"material '{key}': no such subdomain in the mesh; there are {listed}")
+        parts = [(material, np.asarray(named[key])) for key, material in self.material.items()]
+        covered = np.bincount(np.concatenate([e for _, e in parts]), minlength=self.mesh.nelements)
+        if (covered != 1).any():
+            raise ProblemError(
+                f"material: expected one for every element, found {(covered != 1).sum()} of "
+                f"{self.mesh.nelements} elements with none or several"
+            )
+        return list(parts)

@@ -1,0 +1,138 @@
+"""From one or two elastic bodies to a problem in slip and gap."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.spatial import KDTree
+
+from shakedown.condensation import Condensation, condensed_stiffness
+from shakedown.errors import ProblemError
+from shakedown.fem.body import ElasticBody, IntArray
+from shakedown.problem import FloatArray, Problem
+
+
+def contact_problem(
+    body: ElasticBody,
+    boundary: str,
+    f: ArrayLike,
+    *,
+    against: tuple[ElasticBody, str] | None = None,
+    steps: int | None = None,
+    name: str = "",
+    units: str = "",
+) -> Problem:
+    """The problem of a body on a rigid obstacle, or on a second body.
+
+    The contact may be inclined: normals are those of the body's boundary. All
+    reactions are nodal forces, not tractions.
+
+    Parameters
+    ----------
+    body
+        The first body: slip and gap are its displacements (relative to the second).
+    boundary
+        Its contact boundary. Nodes that a support holds in every direction are
+        left out; a node that a support guides along its normal, as a plane of
+        symmetry does, stays.
+    f : () or (n,)
+        Friction coefficient(s), along the boundary in the direction of slip [–].
+    against
+        The second body and its contact boundary, with matching nodes.
+    steps
+        Number of load steps m at which time functions are sampled.
+    name, units
+        As in :class:`shakedown.Problem`.
+
+    Raises
+    ------
+    ProblemError
+        If the bodies do not match, are not held, or a load does not fit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from shakedown.fem import Displacement, ElasticBody, Material, block_mesh
+    >>> press = Displacement("top", x=0.0, y=-1e-3, history=1.0)
+    >>> shear = Displacement("top", x=1e-4, y=0.0, history=lambda t: np.sin(2 * np.pi * t))
+    >>> body = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3), loads=[press, shear])
+    >>> contact_problem(body, "bottom", 0.5, steps=8).q_w.shape
+    (8, 5)
+    """
+    joint = _assembled(body, boundary, against)
+    cases = [
+        load.case(b, steps, slice(start, start + b.basis.N), joint.size)
+        for b, start in zip(joint.bodies, joint.starts, strict=True)
+        for load in b.loads
+    ]
+    if not cases:
+        raise ProblemError("loads: expected at least one load on a body, found none")
+    return joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
+
+
+def contact_condensation(
+    body: ElasticBody, boundary: str, *, against: tuple[ElasticBody, str] | None = None
+) -> Condensation:
+    """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
+    return _assembled(body, boundary, against).reduced
+
+
+@dataclass(frozen=True, eq=False)
+class _Joint:
+    """One or two bodies in one numbering, condensed to their contact."""
+
+    bodies: tuple[ElasticBody, ...]
+    starts: tuple[int, ...]
+    size: int
+    place: FloatArray
+    reduced: Condensation
+
+
+def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str] | None) -> _Joint:
+    nodes, normals = body.normals_on(boundary)
+    kept = _not_held(body, nodes)
+    place = body.positions(nodes)
+    bodies, contact, dofs = [body], nodes, body.dofs
+    if against is not None:
+        other, shift = against[0], np.array([body.dofs[:, 0].max() + 1, 0])
+        bodies.append(other)
+        contact = np.column_stack([nodes, _matching(place, *against) + shift[0]])
+        dofs = np.vstack([body.dofs, other.dofs + shift])
+    *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
+    reduced = condensed_stiffness(
+        sparse.block_diag([b.stiffness for b in bodies], format="csr"),
+        dofs,
+        contact[kept],
+        normals[kept],
+        fixed=np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)]),
+    )
+    return _Joint(tuple(bodies), tuple(starts), size, place[kept], reduced)
+
+
+def _matching(place: FloatArray, other: ElasticBody, boundary: str) -> IntArray:
+    """Nodes of the second body at the places of the first body's contact nodes."""
+    nodes, _ = other.normals_on(boundary)
+    distance, nearest = KDTree(other.positions(nodes)).query(place)
+    reach = 1e-6 * max(np.ptp(place, axis=0).max(), np.finfo(float).tiny)
+    if len(nodes) != len(place) or distance.max() > reach:
+        raise ProblemError(
+            f"contact: expected matching nodes on both bodies, found {len(place)} and {len(nodes)} nodes, "
+            f"up to {distance.max():.3g} apart"
+        )
+    return nodes[nearest]
+
+
+def _not_held(body: ElasticBody, nodes: IntArray) -> IntArray:
+    """Contact nodes that can move at all."""
+    held = body.dofs[body.held_rows(), 0]
+    labels, count = np.unique(held, return_counts=True)
+    kept = np.flatnonzero(~np.isin(nodes, labels[count == 2]))
+    if kept.size == 0:
+        raise ProblemError("contact: expected contact nodes that can move, found all of them held")
+    return kept
+
+
+def _along(place: FloatArray) -> FloatArray:
+    """Distance along the contact from its first node [length]."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])

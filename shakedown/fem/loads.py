@@ -1,0 +1,137 @@
+"""Loads on an elastic body, each with its own time function."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from skfem import LinearForm
+from skfem.helpers import dot
+
+from shakedown.errors import ProblemError
+from shakedown.fem.body import ElasticBody, Support
+from shakedown.load_case import LoadCase
+from shakedown.problem import FloatArray
+
+Field = float | Callable[[FloatArray], FloatArray]
+History = ArrayLike | Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Load(ABC):
+    """What all loads share: their time function.
+
+    Parameters
+    ----------
+    history : (m,), a number (constant) or a function of t
+        Factor of the load; a function is called with the times t = k/m of the
+        load steps, in periods.
+    mean, transient
+        As in :class:`shakedown.LoadCase`.
+    """
+
+    history: History
+    mean: float | None = None
+    transient: ArrayLike | None = None
+
+    @abstractmethod
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """Nodal forces [force] and prescribed displacements [length] at factor 1, (N,) each."""
+
+    def support(self) -> Support | None:
+        """What the load holds in place: a prescribed displacement does, a force does not."""
+        return None
+
+    def sampled(self, steps: int | None) -> ArrayLike:
+        """The factor at the load steps; ``steps`` is needed where it is a function."""
+        if not callable(self.history):
+            return self.history
+        if steps is None:
+            raise ProblemError(f"{type(self).__name__}: steps: needed to sample a time function, found none")
+        return self.history(np.arange(steps) / steps)
+
+    def case(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> LoadCase:
+        """The load case in a model of ``size`` rows where the body has ``rows``."""
+        force, displacement = np.zeros(size), np.zeros(size)
+        force[rows], displacement[rows] = self.nodal(body)
+        return LoadCase(
+            history=self.sampled(steps),
+            force=force,
+            displacement=displacement,
+            mean=self.mean,
+            transient=self.transient,
+            name=type(self).__name__.lower(),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Pressure(Load):
+    """Pressure on a boundary, positive into the body [force/length²]; a number or a function of x."""
+
+    boundary: str
+    value: Field = 1.0
+
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """Consistent nodal forces of −p n."""
+        form = LinearForm(lambda v, w: -_field(self.value, w.x) * dot(w.n, v))
+        return _assembled(form, body, self.boundary)
+
+
+@dataclass(frozen=True, eq=False)
+class Traction(Load):
+    """Traction (x, y) on a boundary [force/length²]."""
+
+    boundary: str
+    value: tuple[Field, Field] = (0.0, 0.0)
+
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """Consistent nodal forces."""
+        form = LinearForm(lambda v, w: sum(_field(t, w.x) * v[a] for a, t in enumerate(self.value)))
+        return _assembled(form, body, self.boundary)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyForce(Load):
+    """Body force (x, y) [force/length³], on the whole body or on one subdomain."""
+
+    value: tuple[float, float] = (0.0, 0.0)
+    subdomain: str | None = None
+
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """Consistent nodal forces."""
+        if self.subdomain is not None and self.subdomain not in (body.mesh.subdomains or {}):
+            raise ProblemError(f"subdomain '{self.subdomain}': not in the mesh")
+        form = LinearForm(lambda v, w: self.value[0] * v[0] + self.value[1] * v[1])
+        basis = body.basis if self.subdomain is None else body.basis.with_elements(self.subdomain)
+        return body.thickness * form.assemble(basis), np.zeros(body.basis.N)
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement(Load):
+    """Prescribed displacement of a boundary [length]; ``None`` leaves a direction free."""
+
+    boundary: str
+    x: Field | None = None
+    y: Field | None = None
+
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """The prescribed values at the nodes of the boundary."""
+        displacement = np.zeros(body.basis.N)
+        for direction, value in ((1, self.x), (2, self.y)):
+            if value is not None:
+                rows = body.rows_on(self.boundary, direction)
+                displacement[rows] = _field(value, body.basis.doflocs[:, rows])
+        return np.zeros(body.basis.N), displacement
+
+    def support(self) -> Support:
+        """The directions that are prescribed."""
+        return Support(self.boundary, self.x is not None, self.y is not None)
+
+
+def _field(value: Field, x: FloatArray) -> FloatArray | float:
+    return value(x) if callable(value) else value
+
+
+def _assembled(form: LinearForm, body: ElasticBody, boundary: str) -> tuple[FloatArray, FloatArray]:
+    return body.thickness * form.assemble(body.facet_basis(boundary)), np.zeros(body.basis.N)

@@ -1,0 +1,157 @@
+"""Meshes with named boundaries: rectangular blocks, and whatever meshio reads."""
+
+import os
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from skfem import Mesh, MeshQuad, MeshTri
+
+from shakedown.errors import ProblemError
+from shakedown.problem import FloatArray
+
+
+def block_mesh(
+    width: float,
+    height: float,
+    nx: int,
+    ny: int,
+    *,
+    origin: tuple[float, float] = (0.0, 0.0),
+    angle: float = 0.0,
+) -> MeshQuad:
+    """A rectangular block of nx × ny quadrilaterals with boundaries left, right, bottom and top.
+
+    Parameters
+    ----------
+    width, height
+        Sides of the block [length].
+    nx, ny
+        Elements along them.
+    origin
+        Where the lower left corner is [length].
+    angle
+        Rotation about that corner, counter-clockwise [rad]; an inclined block
+        gives an inclined contact plane.
+
+    Examples
+    --------
+    >>> mesh = block_mesh(4.0, 1.0, 8, 2)
+    >>> int(mesh.nvertices), sorted(mesh.boundaries)
+    (27, ['bottom', 'left', 'right', 'top'])
+    """
+    if nx < 1 or ny < 1 or not (width > 0 and height > 0):
+        raise ProblemError(
+            "block_mesh: expected positive sides and at least one element, "
+            f"found {width} x {height}, {nx} x {ny}"
+        )
+    x, y = np.linspace(0, width, nx + 1), np.linspace(0, height, ny + 1)
+    mesh = MeshQuad.init_tensor(x, y).with_boundaries(
+        {
+            "left": lambda p: np.isclose(p[0], 0.0, atol=1e-9 * width),
+            "right": lambda p: np.isclose(p[0], width, atol=1e-9 * width),
+            "bottom": lambda p: np.isclose(p[1], 0.0, atol=1e-9 * height),
+            "top": lambda p: np.isclose(p[1], height, atol=1e-9 * height),
+        }
+    )
+    cos, sin = np.cos(angle), np.sin(angle)
+    rotated = np.array([[cos, -sin], [sin, cos]]) @ mesh.p + np.array(origin)[:, None]
+    return replace(mesh, doflocs=np.ascontiguousarray(rotated))
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """A two-dimensional mesh from a file that meshio reads, with its named sets.
+
+    Gmsh physical groups and cell sets become boundaries and subdomains; a node
+    set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds.
+
+    Parameters
+    ----------
+    path
+        Gmsh ``.msh``, Abaqus or CalculiX ``.inp``, Nastran bulk ``.bdf``, …
+
+    Raises
+    ------
+    ProblemError
+        If the file cannot be read, or holds no first-order triangles or
+        quadrilaterals in one plane.
+    """
+    import meshio
+
+    name = os.fspath(path)
+    try:
+        raw = meshio.read(path)
+    except (OSError, ValueError, KeyError, IndexError, meshio.ReadError) as error:
+        raise ProblemError(f"{name}: cannot be read as a mesh ({error or type(error).__name__})") from None
+    except SystemExit:  # meshio ends the program where no reader takes the file
+        raise ProblemError(f"{name}: expected a mesh that meshio reads, found something else") from None
+    points = _plane_points(name, raw.points)
+    kinds = {"triangle": MeshTri, "quad": MeshQuad}
+    found = [kind for kind in kinds if any(block.type == kind for block in raw.cells)]
+    if len(found) != 1:
+        raise ProblemError(
+            f"{name}: expected first-order triangles or quadrilaterals, "
+            f"found {', '.join(sorted({b.type for b in raw.cells})) or 'no cells'}"
+        )
+    return _named(raw, kinds[found[0]], found[0], points)
+
+
+def _plane_points(name: str, points: FloatArray) -> FloatArray:
+    if points.shape[1] == 3 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
+        raise ProblemError(f"{name}: expected a mesh in the plane z = constant, found z varying")
+    return np.ascontiguousarray(points[:, :2].T)
+
+
+def _named(raw: Any, mesh_class: type, kind: str, points: FloatArray) -> Mesh:
+    """Build the mesh without the nodes that no cell uses, and translate its sets."""
+    cells = np.vstack([block.data for block in raw.cells if block.type == kind]).T
+    used, flat = np.unique(cells, return_inverse=True)
+    number = np.full(points.shape[1], -1)
+    number[used] = np.arange(len(used))
+    mesh = mesh_class(points[:, used], flat.reshape(cells.shape))
+    boundaries = {key: _facets(mesh, number[np.asarray(ids)]) for key, ids in raw.point_sets.items()}
+    subdomains: dict[str, FloatArray] = {}
+    for key, parts in _cell_sets(raw).items():
+        cells_in, lines = _members(raw, kind, parts)
+        if len(lines):
+            boundaries[key] = _facets_of(mesh, number[lines])
+        if len(cells_in):
+            subdomains[key] = cells_in
+    boundaries = {key: facets for key, facets in boundaries.items() if len(facets)}
+    return mesh.with_boundaries(boundaries).with_subdomains(subdomains)
+
+
+def _cell_sets(raw: Any) -> dict[str, list[Any]]:
+    """Named cell sets, per block of cells; Gmsh's physical groups among them."""
+    sets = {key: list(parts) for key, parts in raw.cell_sets.items() if not key.startswith("gmsh:")}
+    tags = raw.cell_data.get("gmsh:physical")
+    if tags is not None:
+        for key, (tag, _) in raw.field_data.items():
+            sets[key] = [np.flatnonzero(np.asarray(t) == tag) for t in tags]
+    return sets
+
+
+def _members(raw: Any, kind: str, parts: list[Any]) -> tuple[Any, Any]:
+    cells, lines, offset = [np.zeros(0, int)], [np.zeros((0, 2), int)], 0
+    for block, part in zip(raw.cells, parts, strict=True):
+        chosen = np.zeros(0, int) if part is None else np.asarray(part, dtype=int)
+        if block.type == kind:
+            cells.append(chosen + offset)
+            offset += len(block.data)
+        elif block.type == "line":
+            lines.append(block.data[chosen])
+    return np.concatenate(cells), np.concatenate(lines)
+
+
+def _facets(mesh: Mesh, nodes: Any) -> Any:
+    """Boundary facets all of whose nodes are in a node set."""
+    facets = mesh.boundary_facets()
+    return facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
+
+
+def _facets_of(mesh: Mesh, lines: Any) -> Any:
+    """Facets that coincide with line cells."""
+    wanted = {tuple(sorted(line)) for line in lines.tolist()}
+    return np.array(
+        [k for k, ends in enumerate(mesh.facets.T.tolist()) if tuple(sorted(ends)) in wanted], int
+    )

@@ -1,0 +1,92 @@
+"""What the bounds mean for the joint, in sentences that the command line and the report share."""
+
+from typing import TYPE_CHECKING
+
+from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound
+
+if TYPE_CHECKING:
+    from shakedown.enumeration import CriticalLoadFactors
+
+
+def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
+    """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
+    ...     print(line)
+    Below λ_1 = 0.646554 the joint shakes down from every initial state (no coupling ...).
+    Above λ_max = 0.646554 it cannot shake down with all nodes in contact.
+    The loading as given (λ = 1) lies at or above λ_max.
+    """
+    lower, upper = bounds.lower, bounds.upper
+    if upper.status == "infeasible":
+        return [f"No load factor is safe: {upper.reason}."]
+    between = [] if _coincide(lower, upper) else [_between(lower)]
+    return [_below(lower), *between, _above(upper), _as_given(lower, upper)]
+
+
+def _coincide(lower: LowerBound, upper: UpperBound) -> bool:
+    return not lower.load_factor < upper.load_factor * (1 - 1e-9)
+
+
+def _below(lower: LowerBound) -> str:
+    if lower.load_factor == 0:
+        return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
+    where = "At every load factor" if lower.status == "unbounded" else f"Below λ_1 = {lower.load_factor:.7g}"
+    if lower.guarantee == "proved":
+        return f"{where} the joint shakes down from every initial state ({lower.reason})."
+    claim = f"{where} shakedown from every initial state is to be expected, but not proved"
+    return f"{claim} ({lower.guarantee}): {lower.reason}."
+
+
+def _between(lower: LowerBound) -> str:
+    return (
+        "Between λ_1 and λ_max the initial state decides: from the safe slip the joint shakes down; from "
+        f"the witness, where node {lower.node} has lost its range of safe slips, it usually does not."
+    )
+
+
+def _above(upper: UpperBound) -> str:
+    if upper.status == "unbounded":
+        return f"A safe slip exists at every load factor: {upper.reason}."
+    return f"Above λ_max = {upper.load_factor:.7g} it cannot shake down with all nodes in contact."
+
+
+def _as_given(lower: LowerBound, upper: UpperBound) -> str:
+    if lower.load_factor > 1:
+        place = "below λ_1"
+    elif upper.load_factor > 1:
+        place = "between the bounds"
+    else:
+        place = "at or above λ_max"
+    return f"The loading as given (λ = 1) lies {place}."
+
+
+def critical_in_words(
+    critical: "CriticalLoadFactors | None", total: int, bounds: ShakedownBounds
+) -> list[str]:
+    """How many subsets there are, the smallest values, and why these differ from the bounds."""
+    if critical is None:
+        return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]
+    smallest, feasible = critical.smallest_positive, critical.smallest_feasible
+    counts = f"{total:,} subsets of n + 1 constraints: {critical.regular:,} critical load factors"
+    if critical.degenerate:
+        counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
+    if not smallest.rows:
+        return [f"{counts}. None of them is positive."]
+    sentences = [f"{counts}. The smallest positive one is {smallest.load_factor:.7g}."]
+    if smallest.load_factor < bounds.lower.load_factor * (1 - 1e-9):
+        sentences.append(
+            f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to "
+            "an intersection outside the safe region: there, other constraints are broken already, and "
+            "no safe state ends. Only intersections on the safe region matter; the smallest of those is "
+            f"{feasible.load_factor:.7g}."
+        )
+    elif bounds.lower.load_factor == 0:
+        sentences.append(
+            "λ_1 is 0 all the same: the safe region has lost its cube shape at the mean load already, and an "
+            "intersection at a positive load factor says nothing about that."
+        )
+    return sentences

@@ -1,0 +1,121 @@
+"""A stiffness matrix with the node and direction of each of its rows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from shakedown.contact_frame import checked_dofs
+from shakedown.errors import ProblemError
+from shakedown.problem import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """What a reader returns.
+
+    Attributes
+    ----------
+    K : (N, N) sparse
+        Stiffness, both triangles [force/length].
+    dofs : (N, 2)
+        Node label and direction of every row.
+    format : str
+        What the file was found to be.
+    superelement : bool
+        Whether the format says that the matrix is already condensed.
+    """
+
+    K: sparse.csr_array
+    dofs: NDArray[np.intp]
+    format: str
+    superelement: bool = False
+
+    def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
+        """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
+        index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(self.dofs)}
+        found = []
+        for node, direction in np.asarray(keys, dtype=np.intp).reshape(-1, 2).tolist():
+            if (node, direction) not in index:
+                raise ProblemError(f"expected a row for direction {direction} of node {node}, found none")
+            found.append(index[node, direction])
+        return np.array(found, dtype=np.intp)
+
+
+def from_entries(
+    rows: NDArray[np.intp], columns: NDArray[np.intp], values: FloatArray, where: str, format: str
+) -> Stiffness:
+    """A stiffness from labelled entries of one triangle or of both.
+
+    Parameters
+    ----------
+    rows, columns : (k, 2)
+        (node, direction) of the row and of the column of every entry.
+    values : (k,)
+        Entries [force/length].
+    where
+        The file, for messages.
+
+    Raises
+    ------
+    ProblemError
+        If an entry occurs twice.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lower = np.array([(1, 1), (2, 1), (2, 1)]), np.array([(1, 1), (1, 1), (2, 1)])
+    >>> from_entries(*lower, np.array([2.0, -1.0, 3.0]), "a file", "labelled entries").K.toarray()
+    array([[ 2., -1.],
+           [-1.,  3.]])
+    """
+    dofs, index = np.unique(np.vstack([rows, columns]), axis=0, return_inverse=True)
+    i, j = np.split(index.ravel(), 2)
+    N = len(dofs)
+    place = i * N + j
+    if len(np.unique(place)) < len(place):
+        first, count = np.unique(place, return_counts=True)
+        a, b = divmod(int(first[np.argmax(count > 1)]), N)
+        raise ProblemError(
+            f"{where}: expected every entry once, found row {tuple(dofs[a].tolist())}, "
+            f"column {tuple(dofs[b].tolist())} twice"
+        )
+    return Stiffness(completed(sparse.coo_array((values, (i, j)), shape=(N, N))), checked_dofs(dofs), format)
+
+
+def completed(half: sparse.coo_array) -> sparse.csr_array:
+    """Both triangles of a symmetric matrix of which one entry of each mirrored pair is stored.
+
+    A matrix in which some off-diagonal entry has its mirror image stored is
+    taken as it is.
+    """
+    i, j = half.coords
+    off = i != j
+    mirrored = np.isin(i[off] * half.shape[0] + j[off], j[off] * half.shape[0] + i[off])
+    if mirrored.any():
+        return half.tocsr()
+    mirror = sparse.coo_array((half.data[off], (j[off], i[off])), shape=half.shape)
+    return (half + mirror).tocsr()
+
+
+def with_map(matrix: sparse.sparray, dofs: NDArray[np.intp] | None, where: str, format: str) -> Stiffness:
+    """A matrix without labels together with its map file.
+
+    Raises
+    ------
+    ProblemError
+        If there is no map, or it is of another length.
+    """
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ProblemError(f"{where}: expected a square matrix, found shape {matrix.shape}")
+    if dofs is None:
+        raise ProblemError(
+            f"{where}: expected a map file (one line 'node direction' per row, in matrix order) beside a "
+            f"{format} file, which has none of its own; found none"
+        )
+    if len(dofs) != matrix.shape[0]:
+        raise ProblemError(
+            f"{where}: expected a map of {matrix.shape[0]} lines, one per row, found {len(dofs)}"
+        )
+    return Stiffness(sparse.csr_array(matrix), checked_dofs(dofs), format)

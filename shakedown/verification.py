@@ -1,0 +1,280 @@
+"""Predicted against simulated: does time integration agree with the bounds?"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
+from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
+from shakedown.errors import UsageError
+from shakedown.loading import loading
+from shakedown.margin import safe_slip
+from shakedown.outcome import Outcome
+from shakedown.problem import FloatArray, Problem
+from shakedown.simulation import Simulation, simulate
+
+BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
+ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulation, with what was predicted for it.
+
+    Attributes
+    ----------
+    region
+        Where the load factor lies: below λ_1, between the bounds, above λ_max.
+    initial
+        Name of the initial state.
+    predicted
+        "shakedown", "no shakedown", or "either" where the bounds predict nothing.
+    agrees
+        True, False, or None where nothing was predicted or the simulation is undecided.
+    simulation, seconds
+        What came out, and the time it took [s].
+    """
+
+    region: str
+    initial: str
+    predicted: str
+    agrees: bool | None
+    simulation: Simulation
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Result of :func:`verify`.
+
+    Attributes
+    ----------
+    problem
+        The joint.
+    bounds
+        Both bounds, by linear programming (HiGHS).
+    second_lower, second_upper
+        Both bounds once more, by an interior-point method (cvxpy with Clarabel).
+    critical
+        All (n+1)-subsets, or None where there are more than the budget allows.
+    subsets
+        Their number.
+    runs
+        Every simulation.
+    disagreements
+        One sentence each; empty where prediction and simulation agree.
+    open_questions
+        One sentence for each simulation without an outcome.
+    """
+
+    problem: Problem
+    bounds: ShakedownBounds
+    second_lower: ConicBound
+    second_upper: ConicBound
+    critical: CriticalLoadFactors | None
+    subsets: int
+    runs: tuple[Run, ...]
+    disagreements: tuple[str, ...]
+    open_questions: tuple[str, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing disagrees and nothing is left open."""
+        return not self.disagreements and not self.open_questions
+
+
+def verify(
+    problem: Problem,
+    *,
+    load_factors: Sequence[float] | None = None,
+    random_states: int = 3,
+    seed: int = 0,
+    cycles: int = 1000,
+    method: str = "gauss-seidel",
+    budget: int = 200_000,
+    progress: Callable[[int, int], None] | None = None,
+) -> Verification:
+    """Hold the bounds against time integration from several initial states.
+
+    Below λ_1 every initial state must shake down; above λ_max none can. Between
+    the bounds the safe slip must shake down; other states may do either.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factors
+        Load factors λ to simulate; by default one in every region that exists.
+    random_states, seed
+        Number of random initial states, and the seed they are drawn with.
+    cycles, method
+        As for :func:`shakedown.simulate`.
+    budget
+        Enumerate the critical load factors where there are at most so many subsets.
+    progress
+        Called with (done, total) after every simulation.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> report = shakedown.verify(shakedown.example("two-node"), random_states=1)
+    >>> report.agrees, len(report.runs)
+    (True, 12)
+    """
+    if random_states < 0:
+        raise UsageError(f"random states: expected at least 0, found {random_states}")
+    bounds = shakedown_bounds(problem)
+    lower, upper = bounds.lower, bounds.upper
+    subsets = comb(2 * problem.n, problem.n + 1)
+    plan = list(_plan(problem, lower, upper, load_factors, random_states, seed))
+    simulate(
+        problem, 0.0, cycles=1, method=method
+    )  # loads the compiled code, which no run's time should count
+    runs = []
+    for done, (region, load_factor, initial, start) in enumerate(plan, 1):
+        runs.append(_run(problem, region, load_factor, initial, start, cycles, method))
+        if progress is not None:
+            progress(done, len(plan))
+    second_lower, second_upper = conic_lower_bound(problem), conic_upper_bound(problem)
+    roads = list(_road_findings(bounds, second_lower, second_upper))
+    return Verification(
+        problem=problem,
+        bounds=bounds,
+        second_lower=second_lower,
+        second_upper=second_upper,
+        critical=critical_load_factors(problem) if subsets <= budget else None,
+        subsets=subsets,
+        runs=tuple(runs),
+        disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
+        open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
+    )
+
+
+def default_load_factors(lower: LowerBound, upper: UpperBound) -> list[float]:
+    """One load factor a little inside every region that exists."""
+    first, last = lower.load_factor, upper.load_factor
+    if upper.status == "infeasible":
+        return [1.0]
+    if np.isinf(first):  # nothing ever collapses
+        return [1.0, 10.0]
+    factors = [0.95 * first] if first > 0 else []
+    if np.isinf(last):
+        return [*factors, 1.5 * first or 1.0]
+    if last > first * (1 + 1e-6):
+        factors.append(first + 0.3 * (last - first))
+    return [*factors, 1.05 * last or 1.0]
+
+
+def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:
+    """The region that a load factor lies in."""
+    if upper.status == "infeasible" or load_factor > upper.load_factor:
+        return ABOVE
+    return BELOW if load_factor < lower.load_factor else BETWEEN
+
+
+def _plan(
+    problem: Problem,
+    lower: LowerBound,
+    upper: UpperBound,
+    load_factors: Sequence[float] | None,
+    random_states: int,
+    seed: int,
+) -> Iterator[tuple[str, float, str, FloatArray]]:
+    """Region, load factor, name and initial slip of every simulation."""
+    generator = np.random.default_rng(seed)
+    randoms = generator.uniform(-1.0, 1.0, (random_states, problem.n))
+    centre = np.zeros(problem.n) if np.isnan(upper.slip).any() else upper.slip
+    given = problem.initial_slip if problem.initial_slip is not None else np.empty((0, problem.n))
+    for load_factor in default_load_factors(lower, upper) if load_factors is None else load_factors:
+        region = region_of(load_factor, lower, upper)
+        safe = upper.slip if region == ABOVE else safe_slip(problem, load_factor).slip
+        states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip}
+        states |= {f"given {k}": state for k, state in enumerate(given)}
+        half_width = random_half_width(problem, load_factor)
+        states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
+        for name, state in states.items():
+            if not np.isnan(state).any():
+                yield region, load_factor, name, state
+
+
+def random_half_width(problem: Problem, load_factor: float) -> FloatArray:
+    """Half-width of the box of random initial states: slips that a load step could cause, (n,) [length]."""
+    q_w, p_w = loading(problem).at(load_factor)
+    force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
+    stiffness = np.diag(problem.A)
+    return force / np.where(stiffness > 0, stiffness, np.inf)
+
+
+def _run(
+    problem: Problem,
+    region: str,
+    load_factor: float,
+    initial: str,
+    start: FloatArray,
+    cycles: int,
+    method: str,
+) -> Run:
+    began = time.perf_counter()
+    simulation = simulate(problem, load_factor, start, cycles=cycles, method=method, record=problem.n <= 2)
+    seconds = time.perf_counter() - began
+    predicted = _prediction(region, initial)
+    return Run(region, initial, predicted, _agreement(predicted, simulation.outcome), simulation, seconds)
+
+
+def _prediction(region: str, initial: str) -> str:
+    if region == ABOVE:
+        return "no shakedown"
+    return "shakedown" if region == BELOW or initial == "safe" else "either"
+
+
+def _agreement(predicted: str, outcome: Outcome) -> bool | None:
+    if predicted == "either" or outcome == Outcome.UNDECIDED:
+        return None
+    return (outcome == Outcome.SHAKEDOWN) == (predicted == "shakedown")
+
+
+def _disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
+    for run in runs:
+        if run.agrees is not False:
+            continue
+        text = (
+            f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
+            f"predicted {run.predicted}, simulated {run.simulation.outcome}"
+        )
+        if run.region == BELOW and lower.guarantee != "proved":
+            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
+        yield text
+
+
+def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
+    for run in runs:
+        if run.simulation.outcome == Outcome.UNDECIDED:
+            yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
+
+
+def _road_findings(
+    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound
+) -> Iterator[tuple[bool | None, str]]:
+    """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
+    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
+    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 1.0
+    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
+    if bounds.upper.status != "infeasible":  # else there is no first collapse either
+        pairs.insert(0, ("λ_1", bounds.lower, second_lower))
+    for name, first, second in pairs:
+        one, two = first.load_factor, second.load_factor
+        if second.status == "undecided":
+            yield None, f"{name}: the second road ({second.solver}) stopped without an answer"
+        elif first.status != second.status:
+            yield False, f"{name}: {first.status} by linear programming, {second.status} on the second road"
+        elif np.isfinite(one) and abs(one - two) > ROADS_AGREE * max(abs(one), size):
+            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"

@@ -1,0 +1,255 @@
+"""The command: JSON fields, exit codes, one line for every error, 80 columns, light imports."""
+
+import json
+import re
+import subprocess
+import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from shakedown.cli import main as entry
+
+import shakedown
+
+
+def run(*words, cwd=None):
+    """The command in this process: (exit code, stdout, stderr)."""
+    out, err = StringIO(), StringIO()
+    with (
+        redirect_stdout(out),
+        redirect_stderr(err),
+        patch.object(sys, "argv", ["shakedown-bounds", *words]),
+        chdir(cwd or "."),
+        pytest.raises(SystemExit) as stop,
+    ):
+        entry.main()
+    return stop.value.code or 0, out.getvalue(), err.getvalue()
+
+
+def document(*words, code=0, cwd=None):
+    found, out, err = run(*words, "--json", cwd=cwd)
+    assert found == code, err
+    return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+
+
+def test_solve_has_every_field():
+    result = document("solve", "two-node")
+    assert result["problem"] == {"name": "two-node system (5.3.1)", "n": 2, "m": 50}
+    lower, upper = result["lower"], result["upper"]
+    assert lower["load_factor"] == pytest.approx(0.6573734697246544, abs=1e-12)
+    assert lower["slip"] == pytest.approx([1.53656435, 1.59365716], abs=1e-7)
+    assert (lower["node"], lower["kind"], lower["guarantee"]) == (1, "first-collapse", "proved")
+    assert {"single_node_bound", "reason", "coupling_ratio"} <= set(lower)
+    assert upper["load_factor"] == pytest.approx(0.7391455673806329, abs=1e-12)
+    assert upper["slip"] == pytest.approx([-0.15634934, 1.28772669], abs=1e-7)
+    assert upper["status"] == "optimal"
+    assert sorted(upper["active"]) == [[0, -1], [1, -1], [1, 1]]
+    assert {"certified"} <= set(upper)
+    assert result["friction"]["single_node"] == pytest.approx([0.760824, 2.022474], abs=1e-6)
+    assert {"uniqueness_in_contact", "uniqueness", "wedging"} <= set(result["friction"])
+
+
+def test_critical_has_every_field():
+    result = document("critical", "two-node", "--all")
+    assert (result["total"], result["regular"], result["degenerate"]) == (4, 4, 0)
+    assert result["smallest_positive"]["load_factor"] == pytest.approx(0.6573734697246544, abs=1e-12)
+    assert sorted(result["smallest_positive"]["rows"]) == [[0, 1], [1, -1], [1, 1]]
+    assert result["load_factors"] == pytest.approx(
+        [0.6573734697246544, 0.7391455673806329, 1.05252030036052, 2.9348503882950054], abs=1e-9
+    )
+    assert "load_factors" not in document("critical", "two-node")
+
+
+def test_simulate_has_every_field():
+    result = document("simulate", "two-node", "--load-factor", "0.7", "--initial", "witness")
+    assert result["outcome"] == "cyclic-slip"
+    assert result["period"] == 1
+    assert len(result["final_slip"]) == len(result["slip_per_cycle"]) == 2
+    keys = {"load_factor", "dissipation_per_cycle", "cycles_simulated", "method", "events"}
+    assert keys <= set(result)
+
+
+def test_verify_has_every_run(tmp_path):
+    result = document("verify", "two-node", "-o", "r.html", cwd=tmp_path)
+    assert result["agrees"] is True
+    assert result["disagreements"] == []
+    assert len(result["runs"]) == 18
+    stored = json.loads((tmp_path / "r.json").read_text())
+    assert stored["upper"] == result["upper"]
+    page = (tmp_path / "r.html").read_text()
+    assert page.count("<svg") == 2
+    assert not re.search(r'(src|href)="(?!#)', page), "the page loads something"
+
+
+def test_disagreement_is_exit_code_1_and_stands_at_the_top(tmp_path):
+    code, out, err = run("verify", "three-node", "-o", "r.html", cwd=tmp_path)
+    assert (code, err) == (1, "")
+    assert out.splitlines()[2] == "DISAGREEMENT"
+    page = (tmp_path / "r.html").read_text()
+    assert page.index("DISAGREE") < page.index("<h2>")
+    assert json.loads((tmp_path / "r.json").read_text())["agrees"] is False
+
+
+def test_example_lists_and_writes(tmp_path):
+    assert {e["example"] for e in document("example")["examples"]} == set(shakedown.example_names())
+    assert run("example", "two-node", "-o", "p.npz", cwd=tmp_path)[0] == 0
+    assert shakedown.load_problem(tmp_path / "p.npz") == shakedown.example("two-node")
+    assert run("example", "two-node", cwd=tmp_path)[0] == 0
+    assert (tmp_path / "two-node.npz").exists()
+    assert run("example", "two-node", cwd=tmp_path)[0] == 2  # never overwritten without being named
+
+
+def test_a_file_wins_over_a_built_in_name(tmp_path):
+    shakedown.save_problem(tmp_path / "two-node", shakedown.example("one-node"))
+    assert document("solve", "two-node", cwd=tmp_path)["problem"]["n"] == 1
+
+
+@pytest.mark.parametrize(
+    ("initial", "expected"),
+    [
+        ("zero", [0.0, 0.0, 0.0]),
+        ("given", [2.60902, -0.60226, -0.36541]),
+        ("given:0", [2.60902, -0.60226, -0.36541]),
+    ],
+)
+def test_initial_states(initial, expected):
+    result = document("simulate", "three-node", "--load-factor", "1", "--initial", initial)
+    assert result["initial_slip"] == expected
+
+
+def test_the_given_state_is_the_default_where_there_is_one():
+    assert document("simulate", "three-node", "--load-factor", "1")["initial_slip"] == [
+        2.60902,
+        -0.60226,
+        -0.36541,
+    ]
+    assert document("simulate", "two-node", "--load-factor", "0.5")["initial_slip"] == [0.0, 0.0]
+
+
+def test_initial_state_from_a_file_and_history_to_a_file(tmp_path):
+    np.save(tmp_path / "v.npy", np.array([0.5, 0.25]))
+    words = ("simulate", "two-node", "--load-factor", "0.7", "--initial", "v.npy", "-o", "h.npz")
+    result = document(*words, cwd=tmp_path)
+    assert result["initial_slip"] == [0.5, 0.25]
+    with np.load(tmp_path / "h.npz", allow_pickle=False) as history:
+        assert history["v"].shape == history["q"].shape == history["w"].shape
+        assert history["v"][-1].tolist() == result["final_slip"]
+
+
+def test_undecided_is_exit_code_1():
+    assert (
+        document("simulate", "two-node", "--load-factor", "0.8", "--cycles", "2", code=1)["outcome"]
+        == "undecided"
+    )
+
+
+def test_infinite_and_undefined_numbers_are_written_as_agreed(tmp_path):
+    still = shakedown.Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.1], [0.1]], p_w=[[1.0], [1.0]])
+    shakedown.save_problem(tmp_path / "still.npz", still)
+    result = document("solve", "still.npz", cwd=tmp_path)
+    assert (result["upper"]["status"], result["upper"]["load_factor"]) == ("unbounded", "inf")
+    assert result["upper"]["slip"] == [None]
+    assert result["friction"]["single_node"] == ["inf"]
+
+
+def test_a_budget_refuses_before_the_work_starts():
+    code, out, err = run("critical", "block-9", "--budget", "1000")
+    assert (code, out) == (1, "")
+    assert "43,758" in err
+
+
+BAD = {
+    "no file": (["solve", "nothing.npz"], "no such file"),
+    "no name": (["solve", "nothing"], "no built-in problem"),
+    "a directory": (["solve", "."], "directory"),
+    "no argument": (["solve"], "Missing argument 'FILE'"),
+    "no command": (["dissolve"], "No such command 'dissolve'"),
+    "unknown option": (["solve", "two-node", "--fast"], "No such option"),
+    "load factor missing": (["simulate", "two-node"], "Missing option '--load-factor'"),
+    "load factor a word": (["simulate", "two-node", "--load-factor", "big"], "not a valid float"),
+    "load factor negative": (
+        ["simulate", "two-node", "--load-factor", "-1"],
+        "expected a number >= 0, found -1",
+    ),
+    "load factor nan": (["simulate", "two-node", "--load-factor", "nan"], "found nan"),
+    "cycles zero": (["simulate", "two-node", "--load-factor", "1", "--cycles", "0"], "0 is not in the range"),
+    "method unknown": (["simulate", "two-node", "--load-factor", "1", "--method", "euler"], "euler"),
+    "no given state": (
+        ["simulate", "two-node", "--load-factor", "1", "--initial", "given"],
+        "no initial_slip",
+    ),
+    "given state too high": (
+        ["simulate", "three-node", "--load-factor", "1", "--initial", "given:7"],
+        "1 state(s)",
+    ),
+    "given state a word": (
+        ["simulate", "three-node", "--load-factor", "1", "--initial", "given:x"],
+        "state number",
+    ),
+    "initial file absent": (["simulate", "two-node", "--load-factor", "1", "--initial", "v.npy"], "v.npy"),
+    "no safe state there": (
+        ["simulate", "two-node", "--load-factor", "1", "--initial", "safe"],
+        "does not exist",
+    ),
+    "example unknown": (["example", "five-node"], "no built-in problem 'five-node'"),
+    "example output alone": (["example", "-o", "p.npz"], "NAME"),
+    "report folder absent": (["verify", "one-node", "-o", "none/r.html"], "cannot be written"),
+    "history folder absent": (
+        ["simulate", "one-node", "--load-factor", "1", "-o", "none/h.npz"],
+        "cannot be written",
+    ),
+    "random negative": (["verify", "one-node", "--random", "-1"], "-1 is not in the range"),
+    "budget zero": (["critical", "one-node", "--budget", "0"], "0 is not in the range"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_usage_is_one_line_and_exit_code_2(tmp_path, kind):
+    words, message = BAD[kind]
+    code, out, err = run(*words, cwd=tmp_path)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.startswith("shakedown-bounds: ")
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", shakedown.example_names())
+@pytest.mark.parametrize("command", ["solve", "simulate", "critical"])
+def test_output_fits_80_columns(command, name):
+    extra = {"simulate": ["--load-factor", "1"], "critical": ["--budget", "100000"], "solve": []}[command]
+    _, out, _ = run(command, name, *extra)
+    assert max(map(len, out.splitlines()), default=0) <= 80
+
+
+def test_help_is_short_and_complete():
+    result = CliRunner().invoke(entry.shakedown_bounds, ["--help"])
+    assert result.exit_code == 0
+    assert "..." not in result.output.partition("Commands:")[2]
+
+
+HEAVY = {"numba", "cvxpy", "matplotlib", "scipy", "jinja2", "clarabel"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["solve", "two-node"], ["example"], ["solve", "--help"]])
+def test_light_commands_import_nothing_heavy(words):
+    code = (
+        "import sys; from shakedown.cli.main import main\n"
+        f"sys.argv[1:] = {words!r}\n"
+        "try: main()\n"
+        "except SystemExit: print('MODULES', *{name.partition('.')[0] for name in sys.modules})\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.rpartition("MODULES")[2].split())
+    assert "shakedown" in loaded
+    assert not loaded & HEAVY
+
+
+def test_a_closed_pipe_is_no_error():
+    shell = f"{sys.executable} -c 'from shakedown.cli.main import main; main()' example block-9 --help | true"
+    done = subprocess.run(shell, shell=True, capture_output=True, text=True, check=False)
+    assert done.stderr == ""

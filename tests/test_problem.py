@@ -1,0 +1,352 @@
+"""A problem is accepted as it should be, or refused with one line that says what, where, expected, found."""
+
+import dataclasses
+import os
+import stat
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, ProblemError, load_problem, save_problem
+
+
+def valid() -> dict:
+    """The arrays of a valid problem with every optional key."""
+    return {
+        "A": np.array([[3.0, 1.0], [1.0, 2.0]]),
+        "B": np.array([[0.5, 0.2], [-0.1, 0.4]]),
+        "C": np.array([[4.0, 0.5], [0.5, 3.0]]),
+        "f": np.array([0.3, 0.4]),
+        "q_w": np.arange(6.0).reshape(3, 2),
+        "p_w": np.arange(6.0).reshape(3, 2) + 10,
+        "q_mean": np.array([1.0, 2.0]),
+        "p_mean": np.array([11.0, 12.0]),
+        "q_transient": np.zeros((4, 2)),
+        "p_transient": np.ones((4, 2)),
+        "initial_slip": np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]),
+        "x": np.array([0.0, 1.0]),
+        "name": np.array("joint"),
+        "units": np.array("N, mm"),
+    }
+
+
+def written(path, **changes):
+    """An NPZ file of the valid arrays with some replaced, or removed by None."""
+    arrays = {key: value for key, value in {**valid(), **changes}.items() if value is not None}
+    np.savez(path, **arrays)
+    return path
+
+
+def test_every_key_survives_the_round_trip(tmp_path):
+    problem = load_problem(written(tmp_path / "in.npz"))
+    save_problem(tmp_path / "out.npz", problem)
+    again = load_problem(tmp_path / "out.npz")
+    assert again == problem
+    for key, value in valid().items():
+        assert np.array_equal(getattr(again, key), value), key
+    with np.load(tmp_path / "out.npz", allow_pickle=False) as file:
+        assert str(file["schema"]) == "shakedown/1"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"f": np.array(0.3)},
+        {"C": None},
+        {"q_w": np.ones((1, 2)), "p_w": np.ones((1, 2))},
+        {"q_mean": None, "p_mean": None},
+        {"q_mean": None},
+        {"initial_slip": np.array([0.1, 0.2])},
+        {"A": np.array([[3, 1], [1, 2]])},
+        {"A": np.array([[3.0, 1.0], [1.0, 2.0]], dtype=np.float32)},
+        {"A": np.array([[3.0, 1.0 + 1e-9], [1.0, 2.0]])},
+        {"name": None, "units": None, "x": None},
+        {"q_transient": None, "p_transient": None},
+        {"A": np.ones((2, 2)), "B": np.zeros((2, 2)), "C": np.ones((2, 2))},  # floating
+        {"f": np.zeros(2)},
+    ],
+    ids=str,
+)
+def test_accepted(tmp_path, changes):
+    problem = load_problem(written(tmp_path / "p.npz", **changes))
+    assert problem.f.shape == (2,)
+    assert np.array_equal(problem.A, problem.A.T)
+    assert problem.initial_slip is None or problem.initial_slip.ndim == 2
+
+
+nan, inf = np.nan, np.inf
+MALFORMED = {
+    "missing A": ({"A": None}, "missing key 'A'"),
+    "missing B": ({"B": None}, "missing key 'B'"),
+    "missing f": ({"f": None}, "missing key 'f'"),
+    "missing q_w": ({"q_w": None}, "missing key 'q_w'"),
+    "missing p_w": ({"p_w": None}, "missing key 'p_w'"),
+    "unknown key": ({"mu": np.array(0.3)}, "unknown key 'mu'"),
+    "two unknown keys": ({"mu": np.array(0.3), "K": np.eye(2)}, "'K', 'mu'"),
+    "wrong schema": ({"schema": np.array("shakedown/99")}, "expected 'shakedown/1', found 'shakedown/99'"),
+    "A not square": ({"A": np.ones((2, 3))}, "key 'A': expected a square array (n, n), found shape (2, 3)"),
+    "A a vector": ({"A": np.ones(4)}, "found shape (4,)"),
+    "A three axes": ({"A": np.ones((2, 2, 2))}, "found shape (2, 2, 2)"),
+    "B too large": ({"B": np.ones((3, 3))}, "key 'B': expected shape (2, 2), found (3, 3)"),
+    "C too small": ({"C": np.ones((1, 1))}, "key 'C': expected shape (2, 2)"),
+    "f too long": ({"f": np.ones(3)}, "key 'f': expected shape (2,), found (3,)"),
+    "f a matrix": ({"f": np.ones((2, 2))}, "key 'f'"),
+    "q_w transposed": ({"q_w": np.ones((2, 3))}, "looks transposed"),
+    "p_w transposed": ({"p_w": np.ones((2, 3))}, "looks transposed"),
+    "q_w a vector": ({"q_w": np.ones(2)}, "expected shape (m, 2), found (2,)"),
+    "q_w and p_w differ": ({"p_w": np.ones((4, 2))}, "expected shape (3, 2), found (4, 2)"),
+    "no load step": ({"q_w": np.ones((0, 2)), "p_w": np.ones((0, 2))}, "at least one load step, found m = 0"),
+    "no node": (
+        {k: np.ones((0, 0)) for k in "ABC"}
+        | {"f": np.ones(0), "q_w": np.ones((3, 0)), "p_w": np.ones((3, 0)), "x": None, "initial_slip": None}
+        | dict.fromkeys(("q_mean", "p_mean", "q_transient", "p_transient")),
+        "at least one contact node",
+    ),
+    "q_mean wrong length": ({"q_mean": np.ones(3)}, "key 'q_mean': expected shape (2,), found (3,)"),
+    "p_mean a scalar": ({"p_mean": np.array(1.0)}, "key 'p_mean': expected shape (2,), found ()"),
+    "only one transient": ({"p_transient": None}, "key 'p_transient': required because 'q_transient'"),
+    "transients differ": ({"p_transient": np.ones((5, 2))}, "expected shape (4, 2), found (5, 2)"),
+    "initial_slip wrong length": ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (2,)"),
+    "initial_slip transposed": ({"initial_slip": np.ones((2, 3))}, "looks transposed"),
+    "x wrong length": ({"x": np.ones(5)}, "key 'x'"),
+    "A is text": ({"A": np.array([["3", "1"], ["1", "2"]])}, "key 'A': expected real numbers, found text"),
+    "A is bytes": ({"A": np.array([[b"3", b"1"], [b"1", b"2"]])}, "found bytes"),
+    "A is boolean": ({"A": np.eye(2, dtype=bool)}, "found booleans"),
+    "A is complex": ({"A": np.eye(2) * 1j}, "found complex numbers"),
+    "A holds objects": (
+        {"A": np.array([[1, None], [None, 1]], dtype=object)},
+        "Python objects (never unpickled)",
+    ),
+    "A is dates": ({"A": np.zeros((2, 2), dtype="M8[s]")}, "found dtype datetime64[s]"),
+    "NaN in A": ({"A": np.array([[3.0, nan], [nan, 2.0]])}, "found nan at A[0][1]"),
+    "inf in q_w": ({"q_w": np.array([[0.0, 1], [2, inf], [4, 5]])}, "found inf at q_w[1][1]"),
+    "-inf in p_w": ({"p_w": np.array([[-inf, 1], [2, 3], [4, 5]])}, "found -inf at p_w[0][0]"),
+    "NaN in f": ({"f": np.array([nan, 0.1])}, "found nan at f[0]"),
+    "NaN in x": ({"x": np.array([0.0, nan])}, "found nan at x[1]"),
+    "negative f": ({"f": np.array([0.1, -0.2])}, "friction coefficients >= 0, found -0.2 at node 1"),
+    "negative scalar f": ({"f": np.array(-0.2)}, "found -0.2 at node 0"),
+    "A not symmetric": ({"A": np.array([[3.0, 1.0], [1.1, 2.0]])}, "A[0,1] = 1 but A[1,0] = 1.1"),
+    "C not symmetric": ({"C": np.array([[3.0, 1.0], [0.0, 2.0]])}, "key 'C': expected a symmetric matrix"),
+    "A indefinite": (
+        {"A": np.diag([1.0, -1.0]), "C": None},
+        "key 'A': expected a positive semi-definite matrix",
+    ),
+    "kappa indefinite": ({"B": 10 * np.eye(2)}, "positive semi-definite, found the eigenvalue"),
+    "name a number": ({"name": np.array(3.0)}, "key 'name': expected one text string"),
+    "units an array": (
+        {"units": np.array(["N", "mm"])},
+        "key 'units': expected one text string, found text of",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MALFORMED)
+def test_refused(tmp_path, kind):
+    changes, message = MALFORMED[kind]
+    path = written(tmp_path / "bad.npz", **changes)
+    with pytest.raises(ProblemError) as caught:
+        load_problem(path)
+    text = str(caught.value)
+    assert message in text
+    assert text.startswith(str(path))
+    assert "\n" not in text
+
+
+def truncated(path):
+    data = written(path).read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+
+
+def not_a_zip(path):
+    path.write_bytes(b"A B C\n1 2 3\n")
+
+
+def plain_npy(path):
+    with path.open("wb") as file:
+        np.save(file, np.eye(2))
+
+
+def member_is_not_npy(path):
+    with zipfile.ZipFile(written(path), "a") as archive:
+        archive.writestr("x2.npy", b"")
+    with zipfile.ZipFile(path) as source:
+        members = {name: source.read(name) for name in source.namelist() if name not in ("x.npy", "x2.npy")}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+        archive.writestr("x.npy", b"not an array")
+
+
+def rewritten(path, key, data):
+    """The valid file with the bytes of one member replaced."""
+    with zipfile.ZipFile(written(path)) as source:
+        members = {name: source.read(name) for name in source.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, old in members.items():
+            archive.writestr(name, data(old) if name == f"{key}.npy" else old)
+
+
+def header_claims_too_much(path):
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000, 1000000), }"
+    rewritten(path, "A", lambda _: b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
+
+
+def header_shape_negative(path):
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (-2, 2), }"
+    rewritten(path, "A", lambda _: b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
+
+
+def header_is_code(path):
+    header = b"__import__('os').abort()"
+    rewritten(path, "A", lambda _: b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header)
+
+
+def array_cut_short(path):
+    rewritten(path, "A", lambda data: data[:-8])
+
+
+def unknown_npy_version(path):
+    rewritten(path, "A", lambda data: data[:6] + b"\x09\x00" + data[8:])
+
+
+def key_twice(path):
+    with zipfile.ZipFile(written(path)) as source:
+        data = source.read("A.npy")
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("A", data)
+
+
+def wrong_checksum(path):
+    data = bytearray(written(path).read_bytes())
+    at = data.index(b"A.npy") + 5 + 128 + 4
+    data[at] ^= 0xFF
+    path.write_bytes(bytes(data))
+
+
+def empty_file(path):
+    path.write_bytes(b"")
+
+
+def empty_archive(path):
+    zipfile.ZipFile(path, "w").close()
+
+
+def directory(path):
+    path.mkdir()
+
+
+def absent(path):
+    pass
+
+
+FILES = [
+    truncated,
+    not_a_zip,
+    plain_npy,
+    member_is_not_npy,
+    header_claims_too_much,
+    header_shape_negative,
+    header_is_code,
+    array_cut_short,
+    unknown_npy_version,
+    key_twice,
+    wrong_checksum,
+    empty_file,
+    empty_archive,
+    directory,
+    absent,
+]
+
+
+@pytest.mark.parametrize("damage", FILES, ids=lambda damage: damage.__name__)
+def test_damaged_file_is_refused(tmp_path, damage):
+    path = tmp_path / "bad.npz"
+    damage(path)
+    with pytest.raises(ProblemError) as caught:
+        load_problem(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_array_that_memory_cannot_hold_is_refused(tmp_path, monkeypatch):
+    path = written(tmp_path / "big.npz", q_w=np.zeros((1000, 2)), p_w=np.zeros((1000, 2)))
+    monkeypatch.setattr("shakedown.npz._memory", lambda: 40_000)
+    with pytest.raises(ProblemError, match=r"key 'q_w': .* more than this machine can hold"):
+        load_problem(path)
+
+
+def test_pickled_objects_are_never_executed(tmp_path):
+    class Bomb:
+        def __reduce__(self):
+            return os.abort, ()
+
+    path = tmp_path / "bomb.npz"
+    np.savez(path, A=np.array([[Bomb()]], dtype=object), B=[[0.0]], f=0.3, q_w=[[1.0]], p_w=[[1.0]])
+    with pytest.raises(ProblemError, match="never unpickled"):
+        load_problem(path)
+
+
+def test_ragged_rows_are_refused():
+    with pytest.raises(ProblemError, match="ragged rows"):
+        Problem(**{**valid(), "A": [[1.0, 2.0], [3.0]]})
+
+
+def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "p.npz"
+    save_problem(path, shakedown.example("one-node"))
+    before = path.read_bytes()
+
+    def fail(file, **arrays):
+        file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez", fail)
+    with pytest.raises(ProblemError, match="No space left"):
+        save_problem(path, shakedown.example("two-node"))
+    assert path.read_bytes() == before
+    assert [each.name for each in tmp_path.iterdir()] == ["p.npz"]
+
+
+def test_written_files_have_ordinary_permissions(tmp_path):
+    (tmp_path / "plain").touch()
+    save_problem(tmp_path / "p.npz", shakedown.example("one-node"))
+    modes = [stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("plain", "p.npz")]
+    assert modes[0] == modes[1]
+
+
+def test_writing_where_there_is_no_folder_is_refused(tmp_path):
+    with pytest.raises(ProblemError, match="cannot be written"):
+        save_problem(tmp_path / "none" / "p.npz", shakedown.example("one-node"))
+
+
+def test_a_problem_cannot_be_changed():
+    problem = shakedown.example("two-node")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        problem.f = 0.1
+    with pytest.raises(ValueError, match="read-only"):
+        problem.A[0, 0] = 1.0
+
+
+def test_the_caller_keeps_its_arrays():
+    arrays = valid()
+    Problem(**arrays)
+    arrays["A"][0, 0] = 7.0
+
+
+def test_replace_takes_a_scalar_and_follows_the_mean():
+    problem = dataclasses.replace(shakedown.example("two-node"), f=0.2)
+    assert problem.f.tolist() == [0.2, 0.2]
+
+
+@pytest.mark.parametrize("name", shakedown.example_names())
+def test_every_example_survives_the_round_trip(tmp_path, name):
+    save_problem(tmp_path / "p.npz", shakedown.example(name))
+    assert load_problem(tmp_path / "p.npz") == shakedown.example(name)
+
+
+def test_unknown_example_is_refused():
+    with pytest.raises(shakedown.UsageError, match="two-node"):
+        shakedown.example("three")

@@ -1,0 +1,57 @@
+"""What the README shows is run: library example, commands, and the line that CI calls."""
+
+import doctest
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_library_example_gives_what_it_shows():
+    result = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
+    assert result.attempted > 0
+    assert result.failed == 0
+
+
+def commands():
+    lines = [line for block in blocks("sh") for line in block.splitlines()]
+    return [line.partition("#")[0].strip() for line in lines if line.startswith("shakedown-bounds")]
+
+
+def test_the_commands_run_one_after_the_other(tmp_path):
+    assert len(commands()) >= 5
+    for command in commands():
+        words = [
+            sys.executable,
+            "-c",
+            "from shakedown.cli.main import main; main()",
+            *shlex.split(command)[1:],
+        ]
+        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, (command, done.stderr)
+        assert max(map(len, done.stdout.splitlines())) <= 80, command
+
+
+@pytest.mark.parametrize("marker", ["run command", "test command"])
+def test_each_line_stands_by_itself(marker):
+    block = re.search(rf"<!-- {marker} -->\n```sh\n(.*?)```", README, re.DOTALL)
+    assert block is not None
+    lines = block.group(1).splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("python3 -m venv ")
+
+
+def test_ci_calls_the_test_command_of_the_readme():
+    script = (ROOT / ".ci" / "run").read_text()
+    assert "<!-- test command -->" in script
+    assert "pytest" not in script

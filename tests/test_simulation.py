@@ -1,0 +1,228 @@
+"""The thesis's time integration: verdicts against the bounds, the friction law, states exactly on limits."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import shakedown
+from shakedown import Outcome, Problem, simulate
+from shakedown.contact_law import law_violation, reactions, scales
+from shakedown.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK, Stiffness, nodal_state
+
+TWO_NODE = shakedown.example("two-node")
+LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
+
+
+def random_starts(count, seed):
+    generator = np.random.default_rng(seed)
+    return UPPER.slip + 3.0 * generator.uniform(-1, 1, (count, 2))
+
+
+@pytest.mark.parametrize("start", random_starts(50, 1), ids=str)
+def test_every_start_shakes_down_below_the_lower_bound(start):
+    assert simulate(TWO_NODE, 0.657, start).outcome == Outcome.SHAKEDOWN
+
+
+@pytest.mark.parametrize("start", random_starts(50, 2), ids=str)
+def test_no_start_shakes_down_above_the_upper_bound(start):
+    run = simulate(TWO_NODE, 0.7395, start)
+    assert run.outcome == Outcome.CYCLIC_SLIP
+    assert run.dissipation_per_cycle > 0
+
+
+def test_between_the_bounds_the_start_decides():
+    safe = shakedown.safe_slip(TWO_NODE, 0.70).slip
+    assert simulate(TWO_NODE, 0.70, safe).slip_per_cycle.max() == 0.0
+    witness = simulate(TWO_NODE, 0.70, LOWER.slip)
+    assert witness.outcome == Outcome.CYCLIC_SLIP
+    assert witness.slip_per_cycle[LOWER.node] > 0.1
+
+
+@pytest.mark.parametrize(("load_factor", "slip"), [(2.44, 0.0), (2.4443, 4.073525), (2.6, 3.854489)], ids=str)
+def test_the_counter_example_cycles_below_the_first_collapse(load_factor, slip):
+    problem = shakedown.example("three-node")
+    run = simulate(problem, load_factor, problem.initial_slip[0])
+    assert run.outcome == (Outcome.CYCLIC_SLIP if slip else Outcome.SHAKEDOWN)
+    assert run.slip_per_cycle[0] == pytest.approx(slip, abs=1e-6)
+    assert load_factor < shakedown.lower_bound(problem).load_factor
+
+
+def recorded_violation(problem, run):
+    """The friction law over the recorded load steps, from slips, gaps and the loading alone."""
+    loop = shakedown.loading.loading(problem)
+    q_w, p_w = loop.at(run.load_factor)
+    times = len(run.history.v) // problem.m
+    q, p = reactions(
+        problem, np.tile(q_w, (times, 1)), np.tile(p_w, (times, 1)), run.history.v, run.history.w
+    )
+    scale = scales(problem, run.load_factor)
+    return law_violation(problem.f, q, p, run.history.w, run.history.slip, scale).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "load_factor"), [("two-node", 0.72), ("three-node", 3.0), ("block-9", 8.0), ("block-33", 6.0)]
+)
+def test_the_friction_law_holds_at_every_load_step(name, load_factor):
+    problem = shakedown.example(name)
+    run = simulate(problem, load_factor, record=True)
+    assert run.outcome != Outcome.UNDECIDED
+    assert run.residual <= 1e-12
+    assert recorded_violation(problem, run) == pytest.approx(run.residual, abs=1e-14)
+
+
+def test_dissipation_is_the_work_of_the_loading():
+    """In a limit cycle the elastic energy returns, so friction dissipates what the loading puts in."""
+    problem = dataclasses.replace(TWO_NODE, C=None)
+    run = simulate(problem, 0.8, record=True)
+    assert run.outcome == Outcome.CYCLIC_SLIP
+    last = run.history.slip[-problem.m :] * run.history.q[-problem.m :]
+    assert run.dissipation_per_cycle == pytest.approx(-last.sum(), rel=1e-12)
+    assert (-last >= -1e-9).all()
+
+
+def one_node(**changes):
+    arrays = {"A": [[1.0]], "B": [[0.0]], "C": [[1.0]], "f": 0.5, "q_w": [[0.0]], "p_w": [[1.0]]}
+    return Problem(**{**arrays, **changes})
+
+
+def test_a_constant_load_shakes_down_at_once():
+    assert simulate(one_node(), 1.0, [5.0]).outcome == Outcome.SHAKEDOWN
+
+
+def test_a_permanently_open_node_is_separation_not_shakedown():
+    run = simulate(one_node(p_w=[[-1.0]]), 1.0)
+    assert run.outcome == Outcome.SEPARATION
+    assert "node 0" in run.reason
+
+
+def test_without_c_a_node_that_lifts_off_leaves_the_run_undecided():
+    run = simulate(one_node(p_w=[[-1.0]], C=None), 1.0)
+    assert run.outcome == Outcome.UNDECIDED
+    assert "lifts off" in run.reason
+
+
+def test_a_floating_body_under_a_biased_load_ratchets():
+    """A walks: held by friction alone, each node slips forward while the other carries the pressure."""
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    q = np.full((4, 2), 0.3)
+    p = np.array([[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]])
+    run = simulate(Problem(A=A, B=np.zeros((2, 2)), f=0.5, q_w=-q, p_w=p), 1.0)
+    assert run.outcome == Outcome.RATCHETTING
+    assert (run.drift > 0).all()
+    assert run.drift[0] == pytest.approx(run.drift[1], rel=1e-6)
+
+
+def test_too_few_cycles_leave_the_run_undecided():
+    run = simulate(TWO_NODE, 0.8, cycles=2)
+    assert run.outcome == Outcome.UNDECIDED
+    assert run.period == 0
+    assert np.isnan(run.drift).all()
+
+
+def test_the_transient_runs_first_and_is_not_scaled():
+    problem = one_node(q_w=[[0.0], [0.0]], p_w=[[1.0], [1.0]], q_transient=[[-2.0]], p_transient=[[1.0]])
+    run = simulate(problem, 7.0, record=True)
+    assert run.history.cycle[0] < 0
+    assert run.cycles.end_slip[0] == pytest.approx([1.5])
+    assert run.final_slip == pytest.approx([0.5])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"load_factor": -1.0}, "load factor: expected a number >= 0, found -1"),
+        ({"load_factor": np.nan}, "load factor"),
+        ({"load_factor": 1.0, "initial_slip": [0.0]}, r"expected shape \(2,\), found \(1,\)"),
+        ({"load_factor": 1.0, "initial_slip": [0.0, np.inf]}, "finite"),
+        ({"load_factor": 1.0, "cycles": 0}, "cycles: expected at least 1"),
+        ({"load_factor": 1.0, "method": "euler"}, "method"),
+    ],
+    ids=str,
+)
+def test_misuse_is_refused(arguments, message):
+    with pytest.raises(shakedown.UsageError, match=message):
+        simulate(TWO_NODE, **arguments)
+
+
+def stiffness(a, b, c, f, separable=True):
+    return Stiffness(*(np.array([[x]]) for x in (a, b, c)), np.array([f]), separable, 1e-15)
+
+
+class TestNodalState:
+    """One node, its neighbours held: the state is taken from the sign of the violation."""
+
+    stiff = stiffness(2.0, 0.5, 1.0, 0.4)
+
+    @pytest.mark.parametrize(
+        ("q", "p", "state"),
+        [
+            (0.0, 1.0, STICK),
+            (0.4, 1.0, STICK),
+            (-0.4, 1.0, STICK),
+            (0.0, 0.0, STICK),
+            (0.5, 1.0, BACKWARD_SLIP),
+            (-0.5, 1.0, FORWARD_SLIP),
+            (0.0, -1.0, OPEN),
+            (np.nextafter(0.4, 1), 1.0, BACKWARD_SLIP),
+            (np.nextafter(-0.4, -1), 1.0, FORWARD_SLIP),
+        ],
+    )
+    def test_state(self, q, p, state):
+        assert nodal_state(self.stiff, 0, q, p, 0.0)[0] == state
+
+    @given(
+        st.floats(-2, 2),
+        st.floats(-2, 2),
+        st.floats(0.1, 3),
+        st.floats(-1, 1),
+        st.floats(0.1, 3),
+        st.floats(0, 2),
+    )
+    def test_the_law_holds_in_the_state_found(self, q, p, a, coupling, c, f):
+        b = 0.9 * coupling * min(np.sqrt(a * c), a / f if f > 0 else np.inf)
+        state, v, w = nodal_state(stiffness(a, b, c, f), 0, q, p, 0.0)
+        assert state != NO_STATE
+        new = np.array([q + a * v + b * w]), np.array([p + b * v + c * w])
+        slip = np.array([0.0 if state == OPEN else v])
+        scale = shakedown.contact_law.Scales(1.0, 1.0)
+        assert law_violation(np.array([f]), *new, np.array([w]), slip, scale).max() <= 1e-12
+
+    def test_a_unit_in_the_last_place_never_opens_a_node(self):
+        for digits in range(1, 400):
+            p = digits / 7.0
+            limit = 0.4 * p
+            for q in (np.nextafter(limit, np.inf), np.nextafter(-limit, -np.inf)):
+                state, v, w = nodal_state(self.stiff, 0, q, p, 0.0)
+                assert state in (BACKWARD_SLIP, FORWARD_SLIP)
+                assert w == 0.0
+                assert abs(v) <= 1e-13 * p
+
+
+def test_a_corner_start_stays_where_it_is():
+    """All limits active at once at λ_max: the load touches them, and nothing slips."""
+    run = simulate(TWO_NODE, UPPER.load_factor, UPPER.slip)
+    assert run.outcome == Outcome.SHAKEDOWN
+    assert np.abs(run.final_slip - UPPER.slip).max() <= 1e-12
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e9])
+@pytest.mark.parametrize("what", ["force", "length"])
+def test_units_do_not_matter(scale, what):
+    force, length = (scale, 1.0) if what == "force" else (1.0, scale)
+    stiff = {key: getattr(TWO_NODE, key) * (force / length) for key in "ABC"}
+    loads = {key: getattr(TWO_NODE, key) * force for key in ("q_w", "p_w")}
+    scaled = dataclasses.replace(TWO_NODE, **stiff, **loads)
+    run, reference = simulate(scaled, 0.7, LOWER.slip * length), simulate(TWO_NODE, 0.7, LOWER.slip)
+    assert run.outcome == reference.outcome
+    assert run.cycles_simulated == reference.cycles_simulated
+    assert np.allclose(run.final_slip, reference.final_slip * length, rtol=1e-9, atol=0)
+    assert run.dissipation_per_cycle == pytest.approx(reference.dissipation_per_cycle * force * length)
+
+
+def test_mirroring_the_slip_mirrors_the_evolution():
+    mirrored = dataclasses.replace(TWO_NODE, B=-TWO_NODE.B, q_w=-TWO_NODE.q_w)
+    run, reference = simulate(mirrored, 0.7, -LOWER.slip), simulate(TWO_NODE, 0.7, LOWER.slip)
+    assert np.allclose(run.final_slip, -reference.final_slip, rtol=1e-12)
