@@ -123,8 +123,7 @@ def _bound(
     status: str, load_factor: cp.Variable, v: cp.Variable, length: float, node: int, solver: str
 ) -> ConicBound:
     if status == "optimal":
-        return ConicBound(
-            status, float(np.asarray(load_factor.value)), node, np.asarray(v.value) * length, solver
-        )
+        value, slip = float(np.asarray(load_factor.value)), np.asarray(v.value) * length
+        return ConicBound(status, value, node, slip, solver)
     value = inf if status == "unbounded" else nan
     return ConicBound(status, value, node, np.full(v.shape, nan), solver)

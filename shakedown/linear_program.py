@@ -19,6 +19,7 @@ _OPTIONS: dict[str, bool | int | float | str] = {
     "solver": "simplex",
     "parallel": "off",
     "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
+    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
     "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
@@ -69,7 +70,7 @@ class LinearProgram:
     """Minimise cᵀ x subject to lower ≤ M x ≤ upper and column bounds.
 
     The data are handed to HiGHS once, equilibrated by powers of two; afterwards
-    only row bounds change and every solve starts from the last basis. The vertex
+    only bounds change and every solve starts from the last optimal basis. The vertex
     is solved again from its active rows, so that it is exact to round-off and
     not only to the feasibility tolerance.
 
@@ -107,14 +108,15 @@ class LinearProgram:
         self.row_scale, self.column_scale = equilibration(matrix)
         self.matrix = matrix * self.row_scale[:, None] * self.column_scale
         sizes = np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2)
-        sizes = sizes[np.isfinite(sizes)]
-        self.size = power_of_two(sizes.max(initial=0.0))
+        sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+        self.size = power_of_two(float(np.median(sizes)) if sizes.size else 0.0)
         cost = cost * self.column_scale
         self.cost_scale = 1.0 / power_of_two(np.abs(cost).max())
         self.cost = cost * self.cost_scale
         self.lower, self.upper = self._scaled(lower), self._scaled(upper)
         unit = self.column_scale * self.size
         self._columns = column_lower / unit, column_upper / unit
+        self._home: highspy.HighsBasis | None = None
         self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self._columns)
 
     def _scaled(self, bounds: FloatArray, rows: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
@@ -137,6 +139,9 @@ class LinearProgram:
         status = self._run()
         if status is None:
             self._highs.clearSolver()
+            status = self._run()
+        if status is None:
+            self._highs.clearSolver()
             self._highs.setOptionValue("simplex_strategy", DUAL)
             status = self._run()
             self._highs.setOptionValue("simplex_strategy", PRIMAL)
@@ -146,6 +151,10 @@ class LinearProgram:
         basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
         active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
         free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
+        if status == "optimal":
+            self._home = basis
+        elif self._home is not None:  # the next solve would not get far from an infeasible basis
+            self._highs.setBasis(self._home)
         return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
 
     def _run(self) -> str | None:
