@@ -42,11 +42,11 @@ def _facts(bounds: ShakedownBounds) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
     coupling = "weak coupling" if lower.coupling_ratio < 1 else "strong coupling"
-    collapse = f"first collapse, at node {lower.node}" if lower.node >= 0 else "no node collapses"
+    collapse = f"collapse of node {lower.node}" if lower.node >= 0 else "no node collapses"
     return [
         ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", number(lower.single_node_bound), "below it no node cycles alone"),
+        ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
         ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling),
         ("upper bound λ_max", number(upper.load_factor, 10), f"{upper.status}{_certified(upper.certified)}"),
     ]
@@ -60,7 +60,7 @@ def _certified(interval: tuple[float, float] | None) -> str:
     size = max(abs(low), abs(high))
     if size in (0.0, float("inf")):
         return ", certified"
-    return f", certified to {max(high - low, 0.0) / size:.0e}"
+    return f", exact to {max(high - low, 0.0) / size:.0e}"
 
 
 def _sides(upper: UpperBound, node: int) -> str:
