@@ -27,12 +27,19 @@ if TYPE_CHECKING:
     from shakedown.errors import ShakedownError as ShakedownError
     from shakedown.errors import SolverError as SolverError
     from shakedown.errors import UsageError as UsageError
+    from shakedown.event_history import EventHistory as EventHistory
+    from shakedown.event_history import EventKind as EventKind
+    from shakedown.evolution import Evolution as Evolution
+    from shakedown.evolution import EvolutionResult as EvolutionResult
+    from shakedown.evolution import evolve as evolve
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
     from shakedown.importing import Import as Import
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
     from shakedown.load_case import LoadCase as LoadCase
+    from shakedown.long_term import LongTermState as LongTermState
+    from shakedown.long_term import long_term_state as long_term_state
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
@@ -66,6 +73,9 @@ _HOMES = {
     "shakedown.lower": "LowerBound lower_bound",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
+    "shakedown.event_history": "EventHistory EventKind",
+    "shakedown.evolution": "Evolution EvolutionResult evolve",
+    "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
     "shakedown.simulation": "History Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
