@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
     from shakedown.report import write_report as write_report
-    from shakedown.simulation import History as History
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
@@ -77,7 +76,7 @@ _HOMES = {
     "shakedown.evolution": "Evolution EvolutionResult evolve",
     "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
-    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
     "shakedown.report": "write_report",
 }

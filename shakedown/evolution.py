@@ -11,10 +11,10 @@ from shakedown.contact_law import law_violation, scales
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
 from shakedown.gauss_seidel import BACKWARD_SLIP
+from shakedown.initial_state import check_arguments, checked_initial_slip
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 from shakedown.rate_problem import rates
-from shakedown.simulation import checked_initial_slip
 from shakedown.tolerances import DEFAULT, Tolerances
 
 RECORD_ROWS = 512
@@ -314,11 +314,3 @@ def evolve(
             break
         records.append(record)
     return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
-
-
-def check_arguments(load_factor: float, cycles: int) -> None:
-    """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
-    if not (np.isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {load_factor}")
-    if cycles < 1:
-        raise UsageError(f"cycles: expected at least 1, found {cycles}")

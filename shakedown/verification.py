@@ -94,7 +94,7 @@ def verify(
     random_states: int = 3,
     seed: int = 0,
     cycles: int = 1000,
-    method: str = "gauss-seidel",
+    method: str = "event",
     budget: int = 200_000,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
