@@ -43,6 +43,16 @@ def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()
 
 
+def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
+    """Names, values and remarks in aligned columns; lines without a value are left out."""
+    facts = [fact for fact in facts if fact[1] != "-"]
+    name_width, value_width = (max(len(fact[k]) for fact in facts) for k in (0, 1))
+    return "\n".join(
+        f"{indent}{name:{name_width}}  {value:{value_width}}  {remark}".rstrip()
+        for name, value, remark in facts
+    )
+
+
 def paragraph(text: str, indent: str = "") -> str:
     """Text wrapped to 80 columns."""
     return click.wrap_text(text, width=79, initial_indent=indent, subsequent_indent=indent)

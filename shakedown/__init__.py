@@ -10,12 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from shakedown.bounds import LowerBound as LowerBound
     from shakedown.bounds import ShakedownBounds as ShakedownBounds
-    from shakedown.bounds import UpperBound as UpperBound
-    from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
-    from shakedown.bounds import upper_bound as upper_bound
     from shakedown.condensation import Condensation as Condensation
     from shakedown.condensation import condense as condense
     from shakedown.condensation import condensed_stiffness as condensed_stiffness
@@ -31,12 +27,21 @@ if TYPE_CHECKING:
     from shakedown.errors import ShakedownError as ShakedownError
     from shakedown.errors import SolverError as SolverError
     from shakedown.errors import UsageError as UsageError
+    from shakedown.event_history import EventHistory as EventHistory
+    from shakedown.event_history import EventKind as EventKind
+    from shakedown.evolution import Evolution as Evolution
+    from shakedown.evolution import EvolutionResult as EvolutionResult
+    from shakedown.evolution import evolve as evolve
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
     from shakedown.importing import Import as Import
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
     from shakedown.load_case import LoadCase as LoadCase
+    from shakedown.long_term import LongTermState as LongTermState
+    from shakedown.long_term import long_term_state as long_term_state
+    from shakedown.lower import LowerBound as LowerBound
+    from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
@@ -44,10 +49,11 @@ if TYPE_CHECKING:
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
     from shakedown.report import write_report as write_report
-    from shakedown.simulation import History as History
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
+    from shakedown.upper import UpperBound as UpperBound
+    from shakedown.upper import upper_bound as upper_bound
     from shakedown.verification import Run as Run
     from shakedown.verification import Verification as Verification
     from shakedown.verification import verify as verify
@@ -60,12 +66,17 @@ _HOMES = {
     "shakedown.importing": "Import import_model import_problem",
     "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
-    "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
+    "shakedown.bounds": "ShakedownBounds shakedown_bounds",
     "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.upper": "UpperBound upper_bound",
+    "shakedown.lower": "LowerBound lower_bound",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
+    "shakedown.event_history": "EventHistory EventKind",
+    "shakedown.evolution": "Evolution EvolutionResult evolve",
+    "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
-    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
     "shakedown.report": "write_report",
 }

@@ -18,6 +18,8 @@ class Tolerances:
     degeneracy
         Smallest reciprocal condition number at which an (n+1)-subset of
         normalised rows still counts as regular.
+    cancellation
+        A sum of two terms this small, relative to the terms, counts as zero.
     equilibration_sweeps
         Sweeps that bring the rows and columns of a linear program near the size 1.
     friction_law
@@ -43,6 +45,14 @@ class Tolerances:
     steadiness
         Slip per cycle, or difference of slips one period apart, that counts as
         none in a cycle-by-cycle simulation, relative to the length scale.
+    limit
+        Distance from a friction limit, from p = 0 or from w = 0 at which a node of
+        an exact evolution is there, relative to the force or length scale.
+    rate
+        Rate that counts as zero, relative to the largest one of the instant.
+    periodicity
+        How far one period may miss a long-term state, relative to the length
+        scale; slip per period of that size counts as none.
     """
 
     symmetry: float = 1e-8
@@ -50,6 +60,7 @@ class Tolerances:
     feasibility: float = 1e-9
     degeneracy: float = 1e-12
     friction_law: float = 1e-9
+    cancellation: float = 1e-15
     constrained_diagonal: float = 1e35
     condensed_pattern: float = 1e-12
     singular_pivot: float = 1e-13
@@ -58,6 +69,9 @@ class Tolerances:
     printed_digits: float = 1e-6
     convergence: float = 1e-13
     steadiness: float = 1e-9
+    limit: float = 1e-13
+    rate: float = 1e-13
+    periodicity: float = 1e-10
     equilibration_sweeps: int = 4
 
 
