@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
-    from shakedown.enumeration import Intersection as Intersection
+    from shakedown.enumeration import collapse_by_enumeration as collapse_by_enumeration
     from shakedown.enumeration import critical_load_factors as critical_load_factors
+    from shakedown.enumeration import load_factors_above as load_factors_above
     from shakedown.enumeration import subset_count as subset_count
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from shakedown.importing import Import as Import
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
+    from shakedown.intersection import Intersection as Intersection
     from shakedown.load_case import LoadCase as LoadCase
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
@@ -63,7 +65,9 @@ _HOMES = {
     "shakedown.bounds": "ShakedownBounds shakedown_bounds",
     "shakedown.upper": "UpperBound upper_bound",
     "shakedown.lower": "LowerBound lower_bound",
-    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.intersection": "Intersection",
+    "shakedown.enumeration": "CriticalLoadFactors collapse_by_enumeration critical_load_factors "
+    "load_factors_above subset_count",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
     "shakedown.outcome": "Outcome",
