@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
+    from shakedown.curve import GuaranteeCurve as GuaranteeCurve
+    from shakedown.curve import guarantee_curve as guarantee_curve
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
     from shakedown.enumeration import collapse_by_enumeration as collapse_by_enumeration
     from shakedown.enumeration import critical_load_factors as critical_load_factors
@@ -74,6 +76,7 @@ _HOMES = {
     ),
     "shakedown.upper": "UpperBound upper_bound",
     "shakedown.lower": "LowerBound lower_bound",
+    "shakedown.curve": "GuaranteeCurve guarantee_curve",
     "shakedown.intersection": "Intersection",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
