@@ -117,7 +117,7 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     figure = Figure(figsize=(12.0, 3.8), layout="constrained")
     axes = figure.subplots(1, 3)
     for axis, grows in zip(axes, ("n", "m", "cycles"), strict=True):
-        for name, series in _series(rows):
+        for _, series in _series(rows):
             if series[0]["grows"] == grows:
                 label = f"{series[0]['task']} ({exponent(series):.1f})"
                 axis.loglog(
