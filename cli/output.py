@@ -27,10 +27,12 @@ def number(value: float | None, digits: int = 7) -> str:
     return f"{value:.{digits}g}"
 
 
-def table(headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
+def table(
+    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
+) -> str:
     """Right-aligned columns under their headers; long tables show their ends."""
-    cut = len(rows) > LONGEST_LISTING
-    half = LONGEST_LISTING // 2
+    cut = len(rows) > longest
+    half = longest // 2
     shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
     widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
     lines = [_line(row, widths, indent) for row in [headers, *shown]]

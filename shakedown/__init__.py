@@ -18,9 +18,12 @@ if TYPE_CHECKING:
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
+    from shakedown.curve import GuaranteeCurve as GuaranteeCurve
+    from shakedown.curve import guarantee_curve as guarantee_curve
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
-    from shakedown.enumeration import Intersection as Intersection
+    from shakedown.enumeration import collapse_by_enumeration as collapse_by_enumeration
     from shakedown.enumeration import critical_load_factors as critical_load_factors
+    from shakedown.enumeration import load_factors_above as load_factors_above
     from shakedown.enumeration import subset_count as subset_count
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
@@ -37,6 +40,7 @@ if TYPE_CHECKING:
     from shakedown.importing import Import as Import
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
+    from shakedown.intersection import Intersection as Intersection
     from shakedown.load_case import LoadCase as LoadCase
     from shakedown.long_term import LongTermState as LongTermState
     from shakedown.long_term import long_term_state as long_term_state
@@ -67,9 +71,13 @@ _HOMES = {
     "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
     "shakedown.bounds": "ShakedownBounds shakedown_bounds",
-    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.enumeration": (
+        "CriticalLoadFactors critical_load_factors subset_count collapse_by_enumeration load_factors_above"
+    ),
     "shakedown.upper": "UpperBound upper_bound",
     "shakedown.lower": "LowerBound lower_bound",
+    "shakedown.curve": "GuaranteeCurve guarantee_curve",
+    "shakedown.intersection": "Intersection",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
     "shakedown.event_history": "EventHistory EventKind",

@@ -70,7 +70,7 @@ class LinearProgram:
     """Minimise cᵀ x subject to lower ≤ M x ≤ upper and column bounds.
 
     The data are handed to HiGHS once, equilibrated by powers of two; afterwards
-    only bounds change and every solve starts from the last optimal basis. The vertex
+    only bounds change and every solve starts from the last basis. The vertex
     is solved again from its active rows, so that it is exact to round-off and
     not only to the feasibility tolerance.
 
@@ -128,23 +128,25 @@ class LinearProgram:
         for i in rows:
             self._highs.changeRowBounds(int(i), self.lower[i], self.upper[i])
 
+    def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
+        """Change the bounds of some columns; the basis stays."""
+        unit = self.column_scale[columns] * self.size
+        self._columns[0][columns], self._columns[1][columns] = lower / unit, upper / unit
+        for j in columns:
+            self._highs.changeColBounds(int(j), self._columns[0][j], self._columns[1][j])
+
     def solve(self) -> Outcome:
         """Solve from the current basis.
 
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch and by the dual simplex method.
+            If HiGHS ends without an answer, also from scratch and by the dual method.
         """
-        status = self._run()
-        if status is None:
-            self._highs.clearSolver()
-            status = self._run()
-        if status is None:
-            self._highs.clearSolver()
-            self._highs.setOptionValue("simplex_strategy", DUAL)
-            status = self._run()
-            self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        for attempt in (self._warm, self._from_home, self._cold, self._dual):
+            status = attempt()
+            if status is not None:
+                break
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
@@ -153,9 +155,29 @@ class LinearProgram:
         free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
         if status == "optimal":
             self._home = basis
-        elif self._home is not None:  # the next solve would not get far from an infeasible basis
-            self._highs.setBasis(self._home)
         return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
+
+    def _warm(self) -> str | None:
+        """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
+        return self._run()
+
+    def _from_home(self) -> str | None:
+        """From the last optimal basis."""
+        if self._home is None:
+            return None
+        self._highs.setBasis(self._home)
+        return self._run()
+
+    def _cold(self) -> str | None:
+        self._highs.clearSolver()
+        return self._run()
+
+    def _dual(self) -> str | None:
+        self._highs.clearSolver()
+        self._highs.setOptionValue("simplex_strategy", DUAL)
+        status = self._run()
+        self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        return status
 
     def _run(self) -> str | None:
         self._highs.run()
