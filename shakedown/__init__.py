@@ -10,21 +10,20 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from shakedown.bounds import LowerBound as LowerBound
     from shakedown.bounds import ShakedownBounds as ShakedownBounds
-    from shakedown.bounds import UpperBound as UpperBound
-    from shakedown.bounds import lower_bound as lower_bound
     from shakedown.bounds import shakedown_bounds as shakedown_bounds
-    from shakedown.bounds import upper_bound as upper_bound
     from shakedown.condensation import Condensation as Condensation
     from shakedown.condensation import condense as condense
     from shakedown.condensation import condensed_stiffness as condensed_stiffness
     from shakedown.conic import ConicBound as ConicBound
     from shakedown.conic import conic_lower_bound as conic_lower_bound
     from shakedown.conic import conic_upper_bound as conic_upper_bound
+    from shakedown.curve import GuaranteeCurve as GuaranteeCurve
+    from shakedown.curve import guarantee_curve as guarantee_curve
     from shakedown.enumeration import CriticalLoadFactors as CriticalLoadFactors
-    from shakedown.enumeration import Intersection as Intersection
+    from shakedown.enumeration import collapse_by_enumeration as collapse_by_enumeration
     from shakedown.enumeration import critical_load_factors as critical_load_factors
+    from shakedown.enumeration import load_factors_above as load_factors_above
     from shakedown.enumeration import subset_count as subset_count
     from shakedown.errors import BudgetExceeded as BudgetExceeded
     from shakedown.errors import ProblemError as ProblemError
@@ -41,10 +40,13 @@ if TYPE_CHECKING:
     from shakedown.importing import Import as Import
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
+    from shakedown.intersection import Intersection as Intersection
     from shakedown.jump import Jump as Jump
     from shakedown.load_case import LoadCase as LoadCase
     from shakedown.long_term import LongTermState as LongTermState
     from shakedown.long_term import long_term_state as long_term_state
+    from shakedown.lower import LowerBound as LowerBound
+    from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
@@ -52,13 +54,14 @@ if TYPE_CHECKING:
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
     from shakedown.report import write_report as write_report
-    from shakedown.simulation import History as History
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
     from shakedown.thresholds import FrictionThresholds as FrictionThresholds
     from shakedown.thresholds import Threshold as Threshold
     from shakedown.thresholds import friction_thresholds as friction_thresholds
+    from shakedown.upper import UpperBound as UpperBound
+    from shakedown.upper import upper_bound as upper_bound
     from shakedown.verification import Run as Run
     from shakedown.verification import Verification as Verification
     from shakedown.verification import verify as verify
@@ -71,8 +74,14 @@ _HOMES = {
     "shakedown.importing": "Import import_model import_problem",
     "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
-    "shakedown.bounds": "LowerBound UpperBound ShakedownBounds lower_bound upper_bound shakedown_bounds",
-    "shakedown.enumeration": "CriticalLoadFactors Intersection critical_load_factors subset_count",
+    "shakedown.bounds": "ShakedownBounds shakedown_bounds",
+    "shakedown.enumeration": (
+        "CriticalLoadFactors critical_load_factors subset_count collapse_by_enumeration load_factors_above"
+    ),
+    "shakedown.upper": "UpperBound upper_bound",
+    "shakedown.lower": "LowerBound lower_bound",
+    "shakedown.curve": "GuaranteeCurve guarantee_curve",
+    "shakedown.intersection": "Intersection",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
     "shakedown.event_history": "EventHistory EventKind",
@@ -81,7 +90,7 @@ _HOMES = {
     "shakedown.jump": "Jump",
     "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
-    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
     "shakedown.report": "write_report",
 }

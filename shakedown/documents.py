@@ -48,7 +48,8 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
     lower, upper = bounds.lower, bounds.upper
     lower_keys = (
-        "load_factor node slip kind single_node_bound guarantee reason coupling_ratio certified residual"
+        "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
+        "certified residual"
     )
     upper_keys = "status load_factor slip active certified reason residual"
     return plain(

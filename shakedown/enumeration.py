@@ -1,50 +1,24 @@
 """Critical load factors: every (n+1)-subset of the 2n rows taken as equalities (thesis (5.11), (5.12))."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, islice
-from math import comb, inf, nan
+from math import comb, inf
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.constraints import Constraints, constraints
 from shakedown.errors import BudgetExceeded
-from shakedown.linear_program import equilibration
+from shakedown.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
+from shakedown.piece import NONE, Candidate, Piece, batch_piece, joined
 from shakedown.problem import FloatArray, Problem
-from shakedown.tolerances import DEFAULT
 
 Progress = Callable[[int, int], None]
-Candidate = tuple[float, tuple[int, ...]]
-BATCH = 4096
 LISTED = 1000
-
-
-@dataclass(frozen=True)
-class Intersection:
-    """The point in slip space and load factor where n + 1 rows meet.
-
-    Attributes
-    ----------
-    load_factor
-        λ; NaN where there is no such point.
-    slip : (n,)
-        v [length].
-    rows
-        (node, side) of the n + 1 rows.
-    residual
-        Largest distance from one of these rows, relative to its terms.
-    excess
-        Largest violation of any of the 2n rows, relative to its terms; ≤ 0 (to round-off)
-        where the point lies on the safe region.
-    """
-
-    load_factor: float
-    slip: FloatArray
-    rows: tuple[tuple[int, int], ...]
-    residual: float
-    excess: float
+SMALL = 20_000  # up to here batches are done before compiled code is loaded
+BATCH = 4096
+BUDGET = 200_000_000
 
 
 @dataclass(frozen=True)
@@ -66,7 +40,8 @@ class CriticalLoadFactors:
         than two nodes it grossly underestimates the first collapse, because most
         intersections lie outside the safe region.
     smallest_feasible
-        The smallest positive one that lies on the safe region: the first collapse λ_1.
+        The smallest positive one that lies on the safe region: the first collapse
+        λ_1, where that is positive.
     load_factors : (regular,)
         All of them, sorted, where asked for, else None.
     """
@@ -94,9 +69,10 @@ def subset_count(n: int) -> int:
 def critical_load_factors(
     problem: Problem,
     *,
-    budget: int = 1_000_000,
+    budget: int = BUDGET,
     values: bool = False,
     progress: Progress | None = None,
+    threads: int | None = None,
 ) -> CriticalLoadFactors:
     """Every intersection of n + 1 frictional constraints (thesis (5.11), (5.12)).
 
@@ -107,9 +83,11 @@ def critical_load_factors(
     budget
         Largest number of subsets to work through.
     values
-        Whether to keep, and sort, all load factors.
+        Whether to keep, and sort, all load factors (8 bytes each).
     progress
         Called as ``progress(done, total)`` from time to time.
+    threads
+        Number of threads; all cores by default.
 
     Raises
     ------
@@ -126,123 +104,116 @@ def critical_load_factors(
     rows = constraints(problem)
     total = subset_count(rows.n)
     _check_budget(rows, total, budget)
-    best: Candidate = (inf, ())
-    safest: Candidate = (inf, ())
-    kept: list[FloatArray] = []
-    listed: list[tuple[tuple[int, int], ...]] = []
-    degenerate = done = 0
-    for batch in intersections(rows):
-        best = min(best, _smallest(batch, batch.positive), key=_first)
-        safest = min(safest, _smallest(batch, batch.positive & batch.feasible), key=_first)
-        singular = np.flatnonzero(~batch.regular)
-        degenerate += singular.size
-        listed += [_named(rows, batch.subsets[i]) for i in singular[: LISTED - len(listed)]]
-        if values:
-            kept.append(batch.load_factor[batch.regular])
-        done += len(batch.subsets)
+    known = NONE if total <= SMALL else _first_one_pair(rows, threads)
+    found = [replace(joined([]), smallest_feasible=known)]
+    done = 0
+    for piece in _walk(rows, -inf if values else inf, known[0], threads):
+        found.append(piece)
+        done += piece.subsets
         if progress is not None:
             progress(done, total)
+    return _report(rows, total, joined(found), values)
+
+
+def load_factors_above(problem: Problem, cut: float, *, threads: int | None = None) -> Iterator[FloatArray]:
+    """The critical load factors above a value, piece by piece, unsorted, in constant memory.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    cut
+        Only load factors above it are given.
+    threads
+        Number of threads; all cores by default.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
+    array([1.05252, 2.93485])
+    """
+    for piece in _walk(constraints(problem), cut, 0.0, threads):
+        if piece.load_factors.size:
+            yield piece.load_factors
+
+
+def collapse_by_enumeration(problem: Problem, *, threads: int | None = None) -> Intersection:
+    """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
+
+    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
+    0.657373
+    """
+    rows = constraints(problem)
+    return intersection(rows, _first_one_pair(rows, threads)[1])
+
+
+def _first_one_pair(rows: Constraints, threads: int | None) -> Candidate:
+    from shakedown.subset_walk import Tree, pieces  # compiled; loaded only where it is used
+
+    scaled, best = scaled_rows(rows), NONE
+    for node in range(rows.n):
+        order = np.roll(np.arange(2 * rows.n), -2 * node)  # the pair first, then the other nodes
+        turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
+        for piece in pieces(Tree(turned, one_pair=True, feasible_below=best[0]), threads):
+            value, subset = piece.smallest_feasible
+            if value < best[0]:
+                best = value, tuple(sorted(order[list(subset)].tolist()))
+    return best
+
+
+def _walk(rows: Constraints, cut: float, feasible_below: float, threads: int | None) -> Iterator[Piece]:
+    """All subsets: a few by batches, many by the compiled tree."""
+    scaled = scaled_rows(rows)
+    if subset_count(rows.n) <= SMALL:
+        candidates = combinations(range(2 * rows.n), rows.n + 1)
+        while chunk := list(islice(candidates, BATCH)):
+            yield batch_piece(solve_subsets(np.array(chunk), scaled), cut, LISTED)
+        return
+    from shakedown.subset_walk import Tree, pieces  # compiled; loaded only where it is used
+
+    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED)
+    yield from pieces(tree, threads)
+
+
+def _report(rows: Constraints, total: int, found: Piece, values: bool) -> CriticalLoadFactors:
     return CriticalLoadFactors(
         total=total,
-        regular=total - degenerate,
-        degenerate=degenerate,
-        degenerate_rows=tuple(listed),
-        smallest_positive=_intersection(rows, best[1]),
-        smallest_feasible=_intersection(rows, safest[1]),
-        load_factors=np.sort(np.concatenate(kept)) if values else None,
+        regular=total - found.degenerate,
+        degenerate=found.degenerate,
+        degenerate_rows=tuple(named(rows, subset) for subset in sorted(found.degenerate_rows)[:LISTED]),
+        smallest_positive=intersection(rows, found.smallest_positive[1]),
+        smallest_feasible=intersection(rows, found.smallest_feasible[1]),
+        load_factors=np.sort(found.load_factors) if values else None,
     )
-
-
-@dataclass(frozen=True)
-class Batch:
-    """Some subsets and what they give: (b, n+1) row indices, (b,) values, (b, n) slips, (b,) verdicts."""
-
-    subsets: NDArray[np.intp]
-    load_factor: FloatArray
-    slip: FloatArray
-    regular: NDArray[np.bool_]
-    positive: NDArray[np.bool_]
-    feasible: NDArray[np.bool_]
-
-
-def intersections(rows: Constraints, size: int = BATCH) -> Iterator[Batch]:
-    """Work through all (n+1)-subsets of the rows in lexicographic order, batch by batch."""
-    matrix = np.column_stack([rows.G, rows.d])
-    row_scale, column_scale = equilibration(matrix)
-    scaled = matrix * row_scale[:, None] * column_scale
-    right = rows.g * row_scale
-    candidates = combinations(range(2 * rows.n), rows.n + 1)
-    while chunk := list(islice(candidates, size)):
-        yield _solved(np.array(chunk), scaled, right, column_scale)
-
-
-def _solved(
-    subsets: NDArray[np.intp], matrix: FloatArray, right: FloatArray, column_scale: FloatArray
-) -> Batch:
-    square, target = matrix[subsets], right[subsets]
-    spectrum = np.linalg.svd(square, compute_uv=False)
-    condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
-    regular = condition > DEFAULT.degeneracy
-    x = np.full(subsets.shape, nan)
-    x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        size = np.abs(x).max(axis=1)
-        blur = np.finfo(float).eps * size / condition  # what round-off leaves of a zero load factor
-        excess = (x @ matrix.T - right).max(axis=1)
-        reach = np.maximum(size * np.abs(matrix).max(), np.abs(right).max())
-    return Batch(
-        subsets=subsets,
-        load_factor=x[:, -1] * column_scale[-1],
-        slip=x[:, :-1] * column_scale[:-1],
-        regular=regular,
-        positive=regular & (x[:, -1] > blur),
-        feasible=regular & (excess <= DEFAULT.feasibility * reach),
-    )
-
-
-def _smallest(batch: Batch, admitted: NDArray[np.bool_]) -> Candidate:
-    """(load factor, rows) of the smallest admitted value of a batch."""
-    if not admitted.any():
-        return inf, ()
-    i = int(np.argmin(np.where(admitted, batch.load_factor, inf)))
-    return float(batch.load_factor[i]), tuple(batch.subsets[i].tolist())
-
-
-def _first(candidate: Candidate) -> float:
-    return candidate[0]
-
-
-def _intersection(rows: Constraints, subset: tuple[int, ...]) -> Intersection:
-    if not subset:
-        return Intersection(nan, np.full(rows.n, nan), (), nan, nan)
-    chosen = list(subset)
-    matrix = np.column_stack([rows.G, rows.d])[chosen]
-    row_scale, column_scale = equilibration(matrix)
-    x = np.linalg.solve(matrix * row_scale[:, None] * column_scale, rows.g[chosen] * row_scale) * column_scale
-    excess = rows.relative_excess(x[:-1], x[-1])
-    return Intersection(
-        load_factor=float(x[-1]),
-        slip=x[:-1],
-        rows=_named(rows, chosen),
-        residual=float(np.abs(excess[chosen]).max()),
-        excess=float(excess.max()),
-    )
-
-
-def _named(rows: Constraints, subset: NDArray[np.intp] | list[int]) -> tuple[tuple[int, int], ...]:
-    return tuple((int(rows.node[i]), int(rows.side[i])) for i in subset)
 
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
-    """Refuse more subsets than the budget, with the time that a first batch lets one expect."""
+    """Refuse more subsets than the budget, with the time that a sample lets one expect."""
     if total <= budget:
         return
+    scaled, sample = scaled_rows(rows), min(total, SMALL)
     start = perf_counter()
-    next(intersections(rows, size=256))
-    seconds = (perf_counter() - start) * total / 256
+    if total <= SMALL:
+        subsets = np.array(list(islice(combinations(range(2 * rows.n), rows.n + 1), BATCH)))
+        solve_subsets(subsets, scaled)
+        sample = len(subsets)
+    else:
+        from shakedown.subset_walk import Tree, tasks, walk_piece
+
+        tree = Tree(scaled, feasible_below=0.0)
+        for _ in range(2):  # the first walk loads the compiled code
+            start = perf_counter()
+            sample = walk_piece(tree, *next(tasks(tree))).subsets
+    seconds = (perf_counter() - start) * total / sample
     raise BudgetExceeded(
         f"{total:,} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
-        f"they would take about {_duration(seconds)} on this machine"
+        f"they would take about {_duration(seconds)} on one core of this machine"
     )
 
 

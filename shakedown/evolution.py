@@ -11,11 +11,11 @@ from shakedown.contact_law import law_violation, scales
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
 from shakedown.gauss_seidel import BACKWARD_SLIP, OPEN
+from shakedown.initial_state import check_arguments, checked_initial_slip
 from shakedown.jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 from shakedown.rate_problem import rates
-from shakedown.simulation import checked_initial_slip
 from shakedown.tolerances import DEFAULT, Tolerances
 
 RECORD_ROWS = 512
@@ -379,11 +379,3 @@ def checked_damping(kappa: FloatArray, damping: ArrayLike | None) -> FloatArray:
     if D.shape != (len(kappa),) or not (np.isfinite(D) & (D > 0)).all():
         raise UsageError(f"damping: expected {len(kappa)} positive numbers, found {damping}")
     return D
-
-
-def check_arguments(load_factor: float, cycles: int) -> None:
-    """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
-    if not (np.isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {load_factor}")
-    if cycles < 1:
-        raise UsageError(f"cycles: expected at least 1, found {cycles}")

@@ -19,6 +19,7 @@ _OPTIONS: dict[str, bool | int | float | str] = {
     "solver": "simplex",
     "parallel": "off",
     "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
+    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
     "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
@@ -37,23 +38,31 @@ class Vertex:
     multipliers : (R,)
         Row multipliers y with yᵀ M = cᵀ on the columns that are not at a bound
         (y ≤ 0 at an upper, y ≥ 0 at a lower row bound).
-    active : (K,)
-        Rows that determine the vertex.
-    free : (K,)
-        Columns that they determine; every other column is at a bound.
     """
 
     x: FloatArray
     multipliers: FloatArray
-    active: NDArray[np.intp]
-    free: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a linear program ended: ``optimal`` with a vertex, ``infeasible`` or ``unbounded`` without."""
+    """How a linear program ended.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"`` with a vertex, ``"infeasible"`` or ``"unbounded"`` without.
+    active : (K,)
+        The rows held as equalities at the end.
+    free : (K,)
+        The columns that they determine; every other column is at a bound, or zero.
+    vertex
+        The optimal vertex, or None.
+    """
 
     status: str
+    active: NDArray[np.intp]
+    free: NDArray[np.intp]
     vertex: Vertex | None = None
 
 
@@ -61,7 +70,7 @@ class LinearProgram:
     """Minimise cᵀ x subject to lower ≤ M x ≤ upper and column bounds.
 
     The data are handed to HiGHS once, equilibrated by powers of two; afterwards
-    only row bounds change and every solve starts from the last basis. The vertex
+    only bounds change and every solve starts from the last basis. The vertex
     is solved again from its active rows, so that it is exact to round-off and
     not only to the feasibility tolerance.
 
@@ -99,14 +108,15 @@ class LinearProgram:
         self.row_scale, self.column_scale = equilibration(matrix)
         self.matrix = matrix * self.row_scale[:, None] * self.column_scale
         sizes = np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2)
-        sizes = sizes[np.isfinite(sizes)]
-        self.size = power_of_two(sizes.max(initial=0.0))
+        sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+        self.size = power_of_two(float(np.median(sizes)) if sizes.size else 0.0)
         cost = cost * self.column_scale
         self.cost_scale = 1.0 / power_of_two(np.abs(cost).max())
         self.cost = cost * self.cost_scale
         self.lower, self.upper = self._scaled(lower), self._scaled(upper)
         unit = self.column_scale * self.size
         self._columns = column_lower / unit, column_upper / unit
+        self._home: highspy.HighsBasis | None = None
         self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self._columns)
 
     def _scaled(self, bounds: FloatArray, rows: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
@@ -118,24 +128,56 @@ class LinearProgram:
         for i in rows:
             self._highs.changeRowBounds(int(i), self.lower[i], self.upper[i])
 
+    def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
+        """Change the bounds of some columns; the basis stays."""
+        unit = self.column_scale[columns] * self.size
+        self._columns[0][columns], self._columns[1][columns] = lower / unit, upper / unit
+        for j in columns:
+            self._highs.changeColBounds(int(j), self._columns[0][j], self._columns[1][j])
+
     def solve(self) -> Outcome:
         """Solve from the current basis.
 
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch and by the dual simplex method.
+            If HiGHS ends without an answer, also from scratch and by the dual method.
         """
-        status = self._run()
-        if status is None:
-            self._highs.clearSolver()
-            self._highs.setOptionValue("simplex_strategy", DUAL)
-            status = self._run()
-            self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        for attempt in (self._warm, self._from_home, self._cold, self._dual):
+            status = attempt()
+            if status is not None:
+                break
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        return Outcome(status, self._vertex() if status == "optimal" else None)
+        basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
+        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
+        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
+        if status == "optimal":
+            self._home = basis
+        return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
+
+    def _warm(self) -> str | None:
+        """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
+        return self._run()
+
+    def _from_home(self) -> str | None:
+        """From the last optimal basis."""
+        if self._home is None:
+            return None
+        self._highs.setBasis(self._home)
+        return self._run()
+
+    def _cold(self) -> str | None:
+        self._highs.clearSolver()
+        return self._run()
+
+    def _dual(self) -> str | None:
+        self._highs.clearSolver()
+        self._highs.setOptionValue("simplex_strategy", DUAL)
+        status = self._run()
+        self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        return status
 
     def _run(self) -> str | None:
         self._highs.run()
@@ -147,19 +189,14 @@ class LinearProgram:
         }
         return names.get(status)
 
-    def _vertex(self) -> Vertex:
-        solution, basis = self._highs.getSolution(), self._highs.getBasis()
+    def _vertex(self, active: NDArray[np.intp], free: NDArray[np.intp]) -> Vertex:
+        solution = self._highs.getSolution()
         x = np.array(solution.col_value)
         y = np.array(solution.row_dual)
-        basic = highspy.HighsBasisStatus.kBasic
-        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
-        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
         x, y = self._polished(x, y, active, free)
         return Vertex(
             x=x * self.column_scale * self.size,
             multipliers=y * self.row_scale / self.cost_scale,
-            active=active,
-            free=free,
         )
 
     def _polished(

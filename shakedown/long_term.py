@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.contact_law import law_violation
 from shakedown.cycle_map import CycleMap, Limit, follow_period, limit
 from shakedown.event_history import EventHistory, EventKind
-from shakedown.evolution import CycleRecord, Evolution, State, check_arguments
+from shakedown.evolution import CycleRecord, Evolution, State
+from shakedown.initial_state import check_arguments
 from shakedown.outcome import Outcome
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances

@@ -76,9 +76,10 @@ def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
-    slip, margin, multipliers = widest(rows.G, norms, room, cap=cap)
+    found = widest(rows.G, norms, room, cap=cap)
+    slip, margin = found.x, found.margin
     residual = float(rows.relative_excess(slip, load_factor).max())
-    active = rows_named(rows, np.flatnonzero(multipliers))
+    active = rows_named(rows, np.flatnonzero(found.multipliers))
     if residual > DEFAULT.feasibility:
         return SafeSlip("infeasible", load_factor, np.full(rows.n, nan), margin, active, residual)
     if margin > 0.75 * cap:
@@ -97,13 +98,22 @@ def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) 
     return 2.0 * float(distance) if distance > 0 else 1.0
 
 
+@dataclass(frozen=True)
+class Widest:
+    """The point x with the largest margin, and the multipliers ≥ 0 that prove that no larger one exists."""
+
+    x: FloatArray
+    margin: float
+    multipliers: FloatArray
+
+
 def widest(
     matrix: FloatArray, norms: FloatArray, right: FloatArray, *, cap: float, signed: int | None = None
-) -> tuple[FloatArray, float, FloatArray]:
+) -> Widest:
     """Maximise t ≤ cap subject to M x + t·norms ≤ right, and x ≥ 0 in the column ``signed``.
 
-    Returns x, t and the multipliers y ≥ 0 of the rows, which prove that no larger
-    t exists: yᵀ M = 0 (≥ 0 in the column ``signed``), yᵀ norms = 1, yᵀ right = t.
+    The multipliers satisfy yᵀ M = 0 (≥ 0 in the column ``signed``), yᵀ norms = 1 and
+    yᵀ right = t, as long as t < cap.
     """
     rows, columns = matrix.shape
     lower = np.full(columns + 1, -INF)
@@ -121,8 +131,8 @@ def widest(
     )
     vertex = program.solve().vertex
     if vertex is None:  # rows without a norm contradict each other, whatever t
-        return np.zeros(columns), -inf, np.zeros(rows)
-    return vertex.x[:-1], float(vertex.x[-1]), -vertex.multipliers
+        return Widest(np.zeros(columns), -inf, np.zeros(rows))
+    return Widest(vertex.x[:-1], float(vertex.x[-1]), -vertex.multipliers)
 
 
 def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:

@@ -18,6 +18,8 @@ class Tolerances:
     degeneracy
         Smallest reciprocal condition number at which an (n+1)-subset of
         normalised rows still counts as regular.
+    cancellation
+        A sum of two terms this small, relative to the terms, counts as zero.
     equilibration_sweeps
         Sweeps that bring the rows and columns of a linear program near the size 1.
     friction_law
@@ -58,6 +60,7 @@ class Tolerances:
     feasibility: float = 1e-9
     degeneracy: float = 1e-12
     friction_law: float = 1e-9
+    cancellation: float = 1e-15
     constrained_diagonal: float = 1e35
     condensed_pattern: float = 1e-12
     singular_pivot: float = 1e-13

@@ -94,7 +94,7 @@ def verify(
     random_states: int = 3,
     seed: int = 0,
     cycles: int = 1000,
-    method: str = "gauss-seidel",
+    method: str = "event",
     budget: int = 200_000,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
@@ -266,7 +266,7 @@ def _road_findings(
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
-    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 1.0
+    size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
     if bounds.upper.status != "infeasible":  # else there is no first collapse either
         pairs.insert(0, ("λ_1", bounds.lower, second_lower))

@@ -1,0 +1,203 @@
+"""Lower bound of the load factor: the first collapse of a node's range of slips."""
+
+from dataclasses import dataclass
+from math import inf, nan
+
+import numpy as np
+
+from shakedown.certificate import Certificate, certified_lower, certify_by_default
+from shakedown.constraints import Constraints, constraints
+from shakedown.guarantee import guarantee_status
+from shakedown.linear_program import INF, LinearProgram, Outcome
+from shakedown.margin import rows_named
+from shakedown.problem import FloatArray, Problem
+from shakedown.upper import NO_SAFE_STATE, load_factor_program
+
+
+@dataclass(frozen=True)
+class LowerBound:
+    """First collapse λ_1: the smallest load factor at which both limits of one node meet.
+
+    Below λ_1 every node keeps a range of slips between its two limits, whatever
+    slips within their own limits the other nodes have. At λ_1 the range of
+    ``node`` shrinks to a point.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"unbounded"`` (no node's range ever shrinks to a point);
+        ``"infeasible"`` (there is no safe slip under the mean load to begin with).
+    load_factor
+        λ_1; inf where unbounded, NaN where infeasible.
+    node
+        The node that collapses; −1 unless optimal.
+    slip : (n,)
+        The witness [length]: an initial state that leads to cyclic slip of ``node``
+        above λ_1 in nearly every case; NaN unless optimal.
+    per_node : (n,)
+        The load factor at which each node collapses; inf where it never does, NaN
+        where infeasible.
+    active
+        (node, side) of the rows that determine the witness.
+    multipliers : (2n,)
+        y, ≥ 0 in the rows of ``node`` and ≤ 0 in the others, that prove the value:
+        yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.
+    guarantee
+        ``"proved"``, ``"single-node-excluded"`` or ``"evidence"``: how sure it is that
+        below λ_1 the system shakes down from every initial state.
+    reason
+        The status of the guarantee, and why λ_1 is 0 where it is, in words.
+    coupling_ratio
+        ρ, the spectral radius of the slip-to-slip influence; NaN where undefined.
+    single_node_bound
+        Below this load factor no node alone can slip cyclically; NaN where not computed.
+    residual
+        Largest relative violation of the rows at ``slip``.
+    certified
+        (low, high), neighbouring floats that contain the exact λ_1 of the problem as
+        stored, or None.
+    kind
+        What the number is: ``"first-collapse"``.
+    """
+
+    status: str
+    load_factor: float
+    node: int
+    slip: FloatArray
+    per_node: FloatArray
+    active: tuple[tuple[int, int], ...]
+    multipliers: FloatArray
+    guarantee: str
+    reason: str
+    coupling_ratio: float
+    single_node_bound: float
+    residual: float
+    certified: tuple[float, float] | None
+    kind: str = "first-collapse"
+
+
+def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
+    """The load factor of first collapse λ_1, from one small linear program per node.
+
+    For node j: the smallest λ ≥ 0 at which some slip has both rows of node j
+    reversed (≥ g) and every other row kept (≤ g). For two nodes it is the
+    thesis's λ_min (5.12); for more it is the first critical load factor that
+    lies on the safe region.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    certify
+        Whether to check every node in exact arithmetic; by default where that is quick.
+
+    Raises
+    ------
+    SolverError
+        If a linear program ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> lower = shakedown.lower_bound(shakedown.example("two-node"))
+    >>> round(lower.load_factor, 6), lower.node, lower.guarantee
+    (0.657373, 1, 'proved')
+    """
+    rows = constraints(problem)
+    program = load_factor_program(rows, towards=+1.0)
+    start = program.solve().vertex
+    if start is None or start.x[-1] > 0:
+        return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE)
+    outcomes = _collapses(rows, program)
+    per_node = np.array([inf if o.vertex is None else o.vertex.x[-1] for o in outcomes])
+    node, certificate = int(np.argmin(per_node)), None
+    if certify_by_default(problem.n) if certify is None else certify:
+        node, certificate = certified_lower(problem, outcomes, node) or (node, None)
+    vertex = outcomes[node].vertex
+    if certificate is not None:
+        x = np.append(certificate.slip, certificate.load_factor)
+        per_node[node] = certificate.load_factor
+    elif vertex is not None:
+        x = vertex.x
+    else:
+        reason = f"no node ever collapses; {guarantee_status(problem, inf).reason}"
+        return _no_collapse(rows, "unbounded", inf, reason)
+    return _collapse(problem, rows, node, x, per_node, outcomes[node], certificate)
+
+
+def _collapse(
+    problem: Problem,
+    rows: Constraints,
+    node: int,
+    x: FloatArray,
+    per_node: FloatArray,
+    outcome: Outcome,
+    certificate: Certificate | None,
+) -> LowerBound:
+    load_factor = float(x[-1])
+    status = guarantee_status(problem, load_factor)
+    if certificate is not None:
+        y = np.where(rows.node == node, 1.0, -1.0) * certificate.multipliers
+        active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
+    else:
+        assert outcome.vertex is not None
+        y, active, certified = outcome.vertex.multipliers, outcome.active, None
+    return LowerBound(
+        status="optimal",
+        load_factor=load_factor,
+        node=node,
+        slip=x[:-1],
+        per_node=per_node,
+        active=rows_named(rows, active),
+        multipliers=y,
+        guarantee=status.guarantee,
+        reason=_reason(problem, load_factor, node, status.reason),
+        coupling_ratio=status.coupling_ratio,
+        single_node_bound=status.single_node_bound,
+        residual=_collapse_excess(rows, node, x),
+        certified=certified,
+    )
+
+
+def _no_collapse(rows: Constraints, status: str, load_factor: float, reason: str) -> LowerBound:
+    return LowerBound(
+        status=status,
+        load_factor=load_factor,
+        node=-1,
+        slip=np.full(rows.n, nan),
+        per_node=np.full(rows.n, load_factor),
+        active=(),
+        multipliers=np.zeros(2 * rows.n),
+        guarantee="evidence",
+        reason=reason,
+        coupling_ratio=nan,
+        single_node_bound=nan,
+        residual=nan,
+        certified=None,
+    )
+
+
+def _collapses(rows: Constraints, program: LinearProgram) -> list[Outcome]:
+    """The end of every node's program: in one model the two rows of one node are reversed at a time."""
+    outcomes = []
+    free = np.full(2, INF)
+    for node in range(rows.n):
+        pair = np.array([2 * node, 2 * node + 1])
+        program.set_rows(pair, rows.g[pair], free)
+        outcomes.append(program.solve())
+        program.set_rows(pair, -free, rows.g[pair])
+    return outcomes
+
+
+def _collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
+    """Largest relative violation of the rows, those of the collapsing node reversed."""
+    excess = rows.relative_excess(x[:-1], float(x[-1]))
+    return float(np.where(rows.node == node, -excess, excess).max())
+
+
+def _reason(problem: Problem, load_factor: float, node: int, guarantee: str) -> str:
+    if load_factor > 0:
+        return guarantee
+    if problem.f[node] == 0:
+        return f"node {node} has no friction: it slips with every load; {guarantee}"
+    return f"node {node} can be lifted off by locked-in slip at the mean load; {guarantee}"

@@ -1,0 +1,358 @@
+"""The tree of all row subsets, walked with the elimination of common prefixes shared (compiled).
+
+A subset is a path of increasing row numbers. Choosing a row eliminates one slip
+from all rows that can still follow, once for the whole subtree, so that a leaf (the
+last row, in which only the load factor is left) costs one division. The pivot is the
+row's largest entry among the slips that are left; the load factor is eliminated only by a
+row in which no slip is left, which gives its value.
+
+Where the largest entry is small, the prefix is *suspect*: it is set aside, with all
+its completions, to be examined by other means.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from shakedown.problem import FloatArray
+
+IntArray = NDArray[np.int64]
+
+SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that sees the condition number
+ABSENT = 1e-13  # entries that round-off leaves of zero
+
+# Indices into the counters that a walk returns.
+REGULAR, SUSPECTS, STORED, BEST_FOUND, SAFEST_FOUND, VIOLATED = range(6)
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"})
+def walk(
+    rows: FloatArray,
+    prefix: IntArray,
+    one_pair: bool,
+    tolerance: float,
+    cut: float,
+    values: FloatArray,
+    suspects: IntArray,
+    lengths: IntArray,
+    record: FloatArray,
+    best_rows: IntArray,
+    safest_rows: IntArray,
+    counters: IntArray,
+) -> None:
+    """Visit every completion of a prefix.
+
+    Parameters
+    ----------
+    rows : (R, N + 1)
+        Rows of size about 1: N − 1 slips, the load factor, the right-hand side.
+    prefix : (k,)
+        The first k row numbers, k < N.
+    one_pair
+        Visit only paths 0, 1, then one of every further two rows.
+    tolerance
+        Largest violation of a row that a point on the safe region may have, relative
+        to the largest terms.
+    cut
+        Load factors above it are stored in ``values``, as far as it reaches; at +inf none is.
+    suspects : (S, N), lengths : (S,)
+        Receives the suspect prefixes and their lengths, as far as they reach.
+    record : (2,)
+        In and out: smallest positive load factor so far, and smallest one on the safe region.
+    best_rows, safest_rows : (N,)
+        Their subsets.
+    counters : (6,)
+        Receives the number of regular subsets, suspect prefixes, stored values,
+        whether either record was improved, and the row found violated last.
+    """
+    R, N = rows.shape[0], rows.shape[1] - 1
+    work = np.empty((N, N + 1, R))
+    for c in range(N + 1):
+        for i in range(R):
+            work[0, c, i] = rows[i, c]
+    path = np.zeros(N, dtype=np.int64)
+    last = np.zeros(N, dtype=np.int64)
+    pivots = np.zeros(N, dtype=np.int64)
+    x = np.empty(N)
+    known = np.zeros(N + 1, dtype=np.bool_)
+    level = np.zeros(N + 1)
+    depth = 0
+    path[0], last[0] = _children(0, -1, R, N, one_pair)
+    if prefix.size > 0:
+        path[0] = prefix[0]
+        last[0] = prefix[0]
+    while depth >= 0:
+        if path[depth] > last[depth]:
+            depth -= 1
+            if depth >= 0:
+                path[depth] += 1
+            continue
+        width = N - depth
+        if width == 2:
+            _leaves(
+                rows,
+                work,
+                path,
+                pivots,
+                x,
+                last[depth],
+                known[depth],
+                level[depth],
+                one_pair,
+                tolerance,
+                cut,
+                values,
+                suspects,
+                lengths,
+                record,
+                best_rows,
+                safest_rows,
+                counters,
+            )
+            depth -= 1
+            if depth >= 0:
+                path[depth] += 1
+            continue
+        row = path[depth]
+        slips = width if known[depth] else width - 1
+        pivot = 0
+        size = abs(work[depth, 0, row])
+        for c in range(1, slips):
+            entry = abs(work[depth, c, row])
+            if entry > size:
+                pivot, size = c, entry
+        known[depth + 1], level[depth + 1] = known[depth], level[depth]
+        if size <= SUSPECT:
+            if size <= ABSENT and not known[depth] and abs(work[depth, width - 1, row]) > SUSPECT:
+                pivot = width - 1
+                known[depth + 1] = True
+                level[depth + 1] = work[depth, width, row] / work[depth, width - 1, row]
+            else:
+                for t in range(depth + 1, prefix.size):  # the walk of another prefix must not count it again
+                    path[t] = prefix[t]
+                _set_aside(path, max(depth + 1, prefix.size), suspects, lengths, counters)
+                path[depth] += 1
+                continue
+        pivots[depth] = pivot
+        first = row + 1 if not one_pair else (row + 1 if depth == 0 else 2 * depth)
+        scale = 1.0 / work[depth, pivot, row]
+        target = 0
+        for c in range(width + 1):
+            if c == pivot:
+                continue
+            step = work[depth, c, row] * scale
+            for i in range(first, R):
+                work[depth + 1, target, i] = work[depth, c, i] - step * work[depth, pivot, i]
+            target += 1
+        depth += 1
+        path[depth], last[depth] = _children(depth, row, R, N, one_pair)
+        if depth < prefix.size:
+            path[depth] = prefix[depth]
+            last[depth] = prefix[depth]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _children(depth: int, previous: int, R: int, N: int, one_pair: bool) -> tuple[int, int]:
+    """First and last row that can stand at a depth."""
+    if one_pair:
+        if depth < 2:
+            return depth, depth
+        return 2 * depth - 2, 2 * depth - 1
+    return previous + 1, R - N + depth
+
+
+@njit(nogil=True, cache=True)
+def _set_aside(
+    path: IntArray, length: int, suspects: IntArray, lengths: IntArray, counters: IntArray
+) -> None:
+    index = counters[SUSPECTS]
+    if index < lengths.size:
+        for t in range(length):
+            suspects[index, t] = path[t]
+        lengths[index] = length
+    counters[SUSPECTS] += 1
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"})
+def _leaves(
+    rows: FloatArray,
+    work: FloatArray,
+    path: IntArray,
+    pivots: IntArray,
+    x: FloatArray,
+    last: int,
+    known: bool,
+    level: float,
+    one_pair: bool,
+    tolerance: float,
+    cut: float,
+    values: FloatArray,
+    suspects: IntArray,
+    lengths: IntArray,
+    record: FloatArray,
+    best_rows: IntArray,
+    safest_rows: IntArray,
+    counters: IntArray,
+) -> None:
+    """The last two rows: one slip and the load factor (or, where that is known, two slips) are left."""
+    R, N = rows.shape[0], rows.shape[1] - 1
+    reduced = work[N - 2]
+    for row in range(path[N - 2], last + 1):
+        path[N - 2] = row
+        a, b, g = reduced[0, row], reduced[1, row], reduced[2, row]
+        first, end = row + 1, R
+        if one_pair:
+            first, end = (1, 2) if N == 2 else (2 * N - 4, 2 * N - 2)
+        solves_level = False
+        if known and abs(b) > abs(a):
+            a, b = b, a
+            own, other = 1, 0
+        else:
+            own, other = 0, 1
+        if abs(a) <= SUSPECT:
+            if abs(a) <= ABSENT and not known and abs(b) > SUSPECT:
+                solves_level = True
+                own, other = 1, 0
+                a, b = b, a
+            else:
+                _set_aside(path, N - 1, suspects, lengths, counters)
+                continue
+        ratio = 1.0 / a
+        value = g * ratio if solves_level else level
+        b *= ratio
+        g *= ratio
+        for leaf in range(first, end):
+            d = reduced[other, leaf] - b * reduced[own, leaf]
+            if abs(d) <= SUSPECT:
+                path[N - 1] = leaf
+                _set_aside(path, N, suspects, lengths, counters)
+                continue
+            if not (known or solves_level):
+                value = (reduced[2, leaf] - g * reduced[own, leaf]) / d
+            counters[REGULAR] += 1
+            if value > cut:
+                if counters[STORED] < values.size:
+                    values[counters[STORED]] = value
+                counters[STORED] += 1
+            if value <= 0.0:
+                continue
+            if value >= record[0]:
+                if value >= record[1]:
+                    continue
+                z = (reduced[2, leaf] - g * reduced[own, leaf]) / d
+                x[own], x[other] = g - b * z, z
+                if not _looks_safe(rows, work, path, pivots, x, tolerance, counters):
+                    continue
+            path[N - 1] = leaf
+            _consider(rows, path, tolerance, record, best_rows, safest_rows, counters)
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"})
+def _looks_safe(
+    rows: FloatArray,
+    work: FloatArray,
+    path: IntArray,
+    pivots: IntArray,
+    x: FloatArray,
+    tolerance: float,
+    counters: IntArray,
+) -> bool:
+    """Put back the eliminated slips and look for a violated row, first where one was found last time.
+
+    ``x`` starts with the last two unknowns.
+    """
+    R, N = rows.shape[0], rows.shape[1] - 1
+    for depth in range(N - 3, -1, -1):
+        pivot, row, width = pivots[depth], path[depth], N - depth
+        total = work[depth, width, row]
+        for c in range(width - 1, pivot, -1):
+            x[c] = x[c - 1]
+            total -= work[depth, c, row] * x[c]
+        for c in range(pivot):
+            total -= work[depth, c, row] * x[c]
+        x[pivot] = total / work[depth, pivot, row]
+    allowed = 0.0
+    for c in range(N):
+        allowed = max(allowed, abs(x[c]))
+    allowed *= 1e3 * tolerance
+    for k in range(R):
+        i = counters[VIOLATED] + k
+        if i >= R:
+            i -= R
+        excess = -rows[i, N]
+        for c in range(N):
+            excess += rows[i, c] * x[c]
+        if excess > allowed + 1e3 * tolerance * abs(rows[i, N]):
+            counters[VIOLATED] = i
+            return False
+    return True
+
+
+@njit(nogil=True, cache=True)
+def _consider(
+    rows: FloatArray,
+    path: IntArray,
+    tolerance: float,
+    record: FloatArray,
+    best_rows: IntArray,
+    safest_rows: IntArray,
+    counters: IntArray,
+) -> None:
+    """Solve a promising subset from scratch; keep it if it breaks a record."""
+    R, N = rows.shape[0], rows.shape[1] - 1
+    x, spread = _solved(rows, path)
+    if not spread > 0.0:
+        return
+    size = np.abs(x).max()
+    if x[N - 1] <= 2.0**-52 * size / spread:  # zero to round-off
+        return
+    if x[N - 1] < record[0]:
+        record[0] = x[N - 1]
+        best_rows[:] = path
+        counters[BEST_FOUND] = 1
+    if x[N - 1] < record[1]:
+        largest = 0.0
+        for i in range(R):
+            largest = max(largest, abs(rows[i, N]))
+        allowed = tolerance * max(size, largest)
+        for i in range(R):
+            excess = -rows[i, N]
+            for c in range(N):
+                excess += rows[i, c] * x[c]
+            if excess > allowed:
+                return
+        record[1] = x[N - 1]
+        safest_rows[:] = path
+        counters[SAFEST_FOUND] = 1
+
+
+@njit(nogil=True, cache=True)
+def _solved(rows: FloatArray, path: IntArray) -> tuple[FloatArray, float]:
+    """Solution of one subset by partial pivoting, and the smallest pivot relative to the largest."""
+    N = rows.shape[1] - 1
+    m = np.empty((N, N + 1))
+    for t in range(N):
+        m[t] = rows[path[t]]
+    least, most = np.inf, 0.0
+    for k in range(N):
+        p = k
+        for i in range(k + 1, N):
+            if abs(m[i, k]) > abs(m[p, k]):
+                p = i
+        if m[p, k] == 0.0:
+            return m[:, N].copy(), 0.0
+        if p != k:
+            for c in range(k, N + 1):
+                m[k, c], m[p, c] = m[p, c], m[k, c]
+        least, most = min(least, abs(m[k, k])), max(most, abs(m[k, k]))
+        for i in range(k + 1, N):
+            factor = m[i, k] / m[k, k]
+            for c in range(k + 1, N + 1):
+                m[i, c] -= factor * m[k, c]
+    x = np.empty(N)
+    for i in range(N - 1, -1, -1):
+        total = m[i, N]
+        for c in range(i + 1, N):
+            total -= m[i, c] * x[c]
+        x[i] = total / m[i, i]
+    return x, least / most

@@ -1,0 +1,162 @@
+"""Certified bounds against an independent exact enumeration in Python fractions."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, rational
+from shakedown.constraints import constraints
+
+
+def fraction_rows(problem: Problem) -> tuple[list[list[Fraction]], list[Fraction]]:
+    """[G | d] and g of the problem as stored, straight from the definition, in fractions."""
+
+    def exact(array: np.ndarray) -> list:
+        return [exact(a) for a in array] if np.ndim(array) else Fraction(float(array))
+
+    n, m = problem.n, problem.m
+    A, B, f, q, p = (exact(a) for a in (problem.A, problem.B, problem.f, problem.q_w, problem.p_w))
+    q0 = [sum(q[k][j] for k in range(m)) / m for j in range(n)]
+    p0 = [sum(p[k][j] for k in range(m)) / m for j in range(n)]
+    if problem.q_mean is not None:
+        q0, p0 = exact(problem.q_mean), exact(problem.p_mean)
+    matrix, right = [], []
+    for j in range(n):
+        for side in (+1, -1):
+            d = max(side * (q[k][j] - q0[j]) - f[j] * (p[k][j] - p0[j]) for k in range(m))
+            matrix.append([side * A[j][i] - f[j] * B[j][i] for i in range(n)] + [d])
+            right.append(f[j] * p0[j] - side * q0[j])
+    return matrix, right
+
+
+def solve_fractions(matrix: list, right: list) -> list | None:
+    rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
+    n = len(rows)
+    for k in range(n):
+        pivot = next((i for i in range(k, n) if rows[i][k]), None)
+        if pivot is None:
+            return None
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(n):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[-1] for row in rows]
+
+
+def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
+    """(λ_1, λ_max): smallest positive and largest load factor of the feasible intersections."""
+    matrix, right = fraction_rows(problem)
+    feasible = []
+    for subset in combinations(range(2 * problem.n), problem.n + 1):
+        x = solve_fractions([matrix[i] for i in subset], [right[i] for i in subset])
+        if x is not None and all(
+            sum(a * b for a, b in zip(row, x, strict=True)) <= g for row, g in zip(matrix, right, strict=True)
+        ):
+            feasible.append(x[-1])
+    return min(value for value in feasible if value > 0), max(feasible)
+
+
+def random_problem(seed: int, n: int, decades: float = 0.0) -> Problem:
+    rng = np.random.default_rng(seed)
+    root = 0.3 * rng.normal(size=(2 * n, 2 * n))
+    units = 10.0 ** rng.uniform(-decades, decades, 2 * n)
+    kappa = (root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)) * units[:, None] * units
+    A = 0.5 * (kappa + kappa.T)[:n, :n]
+    force = np.sqrt(np.diag(A))
+    return Problem(
+        A=A,
+        B=kappa[n:, :n] * (force / units[n:])[:, None],
+        f=rng.uniform(0.1, 0.4, n),
+        q_w=rng.normal(size=(5, n)) * force,
+        p_w=(4.0 + rng.normal(size=(5, n))) * force,
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_enclosure_contains_the_exact_bounds(seed: int, n: int) -> None:
+    problem = random_problem(seed, n, decades=seed % 3)
+    bounds, (collapse, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
+    for bound, value in ((bounds.lower, collapse), (bounds.upper, largest)):
+        low, high = bound.certified
+        assert Fraction(low) <= value <= Fraction(high)
+        assert low <= bound.load_factor <= high
+        assert high - low <= np.spacing(low)
+
+
+@pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled", "three-node", "block-9"])
+def test_examples_are_certified(name: str) -> None:
+    for f in (0.2, 0.5):
+        bounds = shakedown.shakedown_bounds(replace(shakedown.example(name), f=f))
+        for bound in (bounds.lower, bounds.upper):
+            low, high = bound.certified
+            assert low <= bound.load_factor <= high
+            assert high - low <= 1e-15 * high
+        assert bounds.upper.exact
+
+
+def test_farkas_multipliers_are_exact() -> None:
+    problem = shakedown.example("two-node")
+    problem = replace(problem, p_w=problem.p_w - 9000.0)
+    upper, (matrix, right) = shakedown.upper_bound(problem), fraction_rows(problem)
+    assert upper.exact
+    support = np.flatnonzero(upper.multipliers)
+    assert len(support) == 3
+    weights = solve_fractions(
+        [[matrix[i][j] for i in support] for j in range(2)] + [[Fraction(1)] * 3],
+        [Fraction(0), Fraction(0), Fraction(1)],
+    )
+    assert min(weights) > 0
+    assert sum(w * right[i] for w, i in zip(weights, support, strict=True)) < 0
+    assert sum(w * matrix[i][2] for w, i in zip(weights, support, strict=True)) >= 0
+    np.testing.assert_allclose(
+        upper.multipliers[support] / upper.multipliers.sum(), [float(w) for w in weights], rtol=1e-12
+    )
+
+
+def test_unbounded_direction_is_exact() -> None:
+    problem = replace(shakedown.example("two-node"), f=2.5)
+    upper, (matrix, _) = shakedown.upper_bound(problem), fraction_rows(problem)
+    assert (upper.certified, upper.exact) == ((np.inf, np.inf), True)
+    ray = [*(Fraction(x) for x in upper.direction), Fraction(1)]
+    assert all(sum(a * b for a, b in zip(row, ray, strict=True)) <= 0 for row in matrix)
+
+
+def test_exact_multipliers_match_the_float_ones() -> None:
+    problem = shakedown.example("block-9")
+    exact, plain = shakedown.upper_bound(problem), shakedown.upper_bound(problem, certify=False)
+    assert plain.certified is None
+    np.testing.assert_allclose(exact.multipliers, plain.multipliers, rtol=1e-9, atol=1e-12)
+    exact, plain = (shakedown.lower_bound(replace(problem, f=0.2), certify=c) for c in (True, False))
+    np.testing.assert_allclose(exact.multipliers, plain.multipliers, rtol=1e-9, atol=1e-12)
+    rows = constraints(replace(problem, f=0.2))
+    assert exact.multipliers @ rows.g == pytest.approx(exact.load_factor, rel=1e-12)
+
+
+def test_without_flint_the_answer_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = replace(shakedown.example("block-9"), f=0.2)
+    quick = shakedown.shakedown_bounds(problem)
+    monkeypatch.setattr(rational, "HAS_FLINT", False)
+    plain = shakedown.shakedown_bounds(problem, certify=True)
+    assert plain.upper.certified == quick.upper.certified
+    assert plain.lower.certified == quick.lower.certified
+
+
+@pytest.mark.parametrize("tilt", [1e-13, -1e-13, 3e-16, -3e-16])
+def test_nearly_parallel_rows_are_decided_exactly(tilt: float) -> None:
+    """Two nodes with nearly the same stiffness: the active rows differ by less than any tolerance."""
+    problem = Problem(
+        A=[[2.0, 1.0], [1.0, 1.0 + tilt]],
+        B=[[0.3, 0.1], [0.3, 0.1]],
+        f=0.3,
+        q_w=[[1.0, 0.5], [-1.0, -0.5], [0.2, 0.7]],
+        p_w=[[4.0, 3.0], [4.5, 2.5], [3.0, 3.5]],
+    )
+    bounds, (_, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
+    low, high = bounds.upper.certified
+    assert Fraction(low) <= largest <= Fraction(high)

@@ -1,0 +1,80 @@
+"""Exact linear algebra: two ways to solve, outward rounding, linear programs from any start."""
+
+from fractions import Fraction
+from itertools import combinations
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from shakedown.exact_program import ExactProgram, exact_vertex
+from shakedown.rational import _solve_flint, enclosure, solve_bareiss
+
+LAW = settings(derandomize=True, deadline=None, max_examples=40)
+
+
+def random_system(seed: int, n: int) -> tuple[list[list[int]], list[int]]:
+    rng = np.random.default_rng(seed)
+    return rng.integers(-9, 10, (n, n)).tolist(), rng.integers(-9, 10, n).tolist()
+
+
+@LAW
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
+def test_solution_satisfies_the_system_exactly(seed: int, n: int) -> None:
+    matrix, right = random_system(seed, n)
+    solved = solve_bareiss(matrix, right)
+    if solved is None:
+        assert abs(np.linalg.det(matrix)) < 0.5
+        return
+    x, scale = solved
+    assert scale > 0
+    assert [sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix] == [scale * r for r in right]
+
+
+@LAW
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
+def test_flint_agrees(seed: int, n: int) -> None:
+    pytest.importorskip("flint")
+    matrix, right = random_system(seed, n)
+    plain, quick = solve_bareiss(matrix, right), _solve_flint(matrix, right)
+    assert (plain is None) == (quick is None)
+    if plain is not None and quick is not None:
+        assert [Fraction(x, plain[1]) for x in plain[0]] == [Fraction(x, quick[1]) for x in quick[0]]
+
+
+@LAW
+@given(numerator=st.integers(-(10**40), 10**40), denominator=st.integers(1, 10**30))
+def test_enclosure_is_tight(numerator: int, denominator: int) -> None:
+    low, high = enclosure(numerator, denominator)
+    assert Fraction(low) <= Fraction(numerator, denominator) <= Fraction(high)
+    assert high == low or high == np.nextafter(low, np.inf)
+
+
+def test_enclosure_beyond_the_floats() -> None:
+    assert enclosure(10**400, 1) == (np.finfo(float).max, np.inf)
+
+
+@LAW
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 3))
+def test_every_start_ends_at_the_same_value(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    matrix = rng.integers(-3, 4, (2 * n + 2, n)).tolist()
+    program = ExactProgram(matrix, rng.integers(-2, 6, 2 * n + 2).tolist(), rng.integers(-3, 4, n).tolist())
+    ends = [exact_vertex(program, list(rows), list(range(n))) for rows in combinations(range(2 * n + 2), n)]
+    ends = [end for end in ends if end is not None]
+    assert len({end.status for end in ends}) <= 1
+    for end in ends:
+        if end.status == "unbounded":
+            assert all(sum(a * b for a, b in zip(row, end.x, strict=True)) <= 0 for row in matrix)
+            continue
+        assert min(end.y.values(), default=0) >= 0
+        balance = [sum(y * matrix[i][j] for i, y in end.y.items()) for j in range(n)]
+        value = sum(y * program.right[i] for i, y in end.y.items())
+        if end.status == "infeasible":
+            assert balance == [0] * n
+            assert value < 0
+        else:
+            assert balance == [c * end.y_scale for c in program.cost]
+            reached = sum(c * x for c, x in zip(program.cost, end.x, strict=True))
+            assert Fraction(reached, end.x_scale) == Fraction(value, end.y_scale)
