@@ -68,8 +68,8 @@ def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
                 continue
         if friction_used(problem, phi, better) < high:
             slip = better
-        else:
-            high = middle
+        else:  # within round-off of the limit: only a witness lowers the upper value
+            low = middle
 
 
 def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
@@ -83,11 +83,15 @@ def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
 
 
 def wedged_slip(problem: Problem, phi: FloatArray, t: float) -> FloatArray | None:
-    """The v with Σ B v = 1 that satisfies |A v| ≤ t φ B v with most to spare; None where none does."""
+    """A v with Σ B v > 0 that satisfies |A v| ≤ t φ B v with most to spare; None where none does.
+
+    All stiffnesses are divided by their size, so that v and what is to spare are numbers near 1.
+    """
     n, A, B = problem.n, problem.A, t * phi[:, None] * problem.B
     size = np.abs(A).max() + np.abs(B).max()
-    row = np.full((n, 1), -size)
-    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*problem.B.sum(axis=0), 0.0]]])
+    A, B, row = A / size, B / size, np.full((n, 1), -1.0)
+    pressure = problem.B.sum(axis=0) / np.abs(problem.B).max()
+    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(n), 1.0),
