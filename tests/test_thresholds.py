@@ -156,3 +156,17 @@ def test_thresholds_do_not_depend_on_units(scale):
     assert limits.wedging.value == pytest.approx(np.max(np.abs(problem.A @ v) / (problem.B @ v)), rel=1e-8)
     assert limits.wedging.value == pytest.approx(1.7542018896, rel=1e-9)
     assert limits.uniqueness.value == pytest.approx(0.63060889, rel=1e-8)
+
+
+def test_wedging_of_two_nodes_is_the_best_of_all_directions():
+    problem = shakedown.example("two-node")
+    angle = np.linspace(0, 2 * np.pi, 200_001)
+    v = np.array([np.cos(angle), np.sin(angle)])
+    pressure = problem.B @ v
+    pressed = (pressure > 0).all(axis=0)
+    best = (np.abs(problem.A @ v)[:, pressed] / pressure[:, pressed]).max(axis=0).min()
+    assert shakedown.friction_thresholds(problem).wedging.value == pytest.approx(best, rel=1e-4)
+
+
+def test_a_rigid_motion_is_no_wedging():
+    assert np.isinf(shakedown.friction_thresholds(shakedown.example("receding-block")).wedging.low)
