@@ -1,5 +1,8 @@
 """Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files."""
 
+import subprocess
+import sys
+
 import meshio
 import numpy as np
 import pytest
@@ -430,3 +433,9 @@ def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
 def test_corners_without_an_answer_are_named(angle, message):
     with pytest.raises(UsageError, match=message):
         welded_corner(angle, 0.3)
+
+
+def test_without_scikit_fem_the_import_says_what_to_install():
+    code = "import sys; sys.modules['skfem'] = None; import shakedown.fem"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "pip install 'shakedown-bounds[fem]'" in run.stderr

@@ -18,6 +18,7 @@ How fine a mesh? Three things happen to the bounds as it is refined
 - For elastically similar bodies B = 0, and λ_1 = λ_max on every mesh.
 """
 
+import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
 from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem
