@@ -46,7 +46,7 @@ def main(source, target):
         slip = slip + velocity[1::2]
         out.append((slip, velocity[0::2].copy(), reactions[1::2].copy(), reactions[0::2].copy()))
     seconds = time.perf_counter() - began
-    v, w, q, p = (np.array(part) for part in zip(*out))
+    v, w, q, p = (np.array(part) for part in zip(*out, strict=True))
     np.savez(target, v=v, w=w, q=q, p=p, seconds=seconds, failures=failures)
 
 

@@ -9,6 +9,7 @@ from typing import NoReturn
 import click
 from shakedown.cli.critical import critical
 from shakedown.cli.example import example
+from shakedown.cli.import_problem import import_problem_command
 from shakedown.cli.simulate import simulate
 from shakedown.cli.solve import solve
 from shakedown.cli.verify import verify
@@ -29,7 +30,7 @@ def shakedown_bounds() -> None:
     """
 
 
-for command in (solve, critical, simulate, verify, example):
+for command in (solve, critical, simulate, verify, import_problem_command, example):
     shakedown_bounds.add_command(command)
 
 

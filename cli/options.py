@@ -30,6 +30,13 @@ class ProblemFile(click.ParamType):
 
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+method_option = click.option(
+    "--method",
+    type=click.Choice(["event", "gauss-seidel"]),
+    default="event",
+    show_default=True,
+    help="Exact from event to event, or fixed load steps.",
+)
 cycles_option = click.option(
     "--cycles",
     type=click.IntRange(min=1),

@@ -27,10 +27,12 @@ def number(value: float | None, digits: int = 7) -> str:
     return f"{value:.{digits}g}"
 
 
-def table(headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ") -> str:
+def table(
+    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
+) -> str:
     """Right-aligned columns under their headers; long tables show their ends."""
-    cut = len(rows) > LONGEST_LISTING
-    half = LONGEST_LISTING // 2
+    cut = len(rows) > longest
+    half = longest // 2
     shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
     widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
     lines = [_line(row, widths, indent) for row in [headers, *shown]]
@@ -41,6 +43,16 @@ def table(headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "
 
 def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()
+
+
+def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
+    """Names, values and remarks in aligned columns; lines without a value are left out."""
+    facts = [fact for fact in facts if fact[1] != "-"]
+    name_width, value_width = (max(len(fact[k]) for fact in facts) for k in (0, 1))
+    return "\n".join(
+        f"{indent}{name:{name_width}}  {value:{value_width}}  {remark}".rstrip()
+        for name, value, remark in facts
+    )
 
 
 def paragraph(text: str, indent: str = "") -> str:

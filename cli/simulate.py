@@ -6,14 +6,12 @@ from pathlib import Path
 
 import click
 import numpy as np
-from shakedown.cli.options import cycles_option, json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, table
+from shakedown.cli.options import cycles_option, json_option, method_option, problem_argument
+from shakedown.cli.output import echo_json, headline, listing, number, paragraph, table
 
 import shakedown
 from shakedown.documents import simulation_document
 from shakedown.problem import FloatArray, Problem
-
-METHODS = ("gauss-seidel",)
 
 
 @click.command(short_help="Evolution from one initial state.")
@@ -26,7 +24,7 @@ METHODS = ("gauss-seidel",)
     "Default: given where the file has initial_slip, else zero.",
 )
 @cycles_option
-@click.option("--method", type=click.Choice(METHODS), default=METHODS[0], show_default=True)
+@method_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write every load step here (NPZ).")
 @json_option
 @click.pass_context
@@ -109,14 +107,13 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines.append(paragraph(f"({run.reason}).", "  "))
     lines.append("")
     facts = [
-        ("cycles simulated", str(run.cycles_simulated)),
-        ("period", f"{run.period} cycle(s)" if run.period else "-"),
-        ("dissipation per cycle", number(run.dissipation_per_cycle)),
-        ("friction law residual", f"{run.residual:.1e} (relative)"),
-        ("method", run.method),
+        ("cycles simulated", str(run.cycles_simulated), ""),
+        ("period", str(run.period) if run.period else "-", "cycles" if run.period > 1 else "cycle"),
+        ("dissipation per cycle", number(run.dissipation_per_cycle), ""),
+        ("friction law residual", f"{run.residual:.1e}", "relative"),
+        ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]
-    width = max(len(name) for name, _ in facts)
-    lines += [f"  {name:{width}}  {value}" for name, value in facts]
+    lines.append(listing(facts))
     lines.append("")
     rows = [
         [str(j), number(run.initial_slip[j]), number(run.final_slip[j]), number(run.slip_per_cycle[j])]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, table
+from shakedown.cli.output import echo_json, headline, listing, number, paragraph, table
 
 import shakedown
 from shakedown.bounds import ShakedownBounds, UpperBound
@@ -26,30 +26,41 @@ def solve(problem: Problem, as_json: bool) -> None:
 
 
 def _text(problem: Problem, bounds: ShakedownBounds) -> str:
-    lower, upper = bounds.lower, bounds.upper
-    first = f"first collapse, at node {lower.node}" if lower.node >= 0 else "no node ever collapses"
-    lines = [
-        headline(problem),
-        "",
-        f"  lower bound  λ_1    {number(lower.load_factor, 10):<14}  {first}",
-        f"               {'':19}  guarantee: {lower.guarantee}",
-        f"  upper bound  λ_max  {number(upper.load_factor, 10):<14}  {upper.status}",
-        "",
-    ]
+    upper, lower = bounds.upper, bounds.lower
+    lines = [headline(problem), "", listing(_facts(bounds)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
-    thresholds = friction_document(problem)["single_node"]
+    thresholds = [number(float(each), 5) for each in friction_document(problem)["single_node"]]
     rows = [
-        [
-            str(j),
-            number(upper.slip[j]),
-            number(lower.slip[j]),
-            _sides(upper, j),
-            number(float(thresholds[j]), 5),
-        ]
+        [str(j), number(upper.slip[j]), number(lower.slip[j]), _sides(upper, j), thresholds[j]]
         for j in range(problem.n)
     ]
     headers = ["node", "safe slip", "witness", "active at λ_max", "f threshold"]
     return "\n".join([*lines, "", table(headers, rows)])
+
+
+def _facts(bounds: ShakedownBounds) -> list[tuple[str, str, str]]:
+    """(name, value, remark) of every number that stands for the whole joint."""
+    lower, upper = bounds.lower, bounds.upper
+    coupling = "weak coupling" if lower.coupling_ratio < 1 else "strong coupling"
+    collapse = f"collapse of node {lower.node}" if lower.node >= 0 else "no node collapses"
+    return [
+        ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
+        ("  guarantee", lower.guarantee, ""),
+        ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
+        ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling),
+        ("upper bound λ_max", number(upper.load_factor, 10), f"{upper.status}{_certified(upper.certified)}"),
+    ]
+
+
+def _certified(interval: tuple[float, float] | None) -> str:
+    """How close an exact enclosure is, where there is one."""
+    if interval is None:
+        return ""
+    low, high = interval
+    size = max(abs(low), abs(high))
+    if size in (0.0, float("inf")):
+        return ", certified"
+    return f", exact to {max(high - low, 0.0) / size:.0e}"
 
 
 def _sides(upper: UpperBound, node: int) -> str:

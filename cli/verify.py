@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from shakedown.cli.options import cycles_option, json_option, problem_argument
+from shakedown.cli.options import cycles_option, json_option, method_option, problem_argument
 from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
 
 import shakedown
@@ -32,6 +32,7 @@ from shakedown.problem import Problem
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random initial states.")
 @cycles_option
+@method_option
 @json_option
 @click.pass_context
 def verify(
@@ -42,6 +43,7 @@ def verify(
     random_states: int,
     seed: int,
     cycles: int,
+    method: str,
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states.
@@ -55,6 +57,7 @@ def verify(
             random_states=random_states,
             seed=seed,
             cycles=cycles,
+            method=method,
             progress=update,
         )
     if output is not None:

@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     from shakedown.errors import ShakedownError as ShakedownError
     from shakedown.errors import SolverError as SolverError
     from shakedown.errors import UsageError as UsageError
+    from shakedown.event_history import EventHistory as EventHistory
+    from shakedown.event_history import EventKind as EventKind
+    from shakedown.evolution import Evolution as Evolution
+    from shakedown.evolution import EvolutionResult as EvolutionResult
+    from shakedown.evolution import evolve as evolve
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
     from shakedown.importing import Import as Import
@@ -37,6 +42,8 @@ if TYPE_CHECKING:
     from shakedown.importing import import_problem as import_problem
     from shakedown.intersection import Intersection as Intersection
     from shakedown.load_case import LoadCase as LoadCase
+    from shakedown.long_term import LongTermState as LongTermState
+    from shakedown.long_term import long_term_state as long_term_state
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
@@ -46,7 +53,6 @@ if TYPE_CHECKING:
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
     from shakedown.report import write_report as write_report
-    from shakedown.simulation import History as History
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
@@ -65,16 +71,20 @@ _HOMES = {
     "shakedown.load_case": "LoadCase",
     "shakedown.margin": "SafeSlip safe_slip",
     "shakedown.bounds": "ShakedownBounds shakedown_bounds",
+    "shakedown.enumeration": (
+        "CriticalLoadFactors critical_load_factors subset_count collapse_by_enumeration load_factors_above"
+    ),
     "shakedown.upper": "UpperBound upper_bound",
     "shakedown.lower": "LowerBound lower_bound",
     "shakedown.curve": "GuaranteeCurve guarantee_curve",
     "shakedown.intersection": "Intersection",
-    "shakedown.enumeration": "CriticalLoadFactors collapse_by_enumeration critical_load_factors "
-    "load_factors_above subset_count",
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
+    "shakedown.event_history": "EventHistory EventKind",
+    "shakedown.evolution": "Evolution EvolutionResult evolve",
+    "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
-    "shakedown.simulation": "History Simulation save_history simulate",
+    "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
     "shakedown.report": "write_report",
 }

@@ -1,5 +1,6 @@
 """Tables of a TOML configuration, taken key by key so that nothing unknown goes unnoticed."""
 
+import math
 import os
 import tomllib
 from pathlib import Path
@@ -64,8 +65,8 @@ class Table:
         value = self.take(key, "a number", required=False)
         if value is None:
             return default
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self._wrong(key, "a number", value)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise self._wrong(key, "a finite number", value)
         return float(value)
 
     def integer(self, key: str) -> int | None:

@@ -8,6 +8,7 @@ from scipy import sparse
 
 from shakedown.errors import ProblemError
 from shakedown.problem import FloatArray
+from shakedown.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 
@@ -136,6 +137,40 @@ def contact_frame(
     rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], 2)
     unit = _unit_normals(normals, len(labels))
     return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
+
+
+def guided_nodes(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Contact nodes that are held along their tangent and free along their normal, (n,).
+
+    Raises
+    ------
+    ProblemError
+        If a contact node of the first body is held in any other way.
+    """
+    first = held[frame.rows[:, 0, :]]
+    guided = np.any(first & (np.abs(frame.normals) <= DEFAULT.symmetry), axis=1)
+    blocked = np.any(first, axis=1) & ~(guided & ~np.all(first, axis=1))
+    if blocked.any():
+        j = int(np.argmax(blocked))
+        node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
+        raise ProblemError(
+            f"contact: expected free contact nodes, found direction {direction} of node {node} held "
+            "(release the contact nodes in the model before the matrix is written)"
+        )
+    return guided
+
+
+def check_out_of_plane(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> None:
+    """Refuse contact nodes with a second tangential direction, one that ``held`` does not hold."""
+    third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
+    if third.any():
+        node, direction = table[np.argmax(third)]
+        raise ProblemError(
+            f"contact: expected one tangential direction per node, found node {node} free in direction "
+            f"{direction} too; hold it (fixed), or let it move without friction (free_out_of_plane)"
+        )
 
 
 def checked_dofs(dofs: ArrayLike) -> IntArray:

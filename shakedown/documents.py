@@ -9,6 +9,7 @@ from shakedown.problem import Problem
 
 if TYPE_CHECKING:
     from shakedown.bounds import ShakedownBounds
+    from shakedown.curve import GuaranteeCurve
     from shakedown.enumeration import CriticalLoadFactors, Intersection
     from shakedown.simulation import Simulation
     from shakedown.verification import Verification
@@ -48,7 +49,8 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
     lower, upper = bounds.lower, bounds.upper
     lower_keys = (
-        "load_factor node slip kind single_node_bound guarantee reason coupling_ratio certified residual"
+        "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
+        "certified residual"
     )
     upper_keys = "status load_factor slip active certified reason residual"
     return plain(
@@ -58,6 +60,12 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
             "upper": {key: getattr(upper, key) for key in upper_keys.split()},
         }
     )
+
+
+def curve_document(curve: "GuaranteeCurve") -> dict[str, Any]:
+    """λ_1(R) as ``shakedown-bounds solve --json`` writes it."""
+    keys = ("status", "radii", "load_factors", "nodes", "unit", "weights", "invariant")
+    return plain({key: getattr(curve, key) for key in keys})
 
 
 def verification_document(verification: "Verification") -> dict[str, Any]:
@@ -86,6 +94,7 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
                 "upper": {"status": v.second_upper.status, "load_factor": v.second_upper.load_factor},
             },
             "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
+            "guarantee_curve": None if v.curve is None else curve_document(v.curve),
             "runs": runs,
         }
     )

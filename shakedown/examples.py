@@ -108,6 +108,16 @@ def block_33() -> Problem:
     return _shipped("block-33")
 
 
+def receding_block() -> Problem:
+    """The receding contact of chapter III, 33 contact nodes; its outer nodes separate."""
+    return _shipped("receding-block")
+
+
+def cantilevered_block() -> Problem:
+    """The slanted, cantilevered block of chapter V, nine contact nodes; λ_1 = 0 by lift-off."""
+    return _shipped("cantilevered-block")
+
+
 def _shipped(name: str) -> Problem:
     with resources.as_file(resources.files("shakedown") / "data" / f"{name}.npz") as path:
         return load_problem(path)
@@ -120,4 +130,6 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "three-node": three_node,
     "block-9": block_9,
     "block-33": block_33,
+    "receding-block": receding_block,
+    "cantilevered-block": cantilevered_block,
 }

@@ -21,8 +21,8 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
-    if upper.status == "infeasible":
-        return [f"No load factor is safe: {upper.reason}."]
+    if "infeasible" in (upper.status, lower.status):
+        return [f"No load factor is safe: {upper.reason or lower.reason}."]
     between = [] if _coincide(lower, upper) else [_between(lower)]
     return [_below(lower), *between, _above(upper), _as_given(lower, upper)]
 

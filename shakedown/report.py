@@ -15,7 +15,12 @@ from matplotlib.figure import Figure
 import shakedown
 from shakedown.documents import verification_document
 from shakedown.errors import UsageError
-from shakedown.figures import slip_along_contact_figure, slip_per_cycle_figure, slip_space_figure
+from shakedown.figures import (
+    guarantee_curve_figure,
+    slip_along_contact_figure,
+    slip_per_cycle_figure,
+    slip_space_figure,
+)
 from shakedown.meaning import bounds_in_words, critical_in_words
 from shakedown.npz import atomic_write
 from shakedown.verification import Run, Verification
@@ -162,6 +167,14 @@ def _figures(v: Verification) -> list[dict[str, str]]:
         )
     if v.problem.n > 2:
         figures.append((slip_along_contact_figure(v), "Slip along the contact at the end of each run."))
+    if v.curve is not None:
+        stays = (
+            "No slip leads out of such a box, so that a joint that starts inside stays inside."
+            if v.curve.invariant
+            else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
+        )
+        caption = f"First collapse when every other slip keeps within R of the safe slip. {stays}"
+        figures.append((guarantee_curve_figure(v), caption))
     return [{"svg": _svg(figure), "caption": caption} for figure, caption in figures]
 
 

@@ -1,47 +1,24 @@
-"""Time integration of a joint from a chosen initial state, cycle by cycle."""
+"""Evolution of a joint from a chosen initial state, and what becomes of it."""
 
 import os
 import pathlib
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.contact_law import law_violation, reactions, scales
 from shakedown.errors import UsageError
-from shakedown.gauss_seidel import Stiffness, load_steps
-from shakedown.loading import loading
+from shakedown.event_history import EventHistory
+from shakedown.evolution import Evolution
+from shakedown.initial_state import check_arguments, checked_initial_slip
+from shakedown.long_term import LongTermState, long_term_state
 from shakedown.npz import atomic_write
-from shakedown.outcome import WINDOW, Cycles, Outcome, Verdict, judge
+from shakedown.outcome import Cycles, Outcome
 from shakedown.problem import FloatArray, Problem
+from shakedown.stepping import CycleLog, History, Stepping
 from shakedown.tolerances import DEFAULT, Tolerances
 
-MAX_SWEEPS = 10_000
-
-
-@dataclass(frozen=True)
-class History:
-    """States after every load step, s of them in all.
-
-    Attributes
-    ----------
-    cycle : (s,)
-        Time in cycles; the transient, where there is one, has negative times.
-    v, w : (s, n)
-        Slips and gaps [length].
-    q, p : (s, n)
-        Reactions [force].
-    slip : (s, n)
-        Slip in contact during the step [length].
-    """
-
-    cycle: FloatArray
-    v: FloatArray
-    w: FloatArray
-    q: FloatArray
-    p: FloatArray
-    slip: FloatArray
+METHODS = ("event", "gauss-seidel")
 
 
 @dataclass(frozen=True)
@@ -59,22 +36,24 @@ class Simulation:
     period
         Cycles after which the state repeats; 0 where undecided.
     final_slip : (n,)
-        Slip at the end of the last cycle [length].
+        Slip at the end of a cycle of the long-term state [length].
     drift : (n,)
         Growth of the slip per period [length]; NaN where undecided.
     slip_per_cycle : (n,)
-        Σ|Δv| in contact over one period of the long-term state [length]; the
-        last cycle's where undecided.
+        Σ|Δv| in contact over one period of the long-term state [length]; NaN
+        where undecided.
     dissipation_per_cycle
         Frictional dissipation per cycle, averaged over the period [force × length].
-    cycles_simulated, method, events
-        Effort: cycles, the method's name, events (None for fixed load steps).
+    cycles_simulated, events, method
+        Effort: cycles, events followed (None at fixed load steps), and the method's name.
     residual
-        Largest relative violation of the friction law over all steps (:func:`law_violation`).
+        Largest relative violation of the friction law (:func:`law_violation`).
     cycles
-        Slip, dissipation and open nodes of every cycle.
+        Slip, dissipation and open nodes of the cycles from the start on.
     history
-        Every load step, where it was asked for.
+        The path, where it was asked for: events or load steps.
+    long_term
+        The evidence for the long-term state; None with fixed load steps.
     """
 
     load_factor: float
@@ -87,11 +66,12 @@ class Simulation:
     slip_per_cycle: FloatArray
     dissipation_per_cycle: float
     cycles_simulated: int
-    method: str
     events: int | None
+    method: str
     residual: float
     cycles: Cycles
-    history: History | None
+    history: EventHistory | History | None
+    long_term: LongTermState | None
 
 
 def simulate(
@@ -100,7 +80,7 @@ def simulate(
     initial_slip: ArrayLike | None = None,
     *,
     cycles: int = 1000,
-    method: str = "gauss-seidel",
+    method: str = "event",
     record: bool = False,
     tolerances: Tolerances = DEFAULT,
 ) -> Simulation:
@@ -117,9 +97,11 @@ def simulate(
     cycles
         Give up after so many cycles, with the outcome "undecided".
     method
-        ``"gauss-seidel"``: the thesis's fixed load steps (§2.3.2, (2.15)).
+        ``"event"``: exact, from event to event, the long-term state in closed form
+        (:func:`long_term_state`). ``"gauss-seidel"``: the thesis's fixed load
+        steps (§2.3.2, (2.15)), judged by how small the slip has become.
     record
-        Keep the state after every load step.
+        Keep the path: every event, or every load step.
 
     Raises
     ------
@@ -133,147 +115,79 @@ def simulate(
     >>> run.outcome.value, bool(run.residual < 1e-12)
     ('shakedown', True)
     """
+    check_arguments(load_factor, cycles)
     start = checked_initial_slip(problem, initial_slip)
-    if not (np.isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {load_factor}")
-    if cycles < 1:
-        raise UsageError(f"cycles: expected at least 1, found {cycles}")
-    if method != "gauss-seidel":
-        raise UsageError(f"method: expected 'gauss-seidel', found '{method}'")
-    return _Stepping(problem, load_factor, tolerances, record).run(start, cycles)
+    if method == "event":
+        return _from_event_to_event(problem, load_factor, start, cycles, record, tolerances)
+    if method == "gauss-seidel":
+        return _at_fixed_steps(problem, load_factor, start, cycles, record, tolerances)
+    raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
 
 
-def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
-    """An initial slip as a private array (n,), zero by default; raises ``UsageError`` if mis-shaped."""
-    slip = np.zeros(problem.n) if initial_slip is None else np.array(initial_slip, dtype=float)
-    if slip.shape != (problem.n,):
-        raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
-    if not np.isfinite(slip).all():
-        raise UsageError(f"initial slip: expected finite numbers, found {slip[~np.isfinite(slip)][0]}")
-    return slip
+def _from_event_to_event(
+    problem: Problem, load_factor: float, start: FloatArray, cycles: int, record: bool, tolerances: Tolerances
+) -> Simulation:
+    state = long_term_state(problem, load_factor, start, max_cycles=cycles, tolerances=tolerances)
+    # The search leaps ahead; for the record the joint is followed from the start once more.
+    evolution = Evolution(problem, load_factor, start, tolerances)
+    log = CycleLog(start)
+    for _ in range(min(max(state.cycles_simulated, 1), cycles)):
+        done = evolution.cycle(record=record)
+        if done is None:
+            break
+        log.append(evolution.state.u[: problem.n].copy(), done.slip, done.dissipation, done.opened)
+    return Simulation(
+        load_factor=float(load_factor),
+        initial_slip=start,
+        outcome=state.outcome,
+        reason=state.reason,
+        period=state.period,
+        final_slip=state.final_slip,
+        drift=state.drift,
+        slip_per_cycle=state.slip_per_cycle,
+        dissipation_per_cycle=state.dissipation_per_cycle,
+        cycles_simulated=state.cycles_simulated,
+        events=state.events,
+        method="event",
+        residual=state.residual,
+        cycles=log.last(len(log.slip)),
+        history=evolution.history if record else None,
+        long_term=state,
+    )
 
 
-class _Stepping:
-    """One simulation with fixed load steps: the state, and the record of what has happened."""
-
-    def __init__(self, problem: Problem, load_factor: float, tolerances: Tolerances, record: bool) -> None:
-        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
-        self.scale = scales(problem, load_factor)
-        self.loop = loading(problem).at(load_factor)
-        n = problem.n
-        C = np.zeros((n, n)) if problem.C is None else problem.C
-        tension = 16 * np.finfo(float).eps * self.scale.force
-        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, problem.C is not None, tension)
-        self.v, self.w = np.zeros(n), np.zeros(n)
-        self.residual = 0.0
-        self.pieces: list[History] | None = [] if record else None
-
-    def run(self, start: FloatArray, cycles: int) -> Simulation:
-        self.v[:] = start
-        threshold = self.tolerances.steadiness * self.scale.length
-        q_transient, p_transient = self.problem.q_transient, self.problem.p_transient
-        failure, verdict = "", None
-        if q_transient is not None and p_transient is not None and len(q_transient):
-            _, failure = self._advance(q_transient, p_transient, None)
-        log = _CycleLog(self.v.copy())
-        while not failure and verdict is None and len(log.slip) < cycles:
-            piece, failure = self._advance(*self.loop, len(log.slip))
-            log.append(piece)
-            verdict = judge(log.last(WINDOW), threshold)
-        if failure or verdict is None:
-            reason = failure or f"no steady state within {cycles} cycles"
-            verdict = Verdict(Outcome.UNDECIDED, 0, np.full(self.problem.n, np.nan), reason)
-        return self._result(start, log.last(len(log.slip)), verdict)
-
-    def _advance(self, q_w: FloatArray, p_w: FloatArray, cycle: int | None) -> tuple[History, str]:
-        """Solve load steps, re-check the law on them; says what failed, if anything did."""
-        v, w, slip = (np.zeros_like(q_w) for _ in range(3))
-        tolerance = self.tolerances.convergence * self.scale.length
-        _, change, step, node = load_steps(
-            self.stiffness, q_w, p_w, self.v, self.w, tolerance, MAX_SWEEPS, v, w, slip
-        )
-        q, p = reactions(self.problem, q_w, p_w, v, w)
-        m = len(q_w)
-        time = (np.arange(m) - m) / self.problem.m if cycle is None else cycle + np.arange(m) / m
-        piece = History(time, v, w, q, p, slip)
-        if self.pieces is not None:
-            self.pieces.append(piece)
-        if step < 0:
-            violation = float(law_violation(self.problem.f, q, p, w, slip, self.scale).max())
-            self.residual = max(self.residual, violation)
-            if violation <= self.tolerances.friction_law:
-                return piece, ""
-            return piece, f"the friction law is violated by {violation:.1e} after converged load steps"
-        self.residual = max(self.residual, float(change / self.scale.length))
-        if node >= 0 and not self.stiffness.separable:
-            return piece, f"node {node} lifts off at load step {step}, and the problem has no C"
-        if node >= 0:
-            cause = "friction above a threshold?"
-            return piece, f"no admissible state of node {node} at load step {step} ({cause})"
-        return piece, (
-            f"load step {step} not converged in {MAX_SWEEPS} sweeps "
-            f"(last relative change {change / self.scale.length:.1e})"
-        )
-
-    def _result(self, start: FloatArray, record: Cycles, verdict: Verdict) -> Simulation:
-        last = slice(len(record.slip) - max(verdict.period, 1), None) if len(record.slip) else slice(0)
-        slip = record.slip[last]
-        return Simulation(
-            load_factor=self.load_factor,
-            initial_slip=start,
-            outcome=verdict.outcome,
-            reason=verdict.reason,
-            period=verdict.period,
-            final_slip=record.end_slip[-1],
-            drift=verdict.drift,
-            slip_per_cycle=slip.sum(axis=0) if len(slip) else np.full(self.problem.n, np.nan),
-            dissipation_per_cycle=float(record.dissipation[last].mean()) if len(slip) else np.nan,
-            cycles_simulated=len(record.slip),
-            method="gauss-seidel",
-            events=None,
-            residual=self.residual,
-            cycles=record,
-            history=None if self.pieces is None else _joined(self.pieces),
-        )
-
-
-class _CycleLog:
-    """What each cycle did, as growing lists."""
-
-    def __init__(self, start: FloatArray) -> None:
-        self.end_slip = [start]
-        self.slip: list[FloatArray] = []
-        self.dissipation: list[float] = []
-        self.open_nodes: list[Any] = []
-
-    def append(self, piece: History) -> None:
-        self.end_slip.append(piece.v[-1].copy())
-        self.slip.append(np.abs(piece.slip).sum(axis=0))
-        self.dissipation.append(float(-(piece.q * piece.slip).sum()))
-        self.open_nodes.append((piece.w > 0).any(axis=0))
-
-    def last(self, count: int) -> Cycles:
-        """The last ``count`` cycles, or as many as there are."""
-        count = min(count, len(self.slip))
-        shape, first = (count, len(self.end_slip[0])), len(self.slip) - count
-        return Cycles(
-            end_slip=np.array(self.end_slip[first:]),
-            slip=np.reshape(self.slip[first:], shape),
-            dissipation=np.array(self.dissipation[first:]),
-            open_nodes=np.reshape(self.open_nodes[first:], shape).astype(bool),
-        )
-
-
-def _joined(pieces: list[History]) -> History:
-    return History(
-        *(np.concatenate([getattr(piece, key) for piece in pieces]) for key in History.__annotations__)
+def _at_fixed_steps(
+    problem: Problem, load_factor: float, start: FloatArray, cycles: int, record: bool, tolerances: Tolerances
+) -> Simulation:
+    stepping = Stepping(problem, load_factor, tolerances, record)
+    log, verdict = stepping.run(start, cycles)
+    decided = verdict.outcome != Outcome.UNDECIDED
+    last = slice(len(log.slip) - verdict.period, None)
+    return Simulation(
+        load_factor=float(load_factor),
+        initial_slip=start,
+        outcome=verdict.outcome,
+        reason=verdict.reason,
+        period=verdict.period,
+        final_slip=log.end_slip[-1],
+        drift=verdict.drift,
+        slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(problem.n, np.nan),
+        dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
+        cycles_simulated=len(log.slip),
+        events=None,
+        method="gauss-seidel",
+        residual=stepping.residual,
+        cycles=log,
+        history=stepping.history,
+        long_term=None,
     )
 
 
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
-    """Write every recorded load step of a simulation to an NPZ file, whole or not at all.
+    """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
-    The file has the arrays of :class:`History` and ``load_factor``, ``initial_slip``.
+    The file has the arrays of :class:`EventHistory` or of :class:`History`, and
+    ``load_factor``, ``initial_slip``.
 
     Raises
     ------
@@ -282,7 +196,7 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """
     if run.history is None:
         raise UsageError("nothing to write: simulate with record=True")
-    arrays = {key: getattr(run.history, key) for key in History.__annotations__}
+    arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
     try:
         with atomic_write(pathlib.Path(path)) as file:
             np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)

@@ -45,6 +45,14 @@ class Tolerances:
     steadiness
         Slip per cycle, or difference of slips one period apart, that counts as
         none in a cycle-by-cycle simulation, relative to the length scale.
+    limit
+        Distance from a friction limit, from p = 0 or from w = 0 at which a node of
+        an exact evolution is there, relative to the force or length scale.
+    rate
+        Rate that counts as zero, relative to the largest one of the instant.
+    periodicity
+        How far one period may miss a long-term state, relative to the length
+        scale; slip per period of that size counts as none.
     """
 
     symmetry: float = 1e-8
@@ -61,6 +69,9 @@ class Tolerances:
     printed_digits: float = 1e-6
     convergence: float = 1e-13
     steadiness: float = 1e-9
+    limit: float = 1e-13
+    rate: float = 1e-13
+    periodicity: float = 1e-10
     equilibration_sweeps: int = 4
 
 

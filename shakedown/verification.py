@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
 from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.curve import GuaranteeCurve, guarantee_curve
 from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
 from shakedown.errors import UsageError
 from shakedown.loading import loading
@@ -18,6 +19,7 @@ from shakedown.problem import FloatArray, Problem
 from shakedown.simulation import Simulation, simulate
 
 BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
+CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
 
 
@@ -63,6 +65,9 @@ class Verification:
         All (n+1)-subsets, or None where there are more than the budget allows.
     subsets
         Their number.
+    curve
+        λ_1(R) for initial states near the safe slip, or None where there is no
+        gap between the bounds to close.
     runs
         Every simulation.
     disagreements
@@ -77,6 +82,7 @@ class Verification:
     second_upper: ConicBound
     critical: CriticalLoadFactors | None
     subsets: int
+    curve: GuaranteeCurve | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
@@ -94,7 +100,7 @@ def verify(
     random_states: int = 3,
     seed: int = 0,
     cycles: int = 1000,
-    method: str = "gauss-seidel",
+    method: str = "event",
     budget: int = 200_000,
     progress: Callable[[int, int], None] | None = None,
 ) -> Verification:
@@ -153,6 +159,7 @@ def verify(
         second_upper=second_upper,
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
+        curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
@@ -172,6 +179,12 @@ def default_load_factors(lower: LowerBound, upper: UpperBound) -> list[float]:
     if last > first * (1 + 1e-6):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]
+
+
+def has_gap(bounds: ShakedownBounds) -> bool:
+    """Whether there are load factors between the bounds, with a safe slip to be near to."""
+    first, last = bounds.lower.load_factor, bounds.upper.load_factor
+    return bounds.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
 
 
 def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:
@@ -266,7 +279,7 @@ def _road_findings(
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
-    size = bounds.upper.load_factor if np.isfinite(bounds.upper.load_factor) else 1.0
+    size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
     if bounds.upper.status != "infeasible":  # else there is no first collapse either
         pairs.insert(0, ("λ_1", bounds.lower, second_lower))

@@ -142,7 +142,7 @@ def test_initial_state_from_a_file_and_history_to_a_file(tmp_path):
 
 def test_undecided_is_exit_code_1():
     assert (
-        document("simulate", "two-node", "--load-factor", "0.8", "--cycles", "2", code=1)["outcome"]
+        document("simulate", "two-node", "--load-factor", "0.8", "--cycles", "1", code=1)["outcome"]
         == "undecided"
     )
 

@@ -2,11 +2,26 @@
 
 A few lines from a mesh to a problem: an :class:`ElasticBody` with supports and
 loads on named boundaries, then :func:`contact_problem`.
+
+How fine a mesh? Three things happen to the bounds as it is refined
+(``python -m benchmarks.refinement`` measures them):
+
+- λ_max, the largest load factor for which a safe initial slip exists, converges
+  where friction exceeds the shear ratio of the welded ends of the contact
+  (:func:`welded_corner`). Below that ratio the ends slip at any load in the
+  limit, and λ_max falls by a power of the element size: it is then a statement
+  about slip on that scale.
+- λ_1, up to which *every* initial slip is safe, falls to zero wherever slip and
+  pressure are coupled (B ≠ 0): a finer mesh admits rougher locked-in slips, and
+  one that is rough enough lifts a node off under the mean load alone. The number
+  is right, but the question asks too much; ask which initial slips are possible.
+- For elastically similar bodies B = 0, and λ_1 = λ_max on every mesh.
 """
 
-from shakedown.fem.blocks import cantilevered_block, receding_block
+from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem
+from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.loads import BodyForce, Displacement, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, read_mesh
 
@@ -19,10 +34,13 @@ __all__ = [
     "Pressure",
     "Support",
     "Traction",
+    "WeldedCorner",
     "block_mesh",
     "cantilevered_block",
     "contact_condensation",
     "contact_problem",
     "read_mesh",
     "receding_block",
+    "shipped_blocks",
+    "welded_corner",
 ]

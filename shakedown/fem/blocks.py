@@ -11,6 +11,9 @@ from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
 from shakedown.problem import Problem
 
+# First load step of a transient, relative to p_max: with no load at all, no node has a reaction.
+HARDLY_LOADED = 1e-6
+
 
 def receding_block(
     refinement: int = 2,
@@ -46,13 +49,13 @@ def receding_block(
     steps
         Load steps of one cycle, an even number; straight lines between.
     first_loading
-        Load steps from no load to p_max.
+        Load steps from (hardly any) load to p_max.
 
     Examples
     --------
     >>> block = receding_block(1)
     >>> block.n, block.m, block.q_transient.shape
-    (17, 2, (1, 17))
+    (17, 2, (2, 17))
     """
     if refinement < 1 or steps < 2 or steps % 2 or first_loading < 1 or not 0 <= unloading < 1:
         raise UsageError(
@@ -63,12 +66,13 @@ def receding_block(
     width, left = (half, 0.0) if symmetric else (2 * half, -half)
     mesh = block_mesh(width, 1.0, round(4 * width) * refinement, 4 * refinement, origin=(left, 0.0))
     mesh = mesh.with_boundaries({"strip": lambda p: (p[1] > 1 - 1e-9) & (np.abs(p[0]) < 1.0)})
-    triangle = 1 - (1 - unloading) * (1 - np.abs(1 - 2 * np.arange(steps) / steps))
+    # Samples after each step, so that a cycle leads from p_max to p_max.
+    triangle = 1 - (1 - unloading) * (1 - np.abs(1 - 2 * np.arange(1, steps + 1) / steps))
     press = Pressure(
         boundary="strip",
         value=1.0,
         history=triangle,
-        transient=np.arange(first_loading) / first_loading,
+        transient=[HARDLY_LOADED, *np.arange(1, first_loading + 1) / first_loading],
     )
     body = ElasticBody(
         mesh,
@@ -83,8 +87,8 @@ def receding_block(
 def cantilevered_block(
     refinement: int = 1,
     *,
-    angle: float = np.pi / 4,
-    strip: tuple[float, float] = (4.0, 4.5),
+    angle: float = np.pi / 3,
+    strip: tuple[float, float] = (2.0, 2.5),
     f: float = 0.4,
     steps: int = 40,
 ) -> Problem:
@@ -135,3 +139,18 @@ def cantilevered_block(
     return contact_problem(
         body, "right", f, steps=steps, name="slanted cantilevered block (chapter V)", units="N, m"
     )
+
+
+def shipped_blocks() -> dict[str, Problem]:
+    """The built-in problems that come from these blocks, by name.
+
+    They are kept in ``shakedown/data``, so that scikit-fem need not be there to
+    use them; to make them again::
+
+        for name, problem in shipped_blocks().items():
+            shakedown.save_problem(f"shakedown/data/{name}.npz", problem)
+    """
+    return {
+        "receding-block": receding_block(2, steps=20, first_loading=10),
+        "cantilevered-block": cantilevered_block(),
+    }

@@ -1,7 +1,11 @@
 """Meshes with named boundaries: rectangular blocks, and whatever meshio reads."""
 
+import io
 import os
+import re
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -76,15 +80,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         If the file cannot be read, or holds no first-order triangles or
         quadrilaterals in one plane.
     """
-    import meshio
-
     name = os.fspath(path)
-    try:
-        raw = meshio.read(path)
-    except (OSError, ValueError, KeyError, IndexError, meshio.ReadError) as error:
-        raise ProblemError(f"{name}: cannot be read as a mesh ({error or type(error).__name__})") from None
-    except SystemExit:  # meshio ends the program where no reader takes the file
-        raise ProblemError(f"{name}: expected a mesh that meshio reads, found something else") from None
+    raw = _raw(Path(path), name)
     points = _plane_points(name, raw.points)
     kinds = {"triangle": MeshTri, "quad": MeshQuad}
     found = [kind for kind in kinds if any(block.type == kind for block in raw.cells)]
@@ -94,6 +91,25 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
             f"found {', '.join(sorted({b.type for b in raw.cells})) or 'no cells'}"
         )
     return _named(raw, kinds[found[0]], found[0], points)
+
+
+def _raw(path: Path, name: str) -> Any:
+    """What meshio reads; what it prints on the way becomes part of the message."""
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(said):
+            if path.suffix.lower() != ".inp":
+                return meshio.read(path)
+            # meshio knows the plane-stress names of the elements only; the topology is the same.
+            text = re.sub(r"(TYPE\s*=\s*)CPE(?=[34]R?H?\b)", r"\1CPS", path.read_text(), flags=re.IGNORECASE)
+            return meshio.read(io.StringIO(re.sub(r"(CPS[34]R?)H\b", r"\1", text)), file_format="abaqus")
+    except (OSError, ValueError, KeyError, IndexError, meshio.ReadError) as error:
+        raise ProblemError(f"{name}: cannot be read as a mesh ({error or type(error).__name__})") from None
+    except SystemExit:  # meshio ends the program where no reader takes the file
+        reason = " ".join(said.getvalue().split())
+        raise ProblemError(f"{name}: cannot be read as a mesh ({reason})") from None
 
 
 def _plane_points(name: str, points: FloatArray) -> FloatArray:

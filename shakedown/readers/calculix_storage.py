@@ -47,8 +47,13 @@ def read_calculix_storage(path: str | os.PathLike[str], dofs: NDArray[np.intp] |
             )
         indices.append(integers(fields[:2], where))
         values.append(number(fields[2], where))
+    if dofs is None:
+        raise ProblemError(
+            f"{name}: expected a map file (one line 'node direction' per row, in matrix order; CalculiX "
+            f"writes it as {beside.name}), found none"
+        )
     table = np.array(indices, dtype=np.intp) - 1
-    N = len(dofs) if dofs is not None else int(table.max()) + 1
+    N = len(dofs)
     if table.min() < 0 or table.max() >= N:
         raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
     half = sparse.coo_array((np.array(values), (table[:, 0], table[:, 1])), shape=(N, N))

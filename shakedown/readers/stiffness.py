@@ -118,4 +118,4 @@ def with_map(matrix: sparse.sparray, dofs: NDArray[np.intp] | None, where: str, 
         raise ProblemError(
             f"{where}: expected a map of {matrix.shape[0]} lines, one per row, found {len(dofs)}"
         )
-    return Stiffness(sparse.csr_array(matrix), checked_dofs(dofs), format)
+    return Stiffness(sparse.csr_array(matrix, dtype=float), checked_dofs(dofs), format)

@@ -1,6 +1,7 @@
 """Text files, read whole, with errors that say where."""
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -79,8 +80,8 @@ def integers(fields: Iterable[str], where: str) -> list[int]:
     """
     found = []
     for field in fields:
-        try:
-            found.append(int(field))
-        except ValueError:
-            raise ProblemError(f"{where}: expected a whole number, found '{field.strip()}'") from None
+        text = field.strip()
+        if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
+            raise ProblemError(f"{where}: expected a whole number, found '{text[:60]}'")
+        found.append(int(text))
     return found

@@ -1,0 +1,211 @@
+"""Time integration: time per cycle against error, Gauss–Seidel and Siconos against the event-driven path."""
+
+import subprocess
+import tempfile
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from shakedown.cli.output import table
+
+import shakedown
+from benchmarks.problems import random_problem, refined
+from benchmarks.timing import median_time
+from shakedown.contact_law import law_violation, reactions, scales
+from shakedown.loading import loading
+from shakedown.stepping import Stepping
+from shakedown.tolerances import DEFAULT
+
+TITLE = "Time integration: time per cycle against error of the path"
+CYCLES = 3
+SYSTEM_PYTHON = "/usr/bin/python3"  # Debian builds Siconos for it
+SCENES = {
+    "two-node": 0.8,
+    "three-node": 2.6,
+    "random 5": 1.3,
+    "random 12": 1.3,
+    "block-9": 5.0,
+    "block-33": 5.5,
+}
+
+
+def cases(short: bool) -> list[dict]:
+    scenes = ["two-node", "random 5", "block-9"] if short else list(SCENES)
+    parts = [1, 4, 16] if short else [1, 2, 4, 8, 16, 32, 64]
+    rows = []
+    for scene in scenes:
+        rows.append({"scene": scene, "method": "event", "parts": 1, "tolerance": None})
+        rows += [{"scene": scene, "method": "gauss-seidel", "parts": k, "tolerance": 1e-13} for k in parts]
+        rows += [{"scene": scene, "method": "gauss-seidel", "parts": 1, "tolerance": t} for t in (1e-4, 1e-8)]
+        if _siconos_is_here():
+            rows += [{"scene": scene, "method": "nsgs", "parts": k, "tolerance": 1e-12} for k in parts[:5:2]]
+            rows += [{"scene": scene, "method": "lemke", "parts": k, "tolerance": 1e-12} for k in parts[:3:2]]
+    if not _siconos_is_here():
+        print("Siconos is left out: the system's Python has no siconos (Debian package python3-siconos)")
+    return rows
+
+
+@cache
+def _siconos_is_here() -> bool:
+    try:
+        done = subprocess.run(
+            [SYSTEM_PYTHON, "-c", "import siconos.numerics"], capture_output=True, check=False
+        )
+    except OSError:
+        return False
+    return done.returncode == 0
+
+
+@cache
+def scene(name: str) -> tuple[shakedown.Problem, float, np.ndarray]:
+    """Problem, load factor and an initial slip that is an equilibrium at the first load step."""
+    word, _, size = name.partition(" ")
+    problem = random_problem(int(size), seed=1) if word == "random" else shakedown.example(name)
+    load_factor = SCENES[name]
+    if word == "random":
+        load_factor *= shakedown.upper_bound(problem).load_factor
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    first = replace(refined(problem, 1), q_w=problem.q_w[:1], p_w=problem.p_w[:1])
+    return (
+        problem,
+        load_factor,
+        shakedown.simulate(first, load_factor, start, cycles=1, method="gauss-seidel").final_slip,
+    )
+
+
+@cache
+def reference(name: str) -> np.ndarray:
+    """Slips of the event-driven path at the load steps of all cycles, (CYCLES * m, n)."""
+    problem, load_factor, start = scene(name)
+    run = shakedown.evolve(problem, load_factor, start, cycles=CYCLES)
+    assert run.stop is None
+    return run.history.at(np.arange(CYCLES * problem.m) / problem.m).v
+
+
+def measure(case: dict) -> dict:
+    problem, load_factor, start = scene(case["scene"])
+    parts = case["parts"]
+    fine = refined(problem, parts)
+    if case["method"] == "event":
+        seconds, _ = median_time(lambda: shakedown.evolve(problem, load_factor, start, cycles=CYCLES))
+        slips = (
+            shakedown.evolve(refined(problem, 7), load_factor, start, cycles=CYCLES)
+            .history.at(np.arange(CYCLES * problem.m) / problem.m)
+            .v
+        )  # every load step split into 7: the path must not change
+        failures = 0
+        history = shakedown.evolve(problem, load_factor, start, cycles=CYCLES).history
+        violation = _violation(problem, load_factor, start, history)
+    elif case["method"] == "gauss-seidel":
+        tolerances = replace(DEFAULT, convergence=case["tolerance"], friction_law=np.inf)
+
+        def run() -> Stepping:
+            stepping = Stepping(fine, load_factor, tolerances, record=True)
+            stepping.run(start, CYCLES)
+            return stepping
+
+        seconds, stepping = median_time(run)
+        slips, failures = stepping.history.v[::parts], 0
+        violation = stepping.residual
+    else:
+        seconds, slips, failures, violation = _siconos(fine, load_factor, start, case)
+        slips = slips[::parts]
+    path = reference(case["scene"])[: len(slips)]
+    error = float(np.abs(slips - path).max() / np.ptp(reference(case["scene"]), axis=0).max())
+    return {
+        "n": problem.n,
+        "seconds_per_cycle": seconds / CYCLES,
+        "error": error,
+        "violation": violation,
+        "failures": failures,
+    }
+
+
+def _siconos(problem: shakedown.Problem, load_factor: float, start: np.ndarray, case: dict) -> tuple:
+    q_w, p_w = loading(problem).at(load_factor)
+    size = scales(problem, load_factor)
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
+        np.savez(
+            source,
+            kappa=problem.kappa * size.length / size.force,  # Siconos' tolerances are absolute
+            f=problem.f,
+            q_w=np.tile(q_w, (CYCLES, 1)) / size.force,
+            p_w=np.tile(p_w, (CYCLES, 1)) / size.force,
+            slip=start / size.length,
+            solver=case["method"],
+            tolerance=case["tolerance"],
+        )
+        script = Path(__file__).with_name("siconos_steps.py")
+        subprocess.run([SYSTEM_PYTHON, script, source, target], check=True, capture_output=True)
+        with np.load(target) as out:
+            v, w = out["v"] * size.length, out["w"] * size.length
+            seconds, failures = float(out["seconds"]), int(out["failures"])
+    q, p = reactions(problem, np.tile(q_w, (CYCLES, 1)), np.tile(p_w, (CYCLES, 1)), v, w)
+    slip = np.diff(v, axis=0, prepend=start[None])
+    slip[(w > 0) | (np.roll(w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step
+    return seconds, v, failures, float(law_violation(problem.f, q, p, w, slip, size).max())
+
+
+def _violation(
+    problem: shakedown.Problem, load_factor: float, start: np.ndarray, history: shakedown.EventHistory
+) -> float:
+    """The friction law over an event-driven path, from its slips and gaps alone."""
+    q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
+    slip = np.diff(history.v, axis=0, prepend=start[None])
+    slip[(history.w > 0) | (np.roll(history.w, 1, axis=0) > 0)] = 0.0
+    return float(law_violation(problem.f, q, p, history.w, slip, scales(problem, load_factor)).max())
+
+
+def tables(rows: list[dict]) -> str:
+    event = {row["scene"]: row for row in rows if row["method"] == "event"}
+    body = [
+        [
+            row["scene"],
+            row["method"],
+            str(row["parts"]),
+            "" if row["tolerance"] is None else f"{row['tolerance']:.0e}",
+            f"{1e3 * row['seconds_per_cycle']:.3f}",
+            f"{row['seconds_per_cycle'] / event[row['scene']]['seconds_per_cycle']:.2f}",
+            f"{row['error']:.1e}",
+            f"{row['violation']:.0e}",
+            str(row["failures"]),
+        ]
+        for row in rows
+    ]
+    headers = ["scene", "method", "parts", "tol", "ms/cycle", "time/event", "error", "law", "failures"]
+    return table(headers, body, longest=10_000)
+
+
+STYLES = {
+    "event": ("o", "#000000"),
+    "gauss-seidel": ("s", "#0072B2"),
+    "nsgs": ("^", "#D55E00"),
+    "lemke": ("v", "#CC79A7"),
+}
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    names = list(dict.fromkeys(row["scene"] for row in rows))
+    figure = Figure(
+        figsize=(4.2 * min(3, len(names)), 3.6 * ((len(names) + 2) // 3) + 0.5), layout="constrained"
+    )
+    axes = figure.subplots((len(names) + 2) // 3, min(3, len(names)), squeeze=False).ravel()
+    for axis, name in zip(axes, names, strict=False):
+        for method, (marker, colour) in STYLES.items():
+            chosen = [
+                r for r in rows if (r["scene"], r["method"]) == (name, method) and r["tolerance"] != 1e-4
+            ]
+            if chosen:
+                label = f"Siconos {method}" if method in ("nsgs", "lemke") else method
+                x, y = (
+                    [max(r["error"], 1e-17) for r in chosen],
+                    [1e3 * r["seconds_per_cycle"] for r in chosen],
+                )
+                axis.loglog(x, y, marker, color=colour, ls=":", label=label)
+        axis.set(title=name, xlabel="error of the slip path (relative)", ylabel="time per cycle (ms)")
+        axis.grid(True, alpha=0.3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    return {"evolution": figure}

@@ -1,0 +1,316 @@
+"""Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown import event_driven as kernel
+from shakedown.active_set import active_set, factorize
+from shakedown.contact_law import law_violation, scales
+from shakedown.errors import UsageError
+from shakedown.event_history import EventHistory
+from shakedown.gauss_seidel import BACKWARD_SLIP
+from shakedown.initial_state import check_arguments, checked_initial_slip
+from shakedown.loading import loading
+from shakedown.problem import FloatArray, Problem
+from shakedown.rate_problem import rates
+from shakedown.tolerances import DEFAULT, Tolerances
+
+RECORD_ROWS = 512
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why an evolution ended before its time: reason, time in cycles, node concerned (or −1)."""
+
+    reason: str
+    cycle: float
+    node: int
+
+
+@dataclass(frozen=True)
+class CycleRecord:
+    """What one cycle did.
+
+    Attributes
+    ----------
+    slip : (n,)
+        Σ|Δv| in contact [length].
+    dissipation
+        Frictional dissipation [force × length].
+    opened : (n,)
+        Whether the node was open for some time.
+    events
+        Number of events other than load steps.
+    signature
+        Identifies the sequence of contact states passed through.
+    """
+
+    slip: FloatArray
+    dissipation: float
+    opened: NDArray[np.bool_]
+    events: int
+    signature: int
+
+
+@dataclass(frozen=True)
+class State:
+    """A state between two cycles: slips and gaps u = (v, w), (2n,), and contact states, (n,)."""
+
+    u: FloatArray
+    contact: NDArray[np.int64]
+
+
+class Evolution:
+    """A joint under its loading loop at one load factor, carried from cycle to cycle without error.
+
+    The first cycle begins with the transient load steps, where the problem has
+    them. What comes first of all is a ramp: with the initial slip v₀ given, the
+    tangential reactions grow from zero to what v₀ and the first load step
+    prescribe, under the normal load of that step. It moves nothing where v₀ is
+    admissible at the first load step, and it brings the state to equilibrium
+    where it is not.
+
+    Parameters
+    ----------
+    problem, load_factor, initial_slip
+        As for :func:`evolve`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
+    >>> first, second = evolution.cycle(), evolution.cycle()
+    >>> second.slip.round(6)
+    array([0.      , 1.893552])
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        load_factor: float,
+        initial_slip: ArrayLike | None = None,
+        tolerances: Tolerances = DEFAULT,
+    ) -> None:
+        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
+        start = checked_initial_slip(problem, initial_slip)
+        n = problem.n
+        C = np.zeros((n, n)) if problem.C is None else problem.C
+        self.kappa = np.block([[problem.A, problem.B.T], [problem.B, C]])
+        self.scale = scales(problem, load_factor)
+        self.load = np.hstack(loading(problem).at(load_factor))
+        self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
+        self.motion = kernel.motion(n)
+        self.precision = self._precision(start)
+        self.done = 0  # cycles
+        self.stop: Stop | None = None
+        self.pieces: list[EventHistory] = []
+        self._approach = self._path_to_first_period(start)
+        self.state = State(np.concatenate([start, np.zeros(n)]), np.where(problem.f == 0.0, BACKWARD_SLIP, 0))
+
+    def _precision(self, start: FloatArray) -> kernel.Precision:
+        """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""
+        locked = np.abs(self.kappa[:, : self.problem.n]) @ np.abs(start)
+        force = max(self.scale.force, float(locked.max()))
+        t = self.tolerances
+        return kernel.Precision(
+            t.limit * force, t.limit * self.scale.length, t.rate, 16 * np.finfo(float).eps * force
+        )
+
+    def _path_to_first_period(self, start: FloatArray) -> FloatArray:
+        """Welded reactions from the beginning of the ramp to the load step before the first period."""
+        problem, n = self.problem, self.problem.n
+        before = np.empty((0, 2 * n))
+        if problem.q_transient is not None and problem.p_transient is not None:
+            before = np.hstack([problem.q_transient, problem.p_transient])
+        first = np.vstack([before, self.load])[0]
+        locked_q, locked_p = problem.A @ start, problem.B @ start
+        ramp = np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
+        return np.vstack([ramp, before])
+
+    @property
+    def state(self) -> State:
+        """The state between two cycles; may be set to continue from another one."""
+        return State(self.motion.u.copy(), self.active.state.copy())
+
+    @state.setter
+    def state(self, state: State) -> None:
+        self.motion.u[:] = state.u
+        self.active.state[:] = state.contact
+        if not factorize(self.active):
+            raise UsageError("state: expected one in which the moving nodes are held, found a singular one")
+
+    def violation(self, state: State) -> float:
+        """By how much a state between two cycles breaks the contact and friction law (relative)."""
+        n = self.problem.n
+        r = self.load[-1] + self.kappa @ state.u
+        still = np.zeros(n)
+        return float(law_violation(self.problem.f, r[:n], r[n:], state.u[n:], still, self.scale).max())
+
+    def cycle(self, *, record: bool = False, tangent: FloatArray | None = None) -> CycleRecord | None:
+        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
+
+        Parameters
+        ----------
+        record
+            Keep the events (:attr:`history`).
+        tangent : (2n, t), optional
+            Derivative of u = (v, w) with respect to t parameters; carried along in place.
+        """
+        motion = self.motion
+        if tangent is not None:
+            motion = motion._replace(tangent=tangent, delay=np.zeros(tangent.shape[1]))
+        path = np.vstack([self._approach if self.done == 0 else self.load[-1:], self.load])
+        for counter in (motion.slip, motion.work, motion.opened, motion.signature, motion.time):
+            counter[:] = 0
+        motion.counts[:] = 0, -1, -1, kernel.LOAD_STEP, 0
+        status = self._follow(motion, path, record)
+        if status != kernel.DONE:
+            self._say_why(status, path)
+            return None
+        self.done += 1
+        return CycleRecord(
+            slip=motion.slip.copy(),
+            dissipation=float(motion.work[0]),
+            opened=motion.opened.copy(),
+            events=int(motion.counts[0]),
+            signature=int(motion.signature[0]),
+        )
+
+    def _follow(self, motion: kernel.Motion, path: FloatArray, record: bool) -> int:
+        """Run the compiled loop along a path, emptying the record whenever it is full."""
+        n, first = self.problem.n, self.problem.m - len(path)
+        separable = self.problem.C is not None
+        room = kernel.record(RECORD_ROWS if record else 0, n)
+        while True:
+            status = kernel.load_steps(
+                self.active, self.rates, motion, room, path, first, separable, self.precision
+            )
+            if record:
+                self.pieces.append(self._history(room, path, first))
+                room.rows[0] = 0
+            if status != kernel.RECORD_FULL:
+                return int(status)
+
+    def _history(self, room: kernel.Record, path: FloatArray, first: int) -> EventHistory:
+        rows, n = int(room.rows[0]), self.problem.n
+        steps = room.time[:rows]
+        index = np.minimum((steps - first).astype(int), len(path) - 2)
+        share = (steps - first - index)[:, None]
+        welded = path[index] + share * (path[index + 1] - path[index])
+        return EventHistory(
+            cycle=self.done + steps / self.problem.m,
+            kind=room.kind[:rows].copy(),
+            node=room.node[:rows].copy(),
+            v=room.u[:rows, :n].copy(),
+            w=room.u[:rows, n:].copy(),
+            q=room.r[:rows, :n].copy(),
+            p=room.r[:rows, n:].copy(),
+            q_w=welded[:, :n],
+            p_w=welded[:, n:],
+            state=room.state[:rows].copy(),
+        )
+
+    @property
+    def history(self) -> EventHistory:
+        """All recorded events, closed by the present state."""
+        n = self.problem.n
+        welded = self.load[-1]
+        reaction = welded + self.kappa @ self.motion.u
+        last = EventHistory(
+            cycle=np.array([self.done - 1 / self.problem.m]),
+            kind=np.array([kernel.LOAD_STEP]),
+            node=np.array([-1]),
+            v=self.motion.u[None, :n].copy(),
+            w=self.motion.u[None, n:].copy(),
+            q=reaction[None, :n],
+            p=reaction[None, n:],
+            q_w=welded[None, :n],
+            p_w=welded[None, n:],
+            state=self.active.state[None, :].copy(),
+        )
+        parts = [*self.pieces, last if self.stop is None else last.rows(np.array([], dtype=int))]
+        return EventHistory(
+            *(np.concatenate([getattr(part, key) for part in parts]) for key in last.__dataclass_fields__)
+        )
+
+    def _say_why(self, status: int, path: FloatArray) -> None:
+        node = int(self.motion.counts[1])
+        steps = self.problem.m - len(path) + self.motion.counts[4] + self.motion.time[0]
+        time = float(self.done + steps / self.problem.m)
+        reasons = {
+            kernel.NO_RATES: "the rate problem has no stable solution (friction above a threshold)",
+            kernel.LIFTS_OFF: f"node {node} lifts off, and the problem has no C",
+            kernel.TOO_MANY_EVENTS: "events accumulate within one load step",
+            kernel.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+        }
+        self.stop = Stop(f"{reasons[status]} at time {time:.6g} cycles", time, node)
+
+
+@dataclass(frozen=True)
+class EvolutionResult:
+    """Result of :func:`evolve`.
+
+    Attributes
+    ----------
+    load_factor, initial_slip
+        What was simulated.
+    cycles
+        What every cycle did.
+    history
+        Every event.
+    stop
+        Why it ended before its time; None where it did not.
+    """
+
+    load_factor: float
+    initial_slip: FloatArray
+    cycles: tuple[CycleRecord, ...]
+    history: EventHistory
+    stop: Stop | None
+
+
+def evolve(
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    *,
+    cycles: int = 1,
+    tolerances: Tolerances = DEFAULT,
+) -> EvolutionResult:
+    """The exact path of a joint through its transient and a number of cycles (thesis (2.10), (2.3)–(2.9)).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, multiplies the periodic part of the loading.
+    initial_slip : (n,), optional
+        Slip at the start, all nodes closed [length]; zero by default.
+    cycles
+        How many.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> run = evolve(shakedown.example("three-node"), 2.6, [2.60902, -0.60226, -0.36541], cycles=2)
+    >>> run.stop is None, run.cycles[1].events
+    (True, 3)
+    """
+    check_arguments(load_factor, cycles)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances)
+    start = evolution.motion.u[: problem.n].copy()
+    records: list[CycleRecord] = []
+    while len(records) < cycles:
+        record = evolution.cycle(record=True)
+        if record is None:
+            break
+        records.append(record)
+    return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)

@@ -1,0 +1,25 @@
+"""What every simulation is asked for: a load factor, a number of cycles, an initial slip."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.errors import UsageError
+from shakedown.problem import FloatArray, Problem
+
+
+def check_arguments(load_factor: float, cycles: int) -> None:
+    """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
+    if not (np.isfinite(load_factor) and load_factor >= 0):
+        raise UsageError(f"load factor: expected a number >= 0, found {load_factor}")
+    if cycles < 1:
+        raise UsageError(f"cycles: expected at least 1, found {cycles}")
+
+
+def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
+    """An initial slip as a private array (n,), zero by default; raises ``UsageError`` if mis-shaped."""
+    slip = np.zeros(problem.n) if initial_slip is None else np.array(initial_slip, dtype=float)
+    if slip.shape != (problem.n,):
+        raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
+    if not np.isfinite(slip).all():
+        raise UsageError(f"initial slip: expected finite numbers, found {slip[~np.isfinite(slip)][0]}")
+    return slip

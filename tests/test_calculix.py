@@ -1,0 +1,105 @@
+"""CalculiX itself, where Debian's calculix-ccx is installed; its shipped output elsewhere (test_fem, test_importing)."""
+
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from test_importing import BLOCK
+
+import shakedown
+from shakedown import ProblemError, condensed_stiffness, import_problem
+from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
+from shakedown.readers import read_stiffness
+from shakedown.stiffness_checks import check_condensed
+
+CCX = shutil.which("ccx")
+needs_ccx = pytest.mark.skipif(CCX is None, reason="ccx (Debian: calculix-ccx) is not installed")
+
+MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc
+*INCLUDE,INPUT=tie.inc
+*BOUNDARY
+NTOP,1,2
+*STEP
+*FREQUENCY,SOLVER=MATRIXSTORAGE
+*END STEP
+"""
+SUBSTRUCTURE = """*INCLUDE,INPUT=mesh.inc
+*INCLUDE,INPUT=tie.inc
+*BOUNDARY
+NTOP,1,2
+*STEP
+*SUBSTRUCTURE GENERATE
+*RETAINED NODAL DOFS,SORTED=NO
+NC,1,2
+*SUBSTRUCTURE MATRIX OUTPUT,STIFFNESS=YES,OUTPUT FILE=USER DEFINED,FILE NAME=sub
+*END STEP
+"""
+
+
+def ccx(folder, job):
+    run = subprocess.run(
+        [CCX, job], cwd=folder, env=os.environ | {"OMP_NUM_THREADS": "1"}, capture_output=True, timeout=60
+    )
+    assert b"Job finished" in run.stdout, run.stdout[-2000:]
+
+
+@pytest.fixture
+def deck(tmp_path):
+    for file in BLOCK.glob("*.in[cp]"):
+        shutil.copy(file, tmp_path)
+    shutil.copy(BLOCK / "import.toml", tmp_path)
+    return tmp_path
+
+
+def same_block():
+    """The mesh of the deck in scikit-fem: bilinear, plane strain, 0.25 deep."""
+    body = ElasticBody(
+        block_mesh(2.0, 1.0, 8, 6), Material(200e3, 0.3), thickness=0.25, supports=[Support("top")]
+    )
+    return contact_condensation(body, "bottom")
+
+
+@needs_ccx
+def test_calculix_and_scikit_fem_agree_on_a_b_c(deck):
+    (deck / "dense.inc").write_text(
+        (deck / "mesh.inc").read_text().replace("*SOLID SECTION", "*DENSITY\n1.\n*SOLID SECTION")
+    )
+    (deck / "storage.inp").write_text(MATRIX_STORAGE)
+    ccx(deck, "storage")
+    stored = read_stiffness(deck / "storage.sti")
+    found = condensed_stiffness(stored.K, stored.dofs, range(1, 10), [0, 1])
+    expected = same_block()
+    scale = np.abs(expected.stiffness).max()
+    np.testing.assert_allclose(found.stiffness, expected.stiffness, rtol=0, atol=1e-6 * scale)
+    halved = shakedown.load_problem(BLOCK / "block.npz").kappa  # reactions of the front nodes only
+    np.testing.assert_allclose(found.stiffness / 2, halved, rtol=0, atol=1e-6 * np.abs(halved).max())
+
+
+@needs_ccx
+def test_the_shipped_reactions_are_what_calculix_prints(deck):
+    ccx(deck, "stiffness")
+    ccx(deck, "unit_loads")
+    made, reference = import_problem(deck / "import.toml"), shakedown.load_problem(BLOCK / "block.npz")
+    for key in ("A", "B", "C", "q_w", "p_w"):
+        expected = getattr(reference, key)
+        np.testing.assert_allclose(getattr(made, key), expected, rtol=0, atol=2e-6 * np.abs(expected).max())
+
+
+@needs_ccx
+def test_what_calculix_writes_as_a_substructure_is_refused(deck):
+    (deck / "sub.inp").write_text(SUBSTRUCTURE)
+    ccx(deck, "sub")
+    refuse_sub_block(deck / "sub.mtx")
+
+
+def test_the_shipped_substructure_is_refused():
+    refuse_sub_block(BLOCK / "substructure.mtx")
+
+
+def refuse_sub_block(path):
+    found = read_stiffness(path)
+    assert found.superelement
+    with pytest.raises(ProblemError, match="found 56 of 81 node pairs of one body without coupling"):
+        check_condensed(found.K, found.dofs[:, 0])

@@ -1,0 +1,432 @@
+"""Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files."""
+
+import meshio
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import shakedown
+from shakedown import ProblemError, UsageError
+from shakedown.fem import (
+    BodyForce,
+    Displacement,
+    ElasticBody,
+    Material,
+    Pressure,
+    Support,
+    Traction,
+    block_mesh,
+    cantilevered_block,
+    contact_condensation,
+    contact_problem,
+    read_mesh,
+    receding_block,
+    shipped_blocks,
+    welded_corner,
+)
+
+STEEL = Material(200e3, 0.3)
+
+
+def distorted(nx=4, ny=3, seed=0):
+    """A block whose inner nodes have been moved."""
+    from dataclasses import replace
+
+    mesh = block_mesh(2.0, 1.0, nx, ny)
+    p = mesh.p.copy()
+    inner = mesh.interior_nodes()
+    p[:, inner] += 0.08 * np.random.default_rng(seed).uniform(-1, 1, (2, len(inner)))
+    return replace(mesh, doflocs=np.ascontiguousarray(p))
+
+
+def triangles(mesh):
+    return mesh.to_meshtri().with_boundaries(
+        {"bottom": lambda x: x[1] < 1e-9, "top": lambda x: x[1] > 1 - 1e-9, "left": lambda x: x[0] < 1e-9}
+    )
+
+
+MESHES = {"quads": distorted(), "triangles": triangles(distorted())}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("kind", MESHES)
+def test_rigid_motions_cost_nothing(kind, order):
+    body = ElasticBody(MESHES[kind], STEEL, order=order)
+    x, y = body.basis.doflocs
+    direction = body.dofs[:, 1]
+    for motion in (direction == 1, direction == 2, np.where(direction == 1, -y, x)):
+        force = body.stiffness @ motion.astype(float)
+        assert np.abs(force).max() < 1e-12 * np.abs(body.stiffness.data).max()
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("kind", MESHES)
+def test_patch_test(kind, order, plane):
+    """A linear displacement field on the boundary is a linear field inside, to 1e-12."""
+    body = ElasticBody(MESHES[kind], STEEL, plane=plane, order=order)
+    x, y = body.basis.doflocs
+    u = np.where(body.dofs[:, 1] == 1, 0.3 * x - 0.2 * y, 0.5 * x + 0.1 * y)
+    boundary = body.basis.get_dofs().flatten()
+    inner = np.setdiff1d(np.arange(body.basis.N), boundary)
+    K = body.stiffness.tocsr()
+    found = np.linalg.solve(K[inner][:, inner].toarray(), -(K[inner][:, boundary] @ u[boundary]))
+    np.testing.assert_allclose(found, u[inner], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("plane", "modulus"), [("strain", 200e3 / (1 - 0.3**2)), ("stress", 200e3)])
+def test_uniform_pressure_on_a_column(plane, modulus):
+    """A free column under pressure: reactions carry the load, the stiffness is that of plane theory."""
+    mesh = block_mesh(2.0, 1.0, 4, 3)
+    load = Pressure(boundary="top", value=5.0, history=1.0)
+    body = ElasticBody(mesh, STEEL, loads=[load], plane=plane, thickness=0.5)
+    problem = contact_problem(body, "bottom", 0.3)
+    assert problem.p_w.sum() == pytest.approx(5.0 * 2.0 * 0.5, rel=1e-12)
+    assert problem.q_w.sum() == pytest.approx(0.0, abs=1e-12)
+    K = body.stiffness.toarray()
+    held = np.concatenate([body.rows_on("bottom", 2), body.rows_on("left", 1)])
+    free = np.setdiff1d(np.arange(len(K)), held)
+    force, _ = load.nodal(body)
+    u = np.linalg.solve(K[np.ix_(free, free)], force[free])
+    top = np.isin(free, body.rows_on("top", 2))
+    np.testing.assert_allclose(u[top], -5.0 / modulus, rtol=1e-10)
+
+
+def test_loads_carry_their_resultants():
+    body = ElasticBody(block_mesh(2.0, 1.0, 4, 3), STEEL, thickness=0.5)
+    cases = {
+        Pressure(boundary="right", value=3.0, history=1.0): (-1.5, 0.0),
+        Traction(boundary="top", value=(2.0, lambda x: x[0]), history=1.0): (2.0, 1.0),
+        BodyForce(value=(0.0, -7.0), history=1.0): (0.0, -7.0),
+    }
+    for load, (fx, fy) in cases.items():
+        force, _ = load.nodal(body)
+        assert force[body.dofs[:, 1] == 1].sum() == pytest.approx(fx, abs=1e-12)
+        assert force[body.dofs[:, 1] == 2].sum() == pytest.approx(fy, abs=1e-12)
+
+
+def test_a_b_c_equal_calculix_on_the_same_mesh():
+    """CalculiX's C3D8 in plane strain is the bilinear element; its reactions have seven digits.
+
+    They are those of half the depth 0.25 of the layer, see the README beside the data.
+    """
+    from test_importing import BLOCK
+
+    reference = shakedown.load_problem(BLOCK / "block.npz")
+    mesh = block_mesh(2.0, 1.0, 8, 6)
+    moved = Displacement(boundary="top", x=1.0, y=0.0, history=1.0)
+    body = ElasticBody(mesh, STEEL, loads=[moved], thickness=0.125)
+    found = contact_problem(body, "bottom", 0.5)
+    for key in "ABC":
+        expected = getattr(reference, key)
+        np.testing.assert_allclose(getattr(found, key), expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+    unit = shakedown.readers.read_calculix_reactions(BLOCK / "unit_loads.dat")[0].forces
+    np.testing.assert_allclose(found.q_w[0], unit[:, 0], rtol=0, atol=1e-6 * np.abs(unit).max())
+    np.testing.assert_allclose(found.p_w[0], unit[:, 1], rtol=0, atol=1e-6 * np.abs(unit).max())
+
+
+@given(st.floats(-1.5, 1.5))
+def test_an_inclined_plane_gives_the_same_problem(angle):
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    flat, inclined = (
+        contact_problem(
+            ElasticBody(
+                block_mesh(2.0, 1.0, 4, 2, angle=a, origin=(3.0, -1.0)),
+                STEEL,
+                loads=[Traction(boundary="top", value=tuple(t), history=[1.0, 0.5])],
+            ),
+            "bottom",
+            0.4,
+        )
+        for a, t in ((0.0, [1.0, -3.0]), (angle, turn @ [1.0, -3.0]))
+    )
+    np.testing.assert_allclose(inclined.kappa, flat.kappa, atol=1e-9 * np.abs(flat.kappa).max())
+    np.testing.assert_allclose(inclined.q_w, flat.q_w, atol=1e-11)
+    np.testing.assert_allclose(inclined.x, flat.x, atol=1e-12)
+
+
+def test_a_floating_body_has_three_rigid_motions():
+    free = contact_condensation(ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL), "bottom")
+    assert free.zero_modes == 3
+    assert "floating" in free.notes[0]
+    held = contact_condensation(
+        ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL, supports=[Support("top")]), "bottom"
+    )
+    assert held.zero_modes == 0
+    guided = ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL, supports=[Support("top", y=False)])
+    assert contact_condensation(guided, "bottom").zero_modes == 2  # up, and about a point of the top
+
+
+def pair(n, *, upper=STEEL, lower=STEEL, lower_rows=2, f=0.3, order=1):
+    """Two blocks on each other, the upper one pressed and sheared through its top."""
+    loads = [
+        Displacement(boundary="top", x=0.0, y=-1e-3, history=1.0),
+        Displacement(boundary="top", x=2e-4, y=0.0, history=lambda t: np.sin(2 * np.pi * t)),
+    ]
+    above = ElasticBody(block_mesh(2.0, 1.0, 2 * n, n), upper, loads=loads, order=order)
+    below = ElasticBody(
+        block_mesh(2.0, 1.0, 2 * n, lower_rows, origin=(0.0, -1.0)),
+        lower,
+        supports=[Support("bottom")],
+        order=order,
+    )
+    return contact_problem(above, "bottom", f, against=(below, "top"), steps=12)
+
+
+def test_elastically_similar_bodies_are_uncoupled():
+    """B = 0 exactly on mirrored meshes, and to discretization error on different ones (thesis §1.2.1)."""
+    mirrored = pair(4, lower_rows=4)
+    assert np.abs(mirrored.B).max() < 1e-12 * np.abs(mirrored.A).max()
+    error = []
+    for n in (4, 8, 16):
+        unlike = pair(n, lower_rows=2 * n)
+        slip = np.sin(np.pi * unlike.x / 2) ** 2
+        inner = slice(n // 2, -(n // 2))  # at the ends a corner of each body keeps an error of its own
+        error.append(np.abs(unlike.B @ slip)[inner].max() / np.abs(unlike.A @ slip).max())
+    rates = np.log2(np.array(error[:-1]) / error[1:])
+    assert (rates > 1.7).all()  # second order
+    assert error[-1] < 2e-3
+    bounds = shakedown.shakedown_bounds(mirrored)
+    assert bounds.lower.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-6)
+
+
+def test_an_incompressible_body_on_a_rigid_plane_is_uncoupled_locally():
+    """The local coupling goes with 1 − 2ν (thesis §1.2.1); ν = 0.3 keeps it under refinement."""
+
+    def coupling(poisson, n):
+        body = ElasticBody(
+            block_mesh(2.0, 1.0, 2 * n, n), Material(1.0, poisson), supports=[Support("top")], order=2
+        )
+        kappa = contact_condensation(body, "bottom")
+        return np.abs(kappa.B).max() / np.abs(kappa.A).max()
+
+    incompressible = [coupling(0.499999, n) for n in (4, 8, 16)]
+    np.testing.assert_allclose(np.divide(incompressible[:-1], incompressible[1:]), 2.0, atol=0.1)
+    assert [coupling(0.3, n) for n in (4, 8, 16)] == pytest.approx([0.12] * 3, rel=0.02)
+
+
+def test_mismatched_bodies_are_refused():
+    above = ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL)
+    for mesh in (block_mesh(2.0, 1.0, 5, 2, origin=(0, -1)), block_mesh(2.0, 1.0, 4, 2, origin=(0.1, -1))):
+        below = ElasticBody(mesh, STEEL, supports=[Support("bottom")])
+        with pytest.raises(ProblemError, match="matching nodes"):
+            contact_condensation(above, "bottom", against=(below, "top"))
+
+
+def test_materials_per_subdomain():
+    mesh = block_mesh(2.0, 1.0, 4, 2).with_subdomains(
+        {"soft": lambda x: x[0] < 1, "hard": lambda x: x[0] > 1}
+    )
+    same = ElasticBody(mesh, {"soft": STEEL, "hard": STEEL})
+    np.testing.assert_allclose(
+        same.stiffness.toarray(), ElasticBody(mesh, STEEL).stiffness.toarray(), atol=1e-9
+    )
+    mixed = ElasticBody(mesh, {"soft": Material(1.0, 0.3), "hard": STEEL}, supports=[Support("top")])
+    kappa = contact_condensation(mixed, "bottom")
+    assert kappa.A[0, 0] < 1e-3 * kappa.A[-1, -1]
+    weight = BodyForce(value=(0.0, -1.0), subdomain="soft", history=1.0).nodal(same)[0]
+    assert weight.sum() == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda m: Material(-1.0, 0.3), "Young's modulus > 0"),
+        (lambda m: Material(1.0, 0.5), "Poisson's ratio < 0.5"),
+        (lambda m: ElasticBody(m, STEEL, plane="shell"), "'strain' or 'stress'"),
+        (lambda m: ElasticBody(m, STEEL, order=3), "expected 1 or 2"),
+        (lambda m: ElasticBody(m, STEEL, thickness=0.0), "expected > 0"),
+        (lambda m: ElasticBody(m, {"x": STEEL}), "no such subdomain"),
+        (
+            lambda m: ElasticBody(m, STEEL, supports=[Support("front")]),
+            "boundary 'front': not in the mesh; .*bottom",
+        ),
+        (lambda m: contact_condensation(ElasticBody(m, STEEL), "under"), "boundary 'under'"),
+        (lambda m: contact_problem(ElasticBody(m, STEEL), "bottom", 0.3), "at least one load"),
+        (
+            lambda m: contact_problem(
+                ElasticBody(m, STEEL, loads=[Pressure(boundary="top", history=np.cos)]), "bottom", 0.3
+            ),
+            "needed to sample",
+        ),
+        (
+            lambda m: contact_condensation(ElasticBody(m, STEEL, supports=[Support("bottom")]), "bottom"),
+            "all of them held",
+        ),
+        (lambda m: BodyForce(subdomain="x", history=1.0).nodal(ElasticBody(m, STEEL)), "subdomain 'x'"),
+        (lambda m: block_mesh(1.0, 1.0, 0, 1), "at least one element"),
+    ],
+)
+def test_misuse_is_named(make, message):
+    with pytest.raises(ProblemError, match=message):
+        make(block_mesh(2.0, 1.0, 4, 2))
+
+
+def test_elements_without_material_are_refused():
+    mesh = block_mesh(2.0, 1.0, 4, 2).with_subdomains({"half": lambda x: x[0] < 1})
+    with pytest.raises(ProblemError, match="found 4 of 8 elements"):
+        ElasticBody(mesh, {"half": STEEL})
+
+
+GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "foot"
+2 2 "steel"
+$EndPhysicalNames
+$Nodes
+6
+1 0 0 0
+2 1 0 0
+3 2 0 0
+4 0 1 0
+5 1 1 0
+6 2 1 0
+$EndNodes
+$Elements
+4
+1 1 2 1 1 1 2
+2 1 2 1 1 2 3
+3 3 2 2 1 1 2 5 4
+4 3 2 2 1 2 3 6 5
+$EndElements
+"""
+ABAQUS = """*NODE
+1, 0, 0
+2, 1, 0
+3, 2, 0
+4, 0, 1
+5, 1, 1
+6, 2, 1
+9, 7, 7
+*ELEMENT, TYPE=CPE4, ELSET=steel
+1, 1, 2, 5, 4
+2, 2, 3, 6, 5
+*NSET, NSET=foot
+1, 2, 3
+"""
+
+
+@pytest.mark.parametrize(("text", "suffix"), [(GMSH, ".msh"), (ABAQUS, ".inp")])
+def test_meshes_from_files_keep_their_sets(tmp_path, text, suffix):
+    path = tmp_path / f"block{suffix}"
+    path.write_text(text)
+    mesh = read_mesh(path)
+    assert (mesh.nvertices, mesh.nelements) == (6, 2)
+    found = contact_condensation(ElasticBody(mesh, {"steel": STEEL}), "foot")
+    expected = contact_condensation(ElasticBody(block_mesh(2.0, 1.0, 2, 1), STEEL), "bottom")
+    np.testing.assert_allclose(found.stiffness, expected.stiffness, atol=1e-9)
+
+
+def test_nastran_meshes_are_read(tmp_path):
+    path = tmp_path / "block.bdf"
+    source = block_mesh(2.0, 1.0, 4, 2)
+    meshio.write(path, meshio.Mesh(np.pad(source.p.T, ((0, 0), (0, 1))), [("quad", source.t.T)]))
+    mesh = read_mesh(path)
+    assert (mesh.nvertices, mesh.nelements) == (15, 8)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("absent.msh", None, "cannot be read"),
+        ("prose.xyz", "hello", "cannot be read as a mesh"),
+        ("broken.msh", "$MeshFormat\n9.9 0 8\n", "cannot be read|meshio reads"),
+        ("solid.inp", "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n", "plane"),
+        ("unknown.inp", "*NODE\n1,0,0\n2,1,0\n*ELEMENT,TYPE=XYZ9\n1,1,2\n", "not available: XYZ9"),
+        ("line.inp", "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=T3D2\n1,1,2\n", "found line"),
+    ],
+)
+def test_unusable_meshes_are_named(tmp_path, name, text, message):
+    path = tmp_path / name
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ProblemError, match=message):
+        read_mesh(path)
+
+
+def test_half_a_receding_block_is_half_of_the_whole():
+    whole, half = receding_block(1), receding_block(1, symmetric=True)
+    assert (whole.n, half.n) == (17, 9)
+    v = np.linspace(0.1, 1.0, 9) ** 2 - 0.01  # zero on the plane of symmetry
+    w = np.cos(half.x)
+    mirrored = np.concatenate([-v[:0:-1], v]), np.concatenate([w[:0:-1], w])
+    q = whole.A @ mirrored[0] + whole.B.T @ mirrored[1]
+    p = whole.B @ mirrored[0] + whole.C @ mirrored[1]
+    weight = np.where(np.arange(9) == 0, 0.5, 1.0)  # half of the middle node's reaction
+    np.testing.assert_allclose((half.A @ v + half.B.T @ w)[1:], q[9:], atol=1e-12)
+    np.testing.assert_allclose(half.B @ v + half.C @ w, weight * p[8:], atol=1e-12)
+    np.testing.assert_allclose(half.p_w, weight * whole.p_w[:, 8:], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["receding-block", "cantilevered-block"])
+def test_shipped_blocks_are_made_again(name):
+    shipped, made = shakedown.example(name), shipped_blocks()[name]
+    assert (shipped.name, shipped.units) == (made.name, made.units)
+    for key in ("A", "B", "C", "f", "q_w", "p_w", "q_transient", "p_transient", "x"):
+        found, expected = getattr(shipped, key), getattr(made, key)
+        assert (found is None) == (expected is None)
+        if expected is not None:
+            np.testing.assert_allclose(
+                found, expected, rtol=0, atol=1e-12 * max(np.abs(expected).max(), 1e-300)
+            )
+
+
+def test_blocks_are_in_balance_and_refine():
+    for block, load in ((receding_block(1), 2.0), (receding_block(2, f=0.2), 2.0)):
+        np.testing.assert_allclose(block.p_w.sum(axis=1), load * np.array([1 / 3, 1.0]), atol=1e-12)
+    assert cantilevered_block(2, steps=8).n == 17
+    for wrong in ({"refinement": 0}, {"steps": 3}, {"unloading": 1.0}):
+        with pytest.raises(UsageError, match="receding_block"):
+            receding_block(**wrong)
+    with pytest.raises(UsageError, match="cantilevered_block"):
+        cantilevered_block(angle=0.0)
+
+
+def test_cantilevered_block_behaves_as_the_thesis_says():
+    """Most critical values of all 43,758 subsets are far below λ_max (thesis: 0.0013 against 1.0821)."""
+    block = cantilevered_block()
+    everything = shakedown.critical_load_factors(block)
+    upper = shakedown.upper_bound(block).load_factor
+    assert everything.total == 43_758
+    assert upper == pytest.approx(1.178, abs=2e-3)
+    assert 0 < everything.smallest_positive.load_factor < 0.01 * upper
+
+
+def test_a_large_block_takes_seconds():
+    """200 × 50 elements, 201 contact nodes."""
+    import time
+
+    start = time.perf_counter()
+    body = ElasticBody(block_mesh(4.0, 1.0, 200, 50), STEEL, loads=[Pressure(boundary="top", history=1.0)])
+    problem = contact_problem(body, "bottom", 0.3)
+    assert problem.n == 201
+    assert problem.p_w.sum() == pytest.approx(4.0, rel=1e-10)
+    assert time.perf_counter() - start < 30
+
+
+def test_a_welded_corner_of_the_mesh_has_the_shear_ratio_of_the_theory():
+    """A right-angled corner, ν = 0.3: exponent 0.7112 (Williams 1952), |q|/p = 0.302."""
+    corner = welded_corner(np.pi / 2, 0.3)
+    assert corner.exponent == pytest.approx(0.71117, abs=1e-5)
+    load = Displacement(boundary="top", x=0.0, y=-1.0, history=1.0)
+    body = ElasticBody(block_mesh(2.0, 1.0, 96, 48), Material(1.0, 0.3), loads=[load])
+    problem = contact_problem(body, "bottom", 0.3)
+    near = slice(2, 5)  # the first two nodes carry the error of the element at the corner
+    ratio = (problem.q_w / problem.p_w)[0, near]
+    np.testing.assert_allclose(np.abs(ratio), corner.shear_ratio, rtol=0.04)
+
+
+def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
+    assert welded_corner(np.pi / 2, 0.3, "stress") == welded_corner(np.pi / 2, 0.3 / 1.3)
+
+
+@pytest.mark.parametrize(
+    ("angle", "message"), [(0.0, "0 < angle < pi"), (np.radians(20), "no singular field")]
+)
+def test_corners_without_an_answer_are_named(angle, message):
+    with pytest.raises(UsageError, match=message):
+        welded_corner(angle, 0.3)

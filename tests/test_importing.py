@@ -1,0 +1,288 @@
+"""Import: the CalculiX reference to round-off, every route to one problem, and one thing wrong at a time."""
+
+import re
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import writers
+from scipy import sparse
+
+import shakedown
+from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
+from shakedown.config_table import Table
+from shakedown.time_function import time_function
+
+BLOCK = Path(__file__).parent / "data" / "calculix_9"
+
+
+def test_the_calculix_reference_comes_back_to_round_off():
+    problem, reference = import_problem(BLOCK / "import.toml"), shakedown.load_problem(BLOCK / "block.npz")
+    for field in fields(reference):
+        found, expected = getattr(problem, field.name), getattr(reference, field.name)
+        if isinstance(expected, np.ndarray):
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(found, expected, rtol=0, atol=4 * np.finfo(float).eps * scale)
+        else:
+            assert found == expected
+
+
+def test_the_reference_carries_its_evidence():
+    made = import_model(BLOCK / "import.toml")
+    assert made.format == "reactions to unit displacements"
+    assert made.static_run < 1e-15
+    assert made.condensation.zero_modes == 0
+    assert made.notes == ()
+
+
+def test_the_reference_has_the_known_load_factors():
+    """Known for this block: 4.715032 at f = 0.5; 1.730955 and 1.219830 at f = 0.2."""
+    problem = import_problem(BLOCK / "import.toml")
+    assert shakedown.upper_bound(problem).load_factor == pytest.approx(4.715032, abs=1e-6)
+    smooth = replace(problem, f=np.array(0.2))
+    assert shakedown.upper_bound(smooth).load_factor == pytest.approx(1.730955, abs=1e-6)
+    assert shakedown.lower_bound(smooth).load_factor == pytest.approx(1.219830, abs=1e-6)
+
+
+# One small model, written in every format: two contact nodes, two interior nodes, one held node.
+DOFS = [(node, d) for node in (11, 12, 21, 22, 31) for d in (1, 2)]
+K = writers.symmetric_matrix(10, seed=3)
+FORCE = [[21, 1, 3.0], [22, 2, -7.0]]
+HEAD = "friction = 0.4\nsteps = 4\n"
+TAIL = """
+[contact]
+nodes = [11, 12]
+normal = [0.0, 1.0]
+[supports]
+fixed = [[31, 1], [31, 2]]
+[[load]]
+forces = [[21, 1, 3.0], [22, 2, -7.0]]
+history = { constant = 1.0, harmonics = [{ order = 1, cos = 0.5 }, { order = 2, sin = 0.25 }] }
+"""
+
+
+def expected_problem():
+    force = np.zeros(10)
+    for node, direction, value in FORCE:
+        force[DOFS.index((node, direction))] = value
+    t = np.arange(4) / 4
+    history = 1.0 + 0.5 * np.cos(2 * np.pi * t) + 0.25 * np.sin(4 * np.pi * t)
+    return condense(K, DOFS, [11, 12], [0, 1], [LoadCase(history=history, force=force)], 0.4, fixed=[8, 9])
+
+
+def write(folder, **files):
+    for name, text in files.items():
+        (folder / name.replace("__", ".")).write_text(text)
+    return folder / "c.toml"
+
+
+def configured(folder, stiffness, tail=TAIL, **files):
+    return write(folder, c__toml=f"{HEAD}[stiffness]\n{stiffness}\n{tail}", **files)
+
+
+ROUTES = {
+    "abaqus": ('file = "k"', {"k": writers.abaqus_matrix(K, DOFS)}, 1e-14),
+    "substructure": ('file = "k"', {"k": writers.abaqus_substructure(K, DOFS)}, 1e-12),
+    "sti": (
+        'file = "k.sti"',
+        dict(zip(("k__sti", "k__dof"), writers.calculix_storage(K, DOFS), strict=True)),
+        1e-12,
+    ),
+    "matrix market": (
+        'file = "k"\nmap = "rows"',
+        {"k": writers.matrix_market(K), "rows": writers.dof_map(DOFS)},
+        1e-15,
+    ),
+    "dmig": ('file = "k"\nmatrix = "KAAX"', {"k": writers.nastran_dmig(K, DOFS)}, 1e-8),
+    "op4": ('file = "k"\nmap = "rows"', {"k": writers.nastran_op4(K), "rows": writers.dof_map(DOFS)}, 1e-15),
+    "scaled": ('file = "k"\nscale = 0.5', {"k": writers.abaqus_matrix(2 * K, DOFS)}, 1e-14),
+}
+
+
+@pytest.mark.parametrize("route", ROUTES)
+def test_every_route_leads_to_the_same_problem(tmp_path, route):
+    stiffness, files, digits = ROUTES[route]
+    found, expected = import_problem(configured(tmp_path, stiffness, **files)), expected_problem()
+    for key in ("A", "B", "C", "q_w", "p_w", "f"):
+        scale = np.abs(getattr(expected, key)).max()
+        np.testing.assert_allclose(
+            getattr(found, key), getattr(expected, key), rtol=0, atol=20 * digits * scale
+        )
+
+
+def test_clamped_reactions_and_forces_are_the_same_load(tmp_path):
+    """A static run with the contact clamped gives what the force itself gives."""
+    rows = [i for i, (node, _) in enumerate(DOFS) if node in (21, 22)]
+    force = np.array([3.0, 0.0, 0.0, -7.0])
+    u = np.linalg.solve(K[np.ix_(rows, rows)], force)
+    reaction = (K[:4][:, rows] @ u).reshape(2, 2)
+    tail = TAIL.replace("forces = [[21, 1, 3.0], [22, 2, -7.0]]", f"reactions = {reaction.tolist()}")
+    found = import_problem(configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_matrix(K, DOFS)))
+    np.testing.assert_allclose(found.p_w, expected_problem().p_w, atol=1e-12)
+
+
+def test_forces_come_from_an_abaqus_load_file(tmp_path):
+    tail = TAIL.replace("[[21, 1, 3.0], [22, 2, -7.0]]", '{ file = "load" }')
+    load = "** Assembled nodal loads\n*CLOAD, REAL\n21,1, 3.0\n22,2, -7.0\n"
+    path = configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_matrix(K, DOFS), load=load)
+    np.testing.assert_allclose(import_problem(path).q_w, expected_problem().q_w, atol=1e-13)
+
+
+def test_a_prescribed_displacement_of_zero_holds_its_row(tmp_path):
+    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", "").replace(
+        "[[load]]", "[[load]]\ndisplacements = [[31, 1, 0.0], [31, 2, 0.0]]"
+    )
+    found = import_model(configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_matrix(K, DOFS)))
+    assert found.condensation.held == 2
+    np.testing.assert_allclose(found.problem.q_w, expected_problem().q_w, atol=1e-13)
+
+
+def test_two_bodies_by_pairs(tmp_path):
+    both = sparse.block_diag([K, 2 * K]).toarray()
+    dofs = [*DOFS, *((node + 100, d) for node, d in DOFS)]
+    tail = TAIL.replace("nodes = [11, 12]", "pairs = [[11, 111], [12, 112]]")
+    found = import_problem(configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_matrix(both, dofs)))
+    first = condensed_stiffness(K, DOFS, [11, 12], [0, 1], fixed=[8, 9]).stiffness
+    second = condensed_stiffness(2 * K, DOFS, [11, 12], [0, 1]).stiffness
+    expected = np.linalg.inv(np.linalg.inv(first) + np.linalg.inv(second))
+    np.testing.assert_allclose(found.kappa, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_a_load_that_opens_the_contact_is_noted(tmp_path):
+    path = configured(
+        tmp_path, 'file = "k"', TAIL.replace("[0.0, 1.0]", "[0.0, -1.0]"), k=writers.abaqus_matrix(K, DOFS)
+    )
+    down = import_model(path)
+    up = import_model(configured(tmp_path, 'file = "k"'))
+    notes = [made.notes for made in (down, up)]
+    assert sorted(map(len, notes)) == [0, 1]
+    assert "pulls the welded contact open" in "".join(sum(notes, ()))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("friction = 0.4", "", "expected the key 'friction'"),
+        ("friction = 0.4", "friction = 'rough'", "key 'friction': expected a finite number, found 'rough'"),
+        ("friction = 0.4", "friction = inf", "key 'friction': expected a finite number, found inf"),
+        ("friction = 0.4", "friction = [0.4]", r"key 'f': expected shape \(2,\)"),
+        ("steps = 4", "", "expected 'steps' >= 1"),
+        ("steps = 4", "step = 4", "unknown key 'step'; expected keys are .*steps"),
+        ("[0.0, 1.0]", "[0.0, 0.0]", "length > 0"),
+        ("nodes = [11, 12]", "nodes = [11, 13]", r"found none for 2 of 4, first .* \(13, 1\)"),
+        ("nodes = [11, 12]", "nodes = [11, 12.5]", "key 'nodes': expected a list of n whole numbers"),
+        ("nodes = [11, 12]", "", "one of 'nodes' and 'pairs'"),
+        ("normal = [0.0, 1.0]", "", "one of 'normal' and 'normals'"),
+        ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
+        (
+            "fixed = [[31, 1], [31, 2]]",
+            "fixed = [[31, 7]]",
+            "key 'fixed': expected a row for direction 7 of node 31",
+        ),
+        ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
+        ("harmonics", "harmonic", "expected one of harmonics, points and file"),
+        ('file = "k"', 'file = "absent"', "absent: no such file"),
+        ('file = "k"', 'file = "k"\nscale = -1', "scale > 0"),
+        ('file = "k"', 'file = "k"\nmap = "k"', "expected no map file"),
+        ('file = "k"', 'file = "k"\nmatrix = "KAAX"', "expected no matrix name"),
+        ("[stiffness]", "[stifness]", "expected the key 'stiffness'"),
+        ("[[load]]", "[load]", "key 'load': expected a list of tables"),
+        ("history =", "histories =", "expected the key 'history'"),
+        ("steps = 4", "steps = ", "expected a TOML file"),
+    ],
+)
+def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, message):
+    path = configured(tmp_path, 'file = "k"', k=writers.abaqus_matrix(K, DOFS))
+    text = path.read_text()
+    assert text.count(old) >= 1
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        import_problem(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"node-by-node"', '"direction-by-direction"', "the steps go the other way"),
+        ('"node-by-node"', '"sideways"', "expected 'node-by-node' or"),
+        ("nodes = [1, 2, 3, 4, 5, 6, 7, 8, 9]", "nodes = [1, 2, 3, 4, 5, 6, 7, 8]", "expected 16 steps"),
+        ("nodes = [1, 2, 3, 4, 5, 6, 7, 8, 9]", "nodes = [1, 2, 3, 4, 5, 6, 7, 8, 10]", "contact node 10"),
+        ("step = 2 }", "step = 3 }", "key 'step': expected 1 to 2, found 3"),
+        ("step = 10 }", "step = 11 }", "expected the reactions of the condensed stiffness"),
+        ("step = 10 }", "step = 10, scale = -1.0 }", r"factor -1 \(wrong sign\)"),
+        ("[[5, 2, 1.0]]", "[[50, 2, 1.0]]", "found node 50, direction 2"),
+        ("friction", "forces = 3\nfriction", "unknown key 'forces'"),
+        ('file = "stiffness.dat"', 'file = "mesh.inc"', "expected a stiffness matrix"),
+    ],
+)
+def test_one_thing_wrong_in_the_reference_is_named(tmp_path, old, new, message):
+    for file in BLOCK.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    path = tmp_path / "import.toml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        import_problem(path)
+
+
+def test_reversed_reactions_are_found(tmp_path):
+    def reverse(match):
+        return f"{-float(match[0]):14.6E}"
+
+    for file in BLOCK.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    dat = (BLOCK / "stiffness.dat").read_text()
+    body = re.sub(r"(?<=[ E\d])\s-?\d\.\d{6}E[+-]\d\d", reverse, dat)
+    body = re.sub(r"time\s+-", "time  ", body)
+    (tmp_path / "stiffness.dat").write_text(body)
+    with pytest.raises(ProblemError, match="found them reversed"):
+        import_problem(tmp_path / "import.toml")
+
+
+def test_a_sub_block_written_as_a_superelement_is_found(tmp_path):
+    """What CalculiX 2.20 writes for *SUBSTRUCTURE GENERATE: rows and columns of the full matrix."""
+    chain = np.kron(2 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1), np.diag([1.0, 2.0]))
+    dofs = [(node, d) for node in range(1, 6) for d in (1, 2)]
+    tail = """
+[contact]
+nodes = [1, 2, 3, 4, 5]
+normal = [0, 1]
+[[load]]
+reactions = [[0, 1], [0, 1], [0, 1], [0, 1], [0, 1]]
+history = 1
+"""
+    path = configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_substructure(chain, dofs))
+    with pytest.raises(ProblemError, match=r"k: K: expected a condensed matrix, found 12 of 25"):
+        import_problem(path)
+    allowed = configured(
+        tmp_path, 'file = "k"\nallow_sparse = true', tail, k=writers.abaqus_substructure(chain, dofs)
+    )
+    assert import_problem(allowed).n == 5
+
+
+def history_of(value, folder=Path(), steps=4):
+    table = Table({"history": value}, "load 1")
+    return time_function(table, steps, folder)
+
+
+def test_time_functions(tmp_path):
+    (tmp_path / "h.txt").write_text("# t, factor\n0, 1.0\n0.5, -2.0D0\n")
+    assert history_of(2).tolist() == 2.0
+    assert history_of([1, 2.5]).tolist() == [1.0, 2.5]
+    assert history_of({"points": [[0, 0], [0.5, 1], [1, 0]]}).tolist() == [0.0, 0.5, 1.0, 0.5]
+    assert history_of({"points": [[0.25, 1], [0.75, 3]]}).tolist() == [2.0, 1.0, 2.0, 3.0]
+    assert history_of({"file": "h.txt", "column": 2}, tmp_path).tolist() == [1.0, -2.0]
+    for wrong, message in (
+        ({"points": [[0.5, 1], [0.2, 0]]}, "in ascending order"),
+        ({"points": [[0.5, 1, 2]]}, "n x 2 numbers"),
+        ({"harmonics": [], "points": []}, "found 2"),
+        ({"harmonics": [{"order": 1, "tan": 1}]}, "unknown key 'tan'"),
+        ({"harmonics": [{"cos": True}]}, "expected a finite number, found True"),
+        ("wave", "expected a finite number, found 'wave'"),
+    ):
+        with pytest.raises(ProblemError, match=message):
+            history_of(wrong)
+    with pytest.raises(ProblemError, match="at least 3 columns"):
+        history_of({"file": "h.txt", "column": 3}, tmp_path)

@@ -1,0 +1,150 @@
+"""Long-term states: cited values, period two, slow approach, ratchetting, and plain simulation as second road."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.cycle_map import follow_period
+from shakedown.evolution import Evolution
+
+FAMILY = [  # a (A₁₂), f B, impulses, load factor, initial slip, the two dissipations
+    (0.039343246055341285,
+     [[-0.5345086119298388, -0.8569157311907969], [0.4041932575523568, -0.622854052202083]],
+     [0.7352315111469822, 1.2004923155237985, 1.8602560360839482, 1.5610645644749197, 1.0402606319190535,
+      0.7799805431542852], 1.2688210242770062, [-0.11133676524120842, -0.14012585088328539]),
+    (0.047052934129808946,
+     [[-0.7326409316733856, -0.5825051307300982], [0.5675369598531744, -0.7263532111878839]],
+     [1.6633017367544638, 0.7119002659044134, 0.6266604226207828, 0.8563477176559022, 0.7193624748827288,
+      0.8645027126589823], 2.5249567820890344, [0.03556771122041761, 0.17795120256379734]),
+]  # fmt: skip
+ORDER = [(0, +1), (0, -1), (1, -1), (0, +1), (0, -1), (1, +1)]
+
+
+def member(a, fB, impulses):
+    """A two-node system of the family that has limit cycles of period two."""
+    q, p = np.zeros((12, 2)), np.full(2, 4.0)
+    for k, (node, sign) in enumerate(ORDER):
+        q[2 * k, node] = sign * impulses[k]
+    return shakedown.Problem(
+        A=[[1, a], [a, 1]], B=np.array(fB) / 0.5, f=0.5, q_w=q, p_w=np.tile(p, (12, 1)),
+        q_mean=np.zeros(2), p_mean=p,
+    )  # fmt: skip
+
+
+def plain(problem, load_factor, start, cycles):
+    """Slips at the ends of cycles, followed without any extrapolation."""
+    evolution, slips = Evolution(problem, load_factor, start), []
+    for _ in range(cycles):
+        assert evolution.cycle() is not None
+        slips.append(evolution.motion.u[: problem.n].copy())
+    return np.array(slips)
+
+
+@pytest.mark.parametrize(
+    ("load_factor", "outcome", "slip"),
+    [(2.44, "shakedown", 0.0), (2.4443, "cyclic-slip", 4.073525), (2.6, "cyclic-slip", 3.854489)],
+)
+def test_three_node_counter_example(load_factor, outcome, slip):
+    problem = shakedown.example("three-node")
+    state = shakedown.long_term_state(problem, load_factor, problem.initial_slip[0])
+    assert state.outcome == outcome
+    assert state.slip_per_cycle[0] == pytest.approx(slip, abs=5e-7)
+    assert np.all(state.slip_per_cycle[1:] == 0)
+    assert state.period == 1
+    assert state.residual <= 1e-12
+
+
+@pytest.mark.parametrize("case", FAMILY)
+def test_period_two_is_recognised(case):
+    *data, load_factor, start = case
+    problem = member(*data)
+    state = shakedown.long_term_state(problem, load_factor, start)
+    assert (state.outcome, state.period) == ("cyclic-slip", 2)
+    first, second = state.dissipations
+    assert abs(first - second) > 0.1 * max(first, second)
+    slips = plain(problem, load_factor, start, 200)
+    assert np.abs(slips[-1] - slips[-3]).max() <= 1e-9
+    assert np.abs(slips[-1] - slips[-2]).max() > 0.01
+    distance = np.abs(slips[-2:] - state.final_slip).max(axis=1).min()
+    assert distance <= 1e-9
+
+
+def slow_problem(ratio):
+    """Two nodes that drag each other towards shakedown, the slip of each cycle ``ratio`` times the last."""
+    c = np.sqrt(ratio)
+    q = np.zeros((8, 2))
+    q[0, 0], q[2, 1], q[4, 0], q[6, 1] = 1.0, 1.0, -0.05, -0.05
+    return shakedown.Problem(
+        A=[[1.0, -c], [-c, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=np.full((8, 2), 1.0),
+        q_mean=np.zeros(2), p_mean=np.ones(2),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.992, 0.9999])
+def test_slow_approach_is_decided_in_a_handful_of_cycles(ratio):
+    problem = slow_problem(ratio)
+    state = shakedown.long_term_state(problem, 0.9)
+    assert state.outcome == "shakedown"
+    assert state.contraction == pytest.approx(ratio, rel=1e-9)
+    assert state.cycles_simulated <= 60
+    if ratio < 0.95:
+        assert plain(problem, 0.9, None, 400)[-1] == pytest.approx(state.final_slip, rel=1e-9)
+
+
+def test_floating_body_ratchets():
+    """A rigid floating pair of nodes walks: two nodes, tangential stiffness only between them."""
+    q = np.array([[0.9, -0.9], [-0.9, 0.9]])
+    p = np.array([[1.0, 3.0], [3.0, 1.0]])
+    problem = shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=p,
+    )  # fmt: skip
+    state = shakedown.long_term_state(problem, 1.0)
+    slips = plain(problem, 1.0, None, 50)
+    assert state.outcome == "ratchetting"
+    assert state.drift == pytest.approx(slips[-1] - slips[-2])
+    assert np.ptp(state.drift) == pytest.approx(0.0, abs=1e-12)
+    assert abs(state.drift[0]) > 0.1
+
+
+@pytest.mark.parametrize("name", ["two-node", "one-node", "block-9", "block-33"])
+@pytest.mark.parametrize("load_factor", [0.4, 1.1, 3.0, 8.0])
+def test_agrees_with_plain_simulation(name, load_factor):
+    problem = shakedown.example(name)
+    state = shakedown.long_term_state(problem, load_factor)
+    slips = plain(problem, load_factor, None, 60)
+    scale = np.abs(slips).max(initial=1e-300)
+    assert np.abs(slips[-1] - state.final_slip).max() <= 1e-9 * scale
+    assert state.residual <= 1e-12
+    assert state.return_error <= 1e-10
+
+
+def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
+    problem = shakedown.example("block-9")
+    evolution = Evolution(problem, 6.0)
+    for _ in range(3):
+        evolution.cycle()
+    start = evolution.state
+    cycle_map = follow_period(evolution, 1)
+    step = 1e-6 * np.abs(start.u).max()
+    for c, node in enumerate(cycle_map.stuck):
+        column = []
+        for sign in (+1, -1):
+            evolution.state = cycle_map.displaced(sign * step * np.eye(len(cycle_map.stuck))[c])
+            evolution.cycle()
+            column.append(evolution.motion.u[cycle_map.stuck].copy())
+        difference = (column[0] - column[1]) / (2 * step)
+        one_sided = [
+            (u - cycle_map.end.u[cycle_map.stuck]) / (s * step) for u, s in zip(column, (1, -1), strict=True)
+        ]
+        errors = [np.abs(d - cycle_map.jacobian[:, c]).max() for d in [difference, *one_sided]]
+        assert min(errors) <= 1e-6, node
+
+
+def test_bounds_hold_for_the_two_node_system():
+    problem = shakedown.example("two-node")
+    bounds = shakedown.shakedown_bounds(problem)
+    rng = np.random.default_rng(0)
+    for start in rng.normal(size=(5, 2)) * 3:
+        below = shakedown.long_term_state(problem, 0.999 * bounds.lower.load_factor, start)
+        above = shakedown.long_term_state(problem, 1.001 * bounds.upper.load_factor, start)
+        assert (below.outcome, above.outcome) == ("shakedown", "cyclic-slip")

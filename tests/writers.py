@@ -1,0 +1,123 @@
+"""Small writers of the stiffness formats, for round trips; the labels of the model are (node, direction)."""
+
+import numpy as np
+
+
+def symmetric_matrix(n, seed=0):
+    """A positive definite matrix without zeros."""
+    root = np.random.default_rng(seed).standard_normal((n, n))
+    return root @ root.T + n * np.eye(n)
+
+
+def abaqus_matrix(K, dofs, triangle="lower"):
+    pairs = {
+        "lower": [(i, j) for j in range(len(K)) for i in range(j, len(K))],
+        "upper": [(i, j) for j in range(len(K)) for i in range(j + 1)],
+        "full": [(i, j) for i in range(len(K)) for j in range(len(K))],
+    }[triangle]
+    return "".join(
+        f"{dofs[i][0]},{dofs[i][1]}, {dofs[j][0]},{dofs[j][1]}, {K[i, j]:.15e}\n" for i, j in pairs
+    )
+
+
+def abaqus_substructure(K, dofs, unsymmetric=False):
+    """Nodes in order of first appearance, a new dof list wherever it changes."""
+    nodes = list(dict.fromkeys(node for node, _ in dofs))
+    lists = [[d for node, d in dofs if node == own] for own in nodes]
+    lines = ["** GENERATION OF SUBSTRUCTURE Z1", f"*USER ELEMENT, NODES= {len(nodes)}, LINEAR"]
+    lines[-1] += ", UNSYM" if unsymmetric else ""
+    lines.append("** ELEMENT NODES")
+    lines += ["** " + ", ".join(map(str, nodes[k : k + 10])) for k in range(0, len(nodes), 10)]
+    lines.append(",".join(map(str, lists[0])))
+    for k in range(1, len(nodes)):
+        if lists[k] != lists[k - 1]:
+            lines.append(",".join(map(str, [k + 1, *lists[k]])))
+    lines.append("*MATRIX,TYPE=STIFFNESS")
+    rows = [K[:, j] for j in range(len(K))] if unsymmetric else [K[j, : j + 1] for j in range(len(K))]
+    for row in rows:
+        text = [f"{value:.13E}".replace("0.", ".") if abs(value) < 1 else f"{value:.13E}" for value in row]
+        lines += [", ".join(text[k : k + 4]) + "," * (k + 4 < len(text)) for k in range(0, len(text), 4)]
+    return "\n".join([*lines, "*MATRIX,TYPE=MASS", "1.0", ""])
+
+
+def calculix_storage(K, dofs):
+    """(.sti, .dof): upper triangle sorted by column."""
+    entries = [f"{i + 1} {j + 1} {K[i, j]:20.13e}\n" for j in range(len(K)) for i in range(j + 1)]
+    return "".join(entries), "".join(f"{node}.{direction}\n" for node, direction in dofs)
+
+
+def matrix_market(K, symmetric=True, layout="coordinate"):
+    n = len(K)
+    kind = "symmetric" if symmetric else "general"
+    pairs = [(i, j) for j in range(n) for i in range(j if symmetric else 0, n)]
+    size = f"{n} {n} {len(pairs)}" if layout == "coordinate" else f"{n} {n}"
+    lines = [f"%%MatrixMarket matrix {layout} real {kind}", "% a comment", size]
+    keys = [f"{i + 1} {j + 1} " if layout == "coordinate" else "" for i, j in pairs]
+    return "\n".join([*lines, *(f"{key}{K[pair]:.17g}" for key, pair in zip(keys, pairs, strict=True)), ""])
+
+
+def dof_map(dofs):
+    return "# node direction\n" + "".join(f"{node} {direction}\n" for node, direction in dofs)
+
+
+def _fixed(fields, width):
+    return "".join(str(field).ljust(width)[:width] for field in fields)
+
+
+def nastran_dmig(K, dofs, name="KAAX", style="large", form=6):
+    """One symmetric matrix, lower triangle by columns."""
+    lines = ["$ a punch file", "DMIG    " + _fixed([name, 0, form, 2, 0, "", "", len(K)], 8)]
+    for j in range(len(K)):
+        entries = [(dofs[i], K[i, j]) for i in range(j if form == 6 else 0, len(K))]
+        head = [name, dofs[j][0], dofs[j][1], ""]
+        groups = [[node, direction, value, ""] for (node, direction), value in entries]
+        if style == "large":
+            lines.append("DMIG*   " + _fixed(head, 16))
+            for node, direction, value, _ in groups:
+                lines.append("*       " + f"{node:16d}{direction:16d}{value:16.9E}".replace("E", "D"))
+        elif style == "free":
+            lines.append(",".join(map(str, ["DMIG", *head, *groups[0]])))
+            lines += [",".join(map(str, ["", *group])) for group in groups[1:]]
+        else:
+            short = [[g[0], g[1], f"{g[2]:.2E}".replace("E", "")[:8], ""] for g in groups]
+            lines.append("DMIG    " + _fixed([*head, *short[0]], 8))
+            pairs = [
+                [field for group in short[k : k + 2] for field in group] for k in range(1, len(short), 2)
+            ]
+            lines += ["        " + _fixed(pair, 8) for pair in pairs]
+    return "\n".join([*lines, "ENDDATA", ""])
+
+
+def nastran_op4(K, name="KAAX", style="dense"):
+    """ASCII OUTPUT4, format 1P,3E23.16: numbers touch when they are negative."""
+    n = len(K)
+    rows = -n if style == "bigmat" else n
+    lines = [f"{n:8d}{rows:8d}{6:8d}{2:8d}{name:8s}1P,3E23.16"]
+
+    def numbers(values):
+        text = [f"{value:23.16E}" for value in values]
+        return ["".join(text[k : k + 3]) for k in range(0, len(text), 3)]
+
+    for j in range(n):
+        if style == "dense":
+            lines += [f"{j + 1:8d}{1:8d}{n:8d}", *numbers(K[:, j])]
+            continue
+        half = n // 2
+        strings = [(1, K[:half, j]), (half + 1, K[half:, j])]
+        header = 2 if style == "bigmat" else 1
+        lines.append(f"{j + 1:8d}{0:8d}{sum(2 * len(v) + header for _, v in strings):8d}")
+        for row, values in strings:
+            long = 2 * len(values) + 1
+            lines.append(f"{long:8d}{row:8d}" if style == "bigmat" else f"{row + 65536 * long:12d}")
+            lines += numbers(values)
+    return "\n".join([*lines, f"{n + 1:8d}{1:8d}{1:8d}", *numbers([1.0]), ""])
+
+
+def calculix_reactions(tables, node_set="NC"):
+    """tables: (nodes, (n, 3) forces) per step."""
+    text = ""
+    for step, (nodes, forces) in enumerate(tables, start=1):
+        text += f"\n forces (fx,fy,fz) for set {node_set} and time  {step:.7E}\n\n"
+        for node, force in zip(nodes, forces, strict=True):
+            text += f"{node:10d}" + "".join(f"{value:14.6E}" for value in force) + "\n"
+    return text
