@@ -52,7 +52,7 @@ def through_cvxpy(solver: str) -> Callable[[np.ndarray, np.ndarray, np.ndarray],
         program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
         try:
             program.solve(solver=solver)
-        except cp.SolverError:
+        except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
             return np.nan
         return float(program.value) if program.status == "optimal" else np.nan
 
