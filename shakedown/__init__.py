@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from shakedown.importing import import_model as import_model
     from shakedown.importing import import_problem as import_problem
     from shakedown.intersection import Intersection as Intersection
+    from shakedown.jump import Jump as Jump
     from shakedown.load_case import LoadCase as LoadCase
     from shakedown.long_term import LongTermState as LongTermState
     from shakedown.long_term import long_term_state as long_term_state
@@ -56,6 +57,9 @@ if TYPE_CHECKING:
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
+    from shakedown.thresholds import FrictionThresholds as FrictionThresholds
+    from shakedown.thresholds import Threshold as Threshold
+    from shakedown.thresholds import friction_thresholds as friction_thresholds
     from shakedown.upper import UpperBound as UpperBound
     from shakedown.upper import upper_bound as upper_bound
     from shakedown.verification import Run as Run
@@ -82,6 +86,8 @@ _HOMES = {
     "shakedown.examples": "example example_names",
     "shakedown.event_history": "EventHistory EventKind",
     "shakedown.evolution": "Evolution EvolutionResult evolve",
+    "shakedown.thresholds": "FrictionThresholds Threshold friction_thresholds",
+    "shakedown.jump": "Jump",
     "shakedown.long_term": "LongTermState long_term_state",
     "shakedown.outcome": "Outcome",
     "shakedown.simulation": "Simulation save_history simulate",

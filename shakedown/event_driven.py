@@ -131,6 +131,7 @@ def load_step(
         if not separable and mo.counts[1] >= 0:
             return LIFTS_OFF
         if status != SOLVED:
+            mo.counts[2], mo.counts[3] = node, kind
             return NO_RATES
         if not settle(act, rate, mo, eps.settled):
             return NOT_SETTLED

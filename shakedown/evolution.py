@@ -10,14 +10,17 @@ from shakedown.active_set import active_set, factorize
 from shakedown.contact_law import law_violation, scales
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
-from shakedown.gauss_seidel import BACKWARD_SLIP
+from shakedown.gauss_seidel import BACKWARD_SLIP, OPEN
 from shakedown.initial_state import check_arguments, checked_initial_slip
+from shakedown.jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 from shakedown.rate_problem import rates
 from shakedown.tolerances import DEFAULT, Tolerances
 
 RECORD_ROWS = 512
+NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
+MOST_JUMPS = 20  # per cycle
 
 
 @dataclass(frozen=True)
@@ -38,13 +41,15 @@ class CycleRecord:
     slip : (n,)
         Σ|Δv| in contact [length].
     dissipation
-        Frictional dissipation [force × length].
+        Frictional dissipation, and the energy released by jumps [force × length].
     opened : (n,)
         Whether the node was open for some time.
     events
         Number of events other than load steps.
     signature
         Identifies the sequence of contact states passed through.
+    jumps
+        The jumps in this cycle.
     """
 
     slip: FloatArray
@@ -52,6 +57,7 @@ class CycleRecord:
     opened: NDArray[np.bool_]
     events: int
     signature: int
+    jumps: tuple[Jump, ...]
 
 
 @dataclass(frozen=True)
@@ -92,21 +98,25 @@ class Evolution:
         load_factor: float,
         initial_slip: ArrayLike | None = None,
         tolerances: Tolerances = DEFAULT,
+        damping: ArrayLike | None = None,
     ) -> None:
         self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
         start = checked_initial_slip(problem, initial_slip)
         n = problem.n
         C = np.zeros((n, n)) if problem.C is None else problem.C
         self.kappa = np.block([[problem.A, problem.B.T], [problem.B, C]])
+        self.damping = checked_damping(self.kappa, damping)
         self.scale = scales(problem, load_factor)
         self.load = np.hstack(loading(problem).at(load_factor))
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
         self.motion = kernel.motion(n)
         self.precision = self._precision(start)
         self.done = 0  # cycles
-        self.stop: Stop | None = None
         self.pieces: list[EventHistory] = []
+        self.jumps: list[Jump] = []  # of the present cycle
         self._approach = self._path_to_first_period(start)
+        self.stop: Stop | None
+        self.left: bool  # whether contact is lost for good
         self.state = State(np.concatenate([start, np.zeros(n)]), np.where(problem.f == 0.0, BACKWARD_SLIP, 0))
 
     def _precision(self, start: FloatArray) -> kernel.Precision:
@@ -136,6 +146,7 @@ class Evolution:
 
     @state.setter
     def state(self, state: State) -> None:
+        self.stop, self.left = None, False
         self.motion.u[:] = state.u
         self.active.state[:] = state.contact
         if not factorize(self.active):
@@ -165,6 +176,7 @@ class Evolution:
         for counter in (motion.slip, motion.work, motion.opened, motion.signature, motion.time):
             counter[:] = 0
         motion.counts[:] = 0, -1, -1, kernel.LOAD_STEP, 0
+        self.jumps = []
         status = self._follow(motion, path, record)
         if status != kernel.DONE:
             self._say_why(status, path)
@@ -176,6 +188,7 @@ class Evolution:
             opened=motion.opened.copy(),
             events=int(motion.counts[0]),
             signature=int(motion.signature[0]),
+            jumps=tuple(self.jumps),
         )
 
     def _follow(self, motion: kernel.Motion, path: FloatArray, record: bool) -> int:
@@ -187,11 +200,47 @@ class Evolution:
             status = kernel.load_steps(
                 self.active, self.rates, motion, room, path, first, separable, self.precision
             )
+            jumped = status == kernel.NO_RATES and self._jump(motion, room, path, first)
             if record:
                 self.pieces.append(self._history(room, path, first))
                 room.rows[0] = 0
-            if status != kernel.RECORD_FULL:
+            if status != kernel.RECORD_FULL and not jumped:
                 return int(status)
+
+    def _jump(self, motion: kernel.Motion, room: kernel.Record, path: FloatArray, first: int) -> bool:
+        """Carry the state across an instant without rates; False where the motion does not come to rest."""
+        if len(self.jumps) == MOST_JUMPS:
+            return False
+        n, step = self.problem.n, int(motion.counts[4])
+        if len(room.time):
+            kernel.note(self.active, motion, room, first + step, *motion.counts[2:4])
+        rate = path[step + 1] - path[step]
+        nudge = NUDGE * self.scale.force * 4.0 ** len(self.jumps) / float(np.abs(rate).max())
+        time = min(float(motion.time[0]) + nudge, 1.0)
+        load, before = path[step] + time * rate, motion.u.copy()
+        moving = ViscousMotion(
+            self.kappa, self.problem.f, before, self.active.state, motion.r, load, self.damping,
+            self.precision, self.scale,
+        )  # fmt: skip
+        rest = moving.to_rest()
+        if rest is None:
+            self.left = bool((moving.contact == OPEN).all())
+            return False
+        released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
+        contact_before = self.active.state.copy()
+        self.state = State(rest.u, rest.contact)
+        motion.time[0], motion.time[1] = time, 0.0
+        motion.counts[2:4] = -1, kernel.JUMPS
+        motion.counts[0] += 1
+        motion.work[0] += released
+        closed = (contact_before != OPEN) & (rest.contact != OPEN)
+        motion.slip[:] += np.where(closed, np.abs(rest.u[:n] - before[:n]), 0.0)
+        cycle = self.done + (first + step + time) / self.problem.m
+        self.jumps.append(
+            Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
+                 rest.friction_work, rest.steps)
+        )  # fmt: skip
+        return True
 
     def _history(self, room: kernel.Record, path: FloatArray, first: int) -> EventHistory:
         rows, n = int(room.rows[0]), self.problem.n
@@ -240,11 +289,13 @@ class Evolution:
         steps = self.problem.m - len(path) + self.motion.counts[4] + self.motion.time[0]
         time = float(self.done + steps / self.problem.m)
         reasons = {
-            kernel.NO_RATES: "the rate problem has no stable solution (friction above a threshold)",
+            kernel.NO_RATES: "the state jumps and does not come to rest",
             kernel.LIFTS_OFF: f"node {node} lifts off, and the problem has no C",
             kernel.TOO_MANY_EVENTS: "events accumulate within one load step",
             kernel.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
         }
+        if self.left:
+            reasons[status] = "the body leaves: every node is open and nothing else holds it"
         self.stop = Stop(f"{reasons[status]} at time {time:.6g} cycles", time, node)
 
 
@@ -277,6 +328,7 @@ def evolve(
     initial_slip: ArrayLike | None = None,
     *,
     cycles: int = 1,
+    damping: ArrayLike | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> EvolutionResult:
     """The exact path of a joint through its transient and a number of cycles (thesis (2.10), (2.3)–(2.9)).
@@ -291,6 +343,9 @@ def evolve(
         Slip at the start, all nodes closed [length]; zero by default.
     cycles
         How many.
+    damping : (2n,), optional
+        Diagonal of the matrix D that carries the state across jumps, only ratios
+        matter; by default in proportion to the diagonal of κ.
 
     Raises
     ------
@@ -305,7 +360,7 @@ def evolve(
     (True, 3)
     """
     check_arguments(load_factor, cycles)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping)
     start = evolution.motion.u[: problem.n].copy()
     records: list[CycleRecord] = []
     while len(records) < cycles:
@@ -314,3 +369,13 @@ def evolve(
             break
         records.append(record)
     return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
+
+
+def checked_damping(kappa: FloatArray, damping: ArrayLike | None) -> FloatArray:
+    """The diagonal of D, (2n,), positive; by default in proportion to that of κ."""
+    if damping is None:
+        return default_damping(kappa)
+    D = np.array(damping, dtype=float)
+    if D.shape != (len(kappa),) or not (np.isfinite(D) & (D > 0)).all():
+        raise UsageError(f"damping: expected {len(kappa)} positive numbers, found {damping}")
+    return D

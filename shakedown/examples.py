@@ -98,6 +98,35 @@ def three_node() -> Problem:
     )
 
 
+def jump() -> Problem:
+    """A two-node system above its threshold of uniqueness, whose state jumps (thesis chapter VI).
+
+    The printed matrices and loads, (6.45) and (6.48), are not at hand. κ and the
+    loads are reconstructed by inverse design from the published results alone:
+    the six friction thresholds, the slips (−20.727, 30.905) at which both nodes
+    are on their limits, and the end state (3.5640, −24.5639), w₂ = 3.3443 with
+    node 0 in forward slip and node 1 open. Unlike these data, the energy
+    released and the distance of the load from the jump are this system's own.
+
+    The transient starts at q_w1 = 2.6, slightly inside both limits; both nodes
+    would reach them at 2.5; the load stays at 2.2.
+    """
+    end, start = [2.2, 7.129786692], [2.6, 7.129786692]
+    p_w = [21.256779174, 3.086571012]
+    return Problem(
+        name="jump (chapter VI, reconstructed)",
+        A=[[1.564954211097, 0.634685497787], [0.634685497787, 0.435045788903]],
+        B=[[-0.370009270859, -0.079602950643], [-0.191764386522, 0.387120296230]],
+        C=[[1.4, -0.064581505343], [-0.064581505343, 2.124846593854]],
+        f=0.39,
+        q_w=[end],
+        p_w=[p_w],
+        q_transient=[start],
+        p_transient=[p_w],
+        initial_slip=[-20.75, 30.96],
+    )
+
+
 def block_9() -> Problem:
     """Elastic block, plane strain, nine contact nodes on a rigid plane, top face moved (CalculiX 2.20)."""
     return _shipped("block-9")
@@ -128,6 +157,7 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "two-node": two_node,
     "uncoupled": uncoupled,
     "three-node": three_node,
+    "jump": jump,
     "block-9": block_9,
     "block-33": block_33,
     "receding-block": receding_block,

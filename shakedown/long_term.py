@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.contact_law import law_violation
 from shakedown.cycle_map import CycleMap, Limit, follow_period, limit
-from shakedown.event_history import EventHistory
+from shakedown.event_history import EventHistory, EventKind
 from shakedown.evolution import CycleRecord, Evolution, State
 from shakedown.initial_state import check_arguments
 from shakedown.outcome import Outcome
@@ -27,7 +27,8 @@ class LongTermState:
     outcome, reason
         Long-term state (:class:`Outcome`), and in words what it rests on.
     period
-        Cycles after which the state repeats; 0 where undecided.
+        Cycles after which the state repeats; 0 where undecided, and where the
+        body leaves (outcome "separation": contact is lost for good).
     final_slip : (n,)
         Slip at the end of a period of the long-term state [length].
     drift : (n,)
@@ -160,8 +161,10 @@ class _Search:
             answer = self._returned() or self._extrapolated()
             if answer is not None:
                 return answer
+            if self.evolution.stop is not None:
+                break
         stop = self.evolution.stop
-        return self._undecided(stop.reason if stop else f"no periodic state within {self.cycles} cycles")
+        return self._unsettled(stop.reason if stop else f"no periodic state within {self.cycles} cycles")
 
     def _count(self, records: list[CycleRecord] | tuple[CycleRecord, ...]) -> None:
         self.cycles += len(records)
@@ -174,9 +177,7 @@ class _Search:
             if np.abs(past.u - present.u).max() <= 1e-3 * self.near:
                 text = f"the state after {self.cycles} cycles is that of {_cycles(period)} before"
                 factor = self._observed_contraction(present, period)
-                answer = self._confirmed(present, period, np.zeros(len(self.start)), factor, text)
-                if answer is not None:
-                    return answer
+                return self._confirmed(present, period, np.zeros(len(self.start)), factor, text)
         return None
 
     def _observed_contraction(self, final: State, period: int) -> float:
@@ -195,7 +196,7 @@ class _Search:
             if len(before) < period or last != before:
                 continue
             cycle_map = follow_period(self.evolution, period)
-            if cycle_map is None:
+            if cycle_map is None or any(record.jumps for record in cycle_map.records):
                 return None
             self._count(cycle_map.records)
             self.states.append(cycle_map.end)
@@ -221,13 +222,15 @@ class _Search:
             # change = Σ_{i < leap} Jⁱ d, power = J^leap
             remaining = np.abs(change - leap * end.drift - end.change).max(initial=0.0)
             if forever and end.decaying and remaining <= 1e3 * self.near:
-                return self._at_limit(cycle_map, end, period)
+                answer = self._at_limit(cycle_map, end, period)
+                if answer is not None:
+                    return answer
+                break
             change, power, leap = change + power @ change, power @ power, 2 * leap
             state = cycle_map.displaced(change)
             if not self._passes(state, cycle_map, period):
                 break
             reached = state
-        self.evolution.stop = None
         self.evolution.state = reached
         self.states = [reached]
         self.signatures.clear()
@@ -334,18 +337,19 @@ class _Search:
         """Friction law at every event, slip counted from the event before."""
         problem, scale = self.evolution.problem, self.evolution.scale
         open_at_all = (history.w[1:] > self.near) | (history.w[:-1] > self.near)
-        slip = np.where(open_at_all, 0.0, np.diff(history.v, axis=0))
+        at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
+        slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
         at_end = law_violation(problem.f, history.q[1:], history.p[1:], history.w[1:], slip, scale)
         return float(at_end.max(initial=0.0))
 
-    def _undecided(self, reason: str) -> LongTermState:
+    def _unsettled(self, reason: str) -> LongTermState:
         n = len(self.start)
         nan = np.full(n, np.nan)
         history = self.evolution.history
         return LongTermState(
             load_factor=self.evolution.load_factor,
             initial_slip=self.start,
-            outcome=Outcome.UNDECIDED,
+            outcome=Outcome.SEPARATION if self.evolution.left else Outcome.UNDECIDED,
             reason=reason,
             period=0,
             final_slip=self.evolution.motion.u[:n].copy(),
@@ -353,7 +357,7 @@ class _Search:
             slip_per_cycle=nan,
             dissipation_per_cycle=np.nan,
             dissipations=np.array([]),
-            open_nodes=np.zeros(n, dtype=bool),
+            open_nodes=np.full(n, self.evolution.left),
             cycles_simulated=self.cycles,
             events=self.events,
             contraction=np.nan,

@@ -33,7 +33,8 @@ def worst_violation(problem, load_factor, history, points=20):
     """Friction law at every event and at points between, from v, w and the load alone."""
     scale, worst = scales(problem, load_factor), 0.0
     C = np.zeros_like(problem.A) if problem.C is None else problem.C
-    for k in np.flatnonzero(np.diff(history.cycle) > 0):
+    quasi_static = history.kind[1:] != shakedown.EventKind.JUMPS
+    for k in np.flatnonzero((np.diff(history.cycle) > 0) & quasi_static):
         s = np.linspace(0, 1, points + 2)[:, None]
 
         def between(values, s=s, k=k):

@@ -1,0 +1,111 @@
+"""Jumps of chapter VI: the published jump, its end state for several dampings, and its energy."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.active_set import active_set
+from shakedown.evolution import Evolution
+from shakedown.jump import potential_energy
+from shakedown.rate_problem import ON_BACKWARD, ON_FORWARD, rates
+from shakedown.rate_search import NO_RATES, solve_rates
+
+DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]
+
+
+@pytest.mark.parametrize("damping", DAMPINGS)
+def test_published_jump_ends_in_its_end_state_whatever_the_damping(damping):
+    problem = shakedown.example("jump")
+    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+    assert run.stop is None
+    (jump,) = run.cycles[0].jumps
+    assert np.hypot(*(jump.v_before - [-20.7269, 30.9051])) < 0.1  # from slightly inside the corner
+    assert run.history.v[-1] == pytest.approx([3.5639831, -24.56392242], abs=1e-6)
+    assert run.history.w[-1] == pytest.approx([0.0, 3.34427293], abs=1e-6)
+    assert list(run.history.state[-1]) == [-1, 2]
+
+
+def test_start_nearer_the_corner_jumps_nearer_the_published_point():
+    problem = shakedown.example("jump")
+    corner = np.array([-20.7269001, 30.9050566])
+    for inside in (1e-3, 1e-5):
+        G = np.array([problem.A[0] + 0.39 * problem.B[0], problem.A[1] - 0.39 * problem.B[1]])
+        start = corner + np.linalg.solve(G, [0.0, -inside])
+        (jump,) = shakedown.evolve(problem, 1.0, start).cycles[0].jumps
+        assert np.abs(jump.v_before - corner).max() <= 100 * inside
+
+
+def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
+    problem = shakedown.example("jump")
+    released = []
+    for damping in DAMPINGS:
+        run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+        (jump,) = run.cycles[0].jumps
+        assert 0 < jump.friction_work < jump.energy_released
+        released.append(jump.energy_released)
+    assert released == pytest.approx([released[0]] * len(released), rel=1e-9)
+    h, kappa = run.history, problem.kappa
+    u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
+    work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
+    stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+    assert run.cycles[0].dissipation == pytest.approx(work - stored, rel=1e-6)
+
+
+def test_rate_problem_at_the_corner_has_no_solution():
+    problem = shakedown.example("jump")
+    act, rate = active_set(problem.kappa, problem.f), rates(2)
+    rate.place[:] = ON_FORWARD, ON_BACKWARD
+    rate.welded[:] = -1.0, 0.0, 0.0, 0.0
+    assert solve_rates(act, rate, 1e-13) == NO_RATES
+    assert list(act.state) == [0, 0]
+    for v in combined_rates(problem):
+        assert v is None
+
+
+def combined_rates(problem):
+    """Each combination of stick and slip at the corner, solved by hand; None where it breaks its conditions."""
+    A, B, f = problem.A, problem.B, 0.39
+    rows = np.array([-(A[0] + f * B[0]), A[1] - f * B[1]])  # distance to each limit falls by rows·v̇
+    load = np.array([1.0, 0.0])
+    direction = np.array([1.0, -1.0])
+    for moving in ([], [0], [1], [0, 1]):
+        v = np.zeros(2)
+        if moving:
+            v[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], -load[moving])
+        admissible = np.all(rows @ v + load <= 1e-12) and np.all(direction * v >= -1e-12)
+        yield v if admissible else None
+
+
+def test_cycles_with_jumps_are_periodic():
+    """Back and forth across the jump: a limit cycle that jumps in every cycle."""
+    jump = shakedown.example("jump")
+    load = np.array([[2.6, jump.q_w[0, 1]], [2.2, jump.q_w[0, 1]], [60.0, jump.q_w[0, 1]]])
+    problem = shakedown.Problem(
+        A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=np.tile(jump.p_w, (3, 1)),
+        initial_slip=jump.initial_slip,
+    )  # fmt: skip
+    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+    assert state.outcome != "undecided"
+    again = Evolution(problem, 1.0, problem.initial_slip[0])
+    for _ in range(40):
+        assert again.cycle() is not None
+    assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
+def test_a_body_that_is_not_held_leaves():
+    """Two floating nodes lifted by the load: no equilibrium, the evolution says so."""
+    stiffness = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    problem = shakedown.Problem(
+        A=stiffness, B=np.zeros((2, 2)), C=stiffness, f=0.5,
+        q_w=np.zeros((2, 2)), p_w=[[1.0, 1.0], [-1.0, -1.0]],
+    )  # fmt: skip
+    state = shakedown.long_term_state(problem, 1.0)
+    assert state.outcome == "separation"
+    assert state.period == 0
+    assert "leaves" in state.reason
+
+
+def test_damping_is_checked():
+    problem = shakedown.example("jump")
+    with pytest.raises(shakedown.UsageError, match="damping"):
+        shakedown.evolve(problem, 1.0, damping=[1.0, 2.0])
