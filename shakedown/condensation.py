@@ -18,7 +18,13 @@ from shakedown.errors import ProblemError
 from shakedown.interior import Interior, interior_of
 from shakedown.load_case import LoadCase, histories
 from shakedown.problem import FloatArray, Problem
-from shakedown.stiffness_checks import asymmetry, check_condensed, checked_matrix, zero_modes
+from shakedown.stiffness_checks import (
+    asymmetry,
+    check_against_run,
+    check_condensed,
+    checked_matrix,
+    zero_modes,
+)
 from shakedown.tolerances import DEFAULT
 
 
@@ -96,6 +102,39 @@ class Condensation:
         if case.force is not None or case.displacement is not None:
             total += self._model.reactions(case)
         return total
+
+    def check_against_run(
+        self, displacement: ArrayLike, reactions: ArrayLike, *, what: str = "static run"
+    ) -> float:
+        """Compare with a static run of the same model, without loads.
+
+        Parameters
+        ----------
+        displacement, reactions : (n, 2)
+            Prescribed displacements (x, y) of the contact nodes [length], and the
+            forces on the (first) body that the run gave for them [force].
+        what
+            The run, for the message.
+
+        Returns
+        -------
+        float
+            Largest difference, relative to the largest reaction.
+
+        Raises
+        ------
+        ProblemError
+            If they are not (n, 2), or differ by more than ``Tolerances.cross_check``;
+            a wrong sign or factor is named.
+        """
+        moved, forces = np.asarray(displacement, dtype=float), np.asarray(reactions, dtype=float)
+        if moved.shape != (self.n, 2) or forces.shape != (self.n, 2):
+            raise ProblemError(
+                f"{what}: expected displacements and reactions of shape ({self.n}, 2), "
+                f"found {moved.shape} and {forces.shape}"
+            )
+        local = self.frame.to_local
+        return check_against_run(self.stiffness, local(moved), local(forces), what=what)
 
     def problem(
         self,

@@ -86,7 +86,7 @@ def guarantee_curve(
     """
     radius, rows = np.atleast_1d(np.asarray(radii, dtype=float)), constraints(problem)
     if radius.ndim != 1 or not np.all(radius >= 0):
-        raise UsageError(f"radii: expected numbers >= 0, found {radii}")
+        raise UsageError(f"radii: expected numbers >= 0, found {radius}")
     middle = _centre(problem) if centre is None else _vector("centre", centre, problem.n)
     influence = coupling(problem)
     perron = influence.bound < 1.0

@@ -85,6 +85,22 @@ def slip_along_contact_figure(verification: Verification) -> Figure:
     return figure
 
 
+def guarantee_curve_figure(verification: Verification) -> Figure:
+    """First collapse λ_1(R) against the radius within which initial states keep to the safe slip."""
+    curve, bounds = verification.curve, verification.bounds
+    assert curve is not None
+    figure, (axis,) = _panels(1)
+    axis.plot(curve.radii, curve.load_factors, "o-", color="#0072B2", ms=4, label="λ_1(R)")
+    axis.axhline(bounds.upper.load_factor, color="#D55E00", ls="--", lw=1, label="λ_max")
+    axis.axhline(bounds.lower.load_factor, color="#009E73", ls="--", lw=1, label="λ_1, every initial state")
+    first = min(radius for radius in curve.radii if radius > 0)
+    axis.set_xscale("symlog", linthresh=first, linscale=0.5)
+    axis.set(xlabel="radius R, in multiples of max |safe slip|", ylabel="load factor")
+    axis.set_xlim(left=0.0)
+    _legend(figure, [axis])
+    return figure
+
+
 def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
     """Corners of the safe region G v ≤ g − λ d of a two-node system, in order, (k, 2) [length].
 

@@ -5,7 +5,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.certificate import Certificate, certified_lower, certify_by_default
+from shakedown.certificate import Certificate, certified_lower, certify_by_default, starts_safe
 from shakedown.constraints import Constraints, constraints
 from shakedown.guarantee import guarantee_status
 from shakedown.linear_program import INF, LinearProgram, Outcome
@@ -51,6 +51,9 @@ class LowerBound:
         ρ, the spectral radius of the slip-to-slip influence; NaN where undefined.
     single_node_bound
         Below this load factor no node alone can slip cyclically; NaN where not computed.
+    lift_off_bound
+        Below this load factor no admissible slip lifts a node off; NaN where it was not
+        needed for the guarantee.
     residual
         Largest relative violation of the rows at ``slip``.
     certified
@@ -71,6 +74,7 @@ class LowerBound:
     reason: str
     coupling_ratio: float
     single_node_bound: float
+    lift_off_bound: float
     residual: float
     certified: tuple[float, float] | None
     kind: str = "first-collapse"
@@ -105,13 +109,17 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     """
     rows = constraints(problem)
     program = load_factor_program(rows, towards=+1.0)
-    start = program.solve().vertex
-    if start is None or start.x[-1] > 0:
+    start = program.solve()
+    exact = certify_by_default(problem.n) if certify is None else certify
+    safe = starts_safe(problem, start) if exact else None
+    if safe is None:
+        safe = start.vertex is not None and start.vertex.x[-1] <= 0
+    if not safe:
         return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE)
     outcomes = _collapses(rows, program)
     per_node = np.array([inf if o.vertex is None else o.vertex.x[-1] for o in outcomes])
     node, certificate = int(np.argmin(per_node)), None
-    if certify_by_default(problem.n) if certify is None else certify:
+    if exact:
         node, certificate = certified_lower(problem, outcomes, node) or (node, None)
     vertex = outcomes[node].vertex
     if certificate is not None:
@@ -154,6 +162,7 @@ def _collapse(
         reason=_reason(problem, load_factor, node, status.reason),
         coupling_ratio=status.coupling_ratio,
         single_node_bound=status.single_node_bound,
+        lift_off_bound=status.lift_off_bound,
         residual=_collapse_excess(rows, node, x),
         certified=certified,
     )
@@ -172,6 +181,7 @@ def _no_collapse(rows: Constraints, status: str, load_factor: float, reason: str
         reason=reason,
         coupling_ratio=nan,
         single_node_bound=nan,
+        lift_off_bound=nan,
         residual=nan,
         certified=None,
     )

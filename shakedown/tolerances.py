@@ -37,8 +37,8 @@ class Tolerances:
         Largest difference between the condensed stiffness and a static run,
         relative to the largest reaction (printed results have about seven digits).
     printed_digits
-        Largest asymmetry of a stiffness put together from printed reactions,
-        relative to the largest entry.
+        Largest asymmetry, and largest eigenvalue of a rigid motion, of a stiffness
+        put together from printed reactions, relative to its largest.
     convergence
         Last change of slip or gap at which a Gauss–Seidel load step counts as
         solved, relative to the length scale of the scene.

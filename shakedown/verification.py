@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
 from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.curve import GuaranteeCurve, guarantee_curve
 from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
 from shakedown.errors import UsageError
 from shakedown.loading import loading
@@ -16,8 +17,10 @@ from shakedown.margin import safe_slip
 from shakedown.outcome import Outcome
 from shakedown.problem import FloatArray, Problem
 from shakedown.simulation import Simulation, simulate
+from shakedown.thresholds import FrictionThresholds, friction_thresholds
 
 BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
+CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
 
 
@@ -63,6 +66,11 @@ class Verification:
         All (n+1)-subsets, or None where there are more than the budget allows.
     subsets
         Their number.
+    friction
+        Friction thresholds.
+    curve
+        λ_1(R) for initial states near the safe slip, or None where there is no
+        gap between the bounds to close.
     runs
         Every simulation.
     disagreements
@@ -77,6 +85,8 @@ class Verification:
     second_upper: ConicBound
     critical: CriticalLoadFactors | None
     subsets: int
+    friction: FrictionThresholds
+    curve: GuaranteeCurve | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
@@ -153,6 +163,8 @@ def verify(
         second_upper=second_upper,
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
+        friction=friction_thresholds(problem),
+        curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
@@ -172,6 +184,12 @@ def default_load_factors(lower: LowerBound, upper: UpperBound) -> list[float]:
     if last > first * (1 + 1e-6):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]
+
+
+def has_gap(bounds: ShakedownBounds) -> bool:
+    """Whether there are load factors between the bounds, with a safe slip to be near to."""
+    first, last = bounds.lower.load_factor, bounds.upper.load_factor
+    return bounds.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
 
 
 def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:

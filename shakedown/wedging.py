@@ -7,6 +7,7 @@ import numpy as np
 from shakedown.linear_program import INF, LinearProgram
 from shakedown.problem import FloatArray, Problem
 
+LARGEST_PROBLEM = 100  # nodes
 LARGEST = 1e8  # coefficient up to which a wedged state is looked for
 ROUND_OFF = 1e-11  # reactions, relative to the terms of their sum, that count as zero
 CLOSE = 1e-9  # relative gap at which the search ends
@@ -31,14 +32,15 @@ class Wedging:
 
     @property
     def value(self) -> float:
-        """The threshold (``high``; the interval is closed to nine digits)."""
-        return self.high
+        """The threshold; NaN where only an interval is known."""
+        return self.high if self.low >= self.high * (1 - 2 * CLOSE) or self.low == self.high else np.nan
 
 
 def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
     """Smallest t for which some v ≠ 0 satisfies |A v| ≤ t φ B v, by linear programs in v with Σ B v = 1.
 
-    Each witness gives an upper value, max |A v|_j / (φ B v)_j; bisection closes the gap from below.
+    Each witness gives an upper value t = max |A v|_j / (φ B v)_j, and the program just below
+    t the next witness, or the proof that there is none (Dinkelbach's method).
 
     Examples
     --------
@@ -48,28 +50,25 @@ def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
     2.0
     """
     none = np.full(problem.n, np.nan)
+    if problem.n > LARGEST_PROBLEM:  # the programs would take minutes
+        return Wedging(0.0, np.inf, none)
     if not problem.B.any():
         return Wedging(np.inf, np.inf, none)
     scale = np.abs(problem.A).max() / np.abs(problem.B).max()
     slip = wedged_slip(problem, phi, LARGEST * scale)
     if slip is None:
         return Wedging(np.inf, np.inf, none)
-    low, high = 0.0, LARGEST * scale
     while True:
-        high = min(high, friction_used(problem, phi, slip))
-        if high - low <= CLOSE * high or high <= CLOSE * scale:
-            return Wedging(low, high, slip / np.abs(slip).max())
-        better = wedged_slip(problem, phi, high * (1 - 0.5 * CLOSE)) if low == 0.0 else None
-        middle = 0.5 * (low + high)
-        if better is None:
-            better = wedged_slip(problem, phi, middle)
-            if better is None:
-                low = middle
-                continue
-        if friction_used(problem, phi, better) < high:
-            slip = better
-        else:
-            high = middle
+        high = friction_used(problem, phi, slip)
+        if not np.isfinite(high):  # pressure of the size of round-off only: a rigid motion
+            return Wedging(np.inf, np.inf, none)
+        if high <= CLOSE * scale:
+            return Wedging(0.0, high, slip / np.abs(slip).max())
+        below = high * (1 - CLOSE)
+        better = wedged_slip(problem, phi, below)
+        if better is None or friction_used(problem, phi, better) >= high:
+            return Wedging(below, high, slip / np.abs(slip).max())
+        slip = better
 
 
 def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
@@ -83,11 +82,15 @@ def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
 
 
 def wedged_slip(problem: Problem, phi: FloatArray, t: float) -> FloatArray | None:
-    """The v with Σ B v = 1 that satisfies |A v| ≤ t φ B v with most to spare; None where none does."""
+    """A v with Σ B v > 0 that satisfies |A v| ≤ t φ B v with most to spare; None where none does.
+
+    All stiffnesses are divided by their size, so that v and what is to spare are numbers near 1.
+    """
     n, A, B = problem.n, problem.A, t * phi[:, None] * problem.B
     size = np.abs(A).max() + np.abs(B).max()
-    row = np.full((n, 1), -size)
-    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*problem.B.sum(axis=0), 0.0]]])
+    A, B, row = A / size, B / size, np.full((n, 1), -1.0)
+    pressure = problem.B.sum(axis=0) / np.abs(problem.B).max()
+    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(n), 1.0),

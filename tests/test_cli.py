@@ -81,7 +81,7 @@ def test_verify_has_every_run(tmp_path):
     stored = json.loads((tmp_path / "r.json").read_text())
     assert stored["upper"] == result["upper"]
     page = (tmp_path / "r.html").read_text()
-    assert page.count("<svg") == 2
+    assert page.count("<svg") == 3
     assert not re.search(r'(src|href)="(?!#)', page), "the page loads something"
 
 

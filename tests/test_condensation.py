@@ -299,6 +299,18 @@ def test_static_run_agrees_or_the_difference_is_explained():
         check_against_run(stiffness, move, reaction + np.eye(6)[0])
 
 
+def test_a_static_run_is_compared_in_global_axes():
+    K = lattice()
+    reduced = condensed_stiffness(K, DOFS, CONTACT, [1, 1])
+    moved = np.random.default_rng(3).standard_normal((3, 2))
+    forces = (dense_schur(K, np.arange(6)) @ moved.ravel()).reshape(3, 2)
+    assert reduced.check_against_run(moved, forces) < 1e-12
+    with pytest.raises(ProblemError, match=r"shape \(3, 2\), found \(2, 2\)"):
+        reduced.check_against_run(moved[:2], forces)
+    with pytest.raises(ProblemError, match="wrong sign"):
+        reduced.check_against_run(moved, -forces)
+
+
 def test_load_cases_are_checked():
     reduced = condensed_stiffness(lattice(), DOFS, CONTACT, [0, 1], fixed=[10])
     for case, message in (

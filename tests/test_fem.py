@@ -1,10 +1,14 @@
 """Elastic bodies: patch test, rigid motions, laws of elasticity, meshes from files."""
 
+import subprocess
+import sys
+
 import meshio
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from skfem import MeshQuad
 
 import shakedown
 from shakedown import ProblemError, UsageError
@@ -430,3 +434,44 @@ def test_welded_corner_in_plane_stress_is_that_of_a_smaller_poisson_ratio():
 def test_corners_without_an_answer_are_named(angle, message):
     with pytest.raises(UsageError, match=message):
         welded_corner(angle, 0.3)
+
+
+def test_without_scikit_fem_the_import_says_what_to_install():
+    code = "import sys; sys.modules['skfem'] = None; import shakedown.fem"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "pip install 'shakedown-bounds[fem]'" in run.stderr
+
+
+def half_plane(n, poisson):
+    """A contact of length 1 under a block 16 × 8 that stands for a half-plane, elements growing outwards."""
+    growth = (1.35 ** np.arange(1, 19) - 1) / (1.35**18 - 1)
+    beside = 0.5 + 7.5 * (1.35 ** np.arange(1, 15) - 1) / (1.35**14 - 1)
+    x = np.concatenate([-beside[::-1], np.linspace(-0.5, 0.5, n + 1), beside])
+    mesh = MeshQuad.init_tensor(x, np.concatenate([[0.0], 8.0 * growth])).with_boundaries(
+        {
+            "contact": lambda p: (p[1] < 1e-9) & (np.abs(p[0]) < 0.5),
+            "top": lambda p: p[1] > 8 - 1e-9,
+        }
+    )
+    body = ElasticBody(mesh, Material(1.0, poisson), supports=[Support("top")], order=2)
+    return contact_condensation(body, "contact")
+
+
+def test_coupling_of_a_half_plane_goes_with_dundurs_beta():
+    """β = (1 − 2ν)/(2 − 2ν) on a rigid plane (thesis §1.2.1): none for an incompressible body."""
+
+    def coupling_over_beta(poisson, n):
+        kappa = half_plane(n, poisson)
+        x = np.linspace(0.0, 1.0, kappa.n)
+        slip = np.sin(np.pi * x) ** 4 * np.cos(2 * np.pi * x)
+        inner = slice(kappa.n // 4, -(kappa.n // 4))
+        coupling = np.abs(kappa.B @ slip)[inner].max() / np.abs(kappa.A @ slip).max()
+        return coupling / ((1 - 2 * poisson) / (2 - 2 * poisson))
+
+    level = coupling_over_beta(0.0, 24)
+    assert [coupling_over_beta(poisson, 24) / level for poisson in (0.2, 0.3)] == pytest.approx(
+        [1, 1], abs=0.02
+    )
+    # Near ν = 0.5 an error of the displacement elements comes on top; it goes with the mesh.
+    excess = [coupling_over_beta(0.48, n) / level - 1 for n in (12, 24)]
+    assert excess[0] > 2.3 * excess[1] > 0

@@ -270,6 +270,19 @@ def test_unit_displacements_make_a_stiffness(tmp_path, order):
         unit_displacement_stiffness(steps, nodes, order=other)
 
 
+def test_rigid_motions_survive_seven_digits(tmp_path):
+    """A floating chain: without care the rounded stiffness has a negative eigenvalue."""
+    n = 20
+    difference = np.kron(np.diff(np.eye(n), axis=0), np.eye(2))
+    spring = np.kron(np.diag(1.0 / (3.0 + np.arange(n - 1))), np.array([[2.0, 0.3], [0.3, 1.0]]))
+    matrix, nodes = difference.T @ spring @ difference, np.arange(1, n + 1)
+    path = write(tmp_path, writers.calculix_reactions(unit_runs(matrix, nodes, "node-by-node")))
+    found = unit_displacement_stiffness(read_calculix_reactions(path), nodes).K.toarray()
+    eigenvalues = np.linalg.eigvalsh(found)
+    assert (np.abs(eigenvalues) < 1e-12 * eigenvalues[-1]).sum() == 2
+    np.testing.assert_allclose(found, matrix, atol=1e-6 * matrix.max())
+
+
 def test_unusable_reactions_are_named(tmp_path):
     nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
     steps = read_calculix_reactions(

@@ -14,10 +14,14 @@ How fine a mesh? Three things happen to the bounds as it is refined
 - λ_1, up to which *every* initial slip is safe, falls to zero wherever slip and
   pressure are coupled (B ≠ 0): a finer mesh admits rougher locked-in slips, and
   one that is rough enough lifts a node off under the mean load alone. The number
-  is right, but the question asks too much; ask which initial slips are possible.
+  is right, but the question asks too much. Ask which initial slips are possible:
+  λ_1(R) of :func:`shakedown.guarantee_curve` with R in proportion to the element
+  size (a bounded slope of slip along the contact) keeps its share of λ_max, unless
+  an end of the contact carries hardly any pressure.
 - For elastically similar bodies B = 0, and λ_1 = λ_max on every mesh.
 """
 
+import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
 from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_condensation, contact_problem

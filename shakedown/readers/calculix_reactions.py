@@ -102,7 +102,9 @@ def unit_displacement_stiffness(
     """The condensed stiffness from one static step per contact degree of freedom.
 
     Each step moves one contact node by ``amplitude`` in one direction and holds
-    all others; its reactions are a column of the stiffness.
+    all others; its reactions are a column of the stiffness. Rigid motions of a
+    body that is held by the contact alone come back exactly, in spite of the few
+    digits that are printed.
 
     Parameters
     ----------
@@ -150,5 +152,17 @@ def unit_displacement_stiffness(
         )
     dofs = np.column_stack([np.repeat(nodes, 2), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
-        sparse.csr_array(0.5 * K + 0.5 * K.T), dofs, "reactions to unit displacements", superelement=True
+        sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
+        dofs,
+        "reactions to unit displacements",
+        superelement=True,
     )
+
+
+def _with_rigid_motions(K: FloatArray) -> FloatArray:
+    """The stiffness with eigenvalues that drown in the printed digits set to zero: rigid motions."""
+    eigenvalues, modes = np.linalg.eigh(K)
+    rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]
+    if not rigid.any():
+        return K
+    return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T
