@@ -312,4 +312,17 @@ def test_other_tables_of_a_dat_file_are_passed_over(tmp_path):
     text += "\n displacements (vx,vy,vz) for set NC and time  0.1E+01\n\n  1 5.0 5.0 5.0\n"
     (step,) = read_calculix_reactions(write(tmp_path, text))
     assert step.nodes.tolist() == [1, 2]
-    assert step.node_set == "NC"
+    assert step.node_sets == ("NC",)
+
+
+def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
+    front = writers.calculix_reactions([([1, 2], np.ones((2, 3))), ([1, 2], 3 * np.ones((2, 3)))])
+    back = writers.calculix_reactions([([8, 9], 2 * np.ones((2, 3))), ([8, 9], np.ones((2, 3)))], "NC1")
+    halves = [text.split("\n forces") for text in (front, back)]
+    text = "".join("\n forces".join(["", *pair]) for pair in zip(halves[0][1:], halves[1][1:], strict=True))
+    steps = read_calculix_reactions(write(tmp_path, text))
+    assert [step.node_sets for step in steps] == [("NC", "NC1")] * 2
+    nodes, tied = np.array([2, 1]), np.array([9, 8])
+    assert steps[0].at(nodes, (1, 2), tied).tolist() == [[3.0, 3.0], [3.0, 3.0]]
+    with pytest.raises(ProblemError, match="one node for each of 2 contact nodes, found 1"):
+        steps[0].at(nodes, (1, 2), tied[:1])
