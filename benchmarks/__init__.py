@@ -12,4 +12,14 @@ Rows are stored as soon as they are measured, so that an interrupted study goes
 on where it stopped.
 """
 
-STUDIES: tuple[str, ...] = ("evolution", "growth", "long_term", "receding", "refinement")
+STUDIES: tuple[str, ...] = (
+    "hard_cases",
+    "enumeration",
+    "bounds",
+    "adversary",
+    "evolution",
+    "growth",
+    "long_term",
+    "receding",
+    "refinement",
+)

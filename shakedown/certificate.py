@@ -71,6 +71,17 @@ def certified_upper(problem: Problem, outcome: Outcome) -> Certificate | None:
     return None if end is None else _certificate(program, end, rows)
 
 
+def starts_safe(problem: Problem, outcome: Outcome) -> bool | None:
+    """Whether there is a safe slip at load factor 0, exactly; None where that stays open.
+
+    ``outcome`` is the end of the linear program min λ subject to every row.
+    """
+    rows = exact_rows(problem)
+    program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
+    end = exact_vertex(program, *_start(program, outcome))
+    return None if end is None else end.status == "optimal" and end.x[-1] == 0
+
+
 def certified_lower(problem: Problem, outcomes: list[Outcome], first: int) -> tuple[int, Certificate] | None:
     """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
 

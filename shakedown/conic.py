@@ -11,6 +11,7 @@ import cvxpy as cp
 import numpy as np
 
 from shakedown.constraints import Constraints, constraints
+from shakedown.linear_program import equilibration, typical_size
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT
@@ -61,17 +62,18 @@ def conic_upper_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
     >>> round(conic_upper_bound(shakedown.example("two-node")).load_factor, 6)
     0.739146
     """
-    loop = loading(problem)
-    force, length = _units(constraints(problem))
+    loop, scale = loading(problem), _scale(constraints(problem))
     v, load_factor = cp.Variable(problem.n), cp.Variable(nonneg=True)
-    Av = (problem.A * (length / force)) @ v + loop.q0 / force
-    Bv = (problem.B * (length / force)) @ v + loop.p0 / force
+    rows = scale.rows.reshape(-1, 2)
     limits = []
-    for q1, p1 in zip(loop.q1 / force, loop.p1 / force, strict=True):
-        q, fp = Av + load_factor * q1, cp.multiply(problem.f, Bv + load_factor * p1)
-        limits += [q <= fp, -q <= fp]
+    for side, weight in zip((+1.0, -1.0), rows.T, strict=True):
+        G = (side * problem.A - problem.f[:, None] * problem.B) * weight[:, None] * scale.slips
+        reach = (problem.f * loop.p0 - side * loop.q0) * weight / scale.size
+        for q1, p1 in zip(loop.q1, loop.p1, strict=True):
+            d = (side * q1 - problem.f * p1) * weight * scale.load_factor
+            limits.append(G @ v + load_factor * d <= reach)
     status = _solve(cp.Problem(cp.Maximize(load_factor), limits), solver)
-    return _bound(status, load_factor, v, length, -1, solver)
+    return _bound(status, load_factor, v, scale, -1, solver)
 
 
 def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBound:
@@ -84,8 +86,9 @@ def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
     0.657373
     """
     rows = constraints(problem)
-    force, length = _units(rows)
-    G, d, g = rows.G * (length / force), rows.d / force, rows.g / force
+    scale = _scale(rows)
+    G, d = rows.G * scale.rows[:, None] * scale.slips, rows.d * scale.rows * scale.load_factor
+    g = rows.g * scale.rows / scale.size
     v, load_factor = cp.Variable(problem.n), cp.Variable(nonneg=True)
     sign = cp.Parameter(2 * problem.n)
     excess = G @ v + load_factor * d - g
@@ -95,18 +98,30 @@ def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
         sign.value = np.where(rows.node == node, -1.0, 1.0)
         status = _solve(program, solver)
         open_nodes += status == "undecided"
-        if status == "optimal" and float(np.asarray(load_factor.value)) < best.load_factor:
-            best = _bound(status, load_factor, v, length, node, solver)
+        if status == "optimal":
+            best = min(best, _bound(status, load_factor, v, scale, node, solver), key=_value)
     if open_nodes and best.load_factor > DEFAULT.feasibility:  # a node left open may collapse first
         return ConicBound("undecided", nan, -1, np.full(problem.n, nan), solver)
     return best
 
 
-def _units(rows: Constraints) -> tuple[float, float]:
-    """A typical force and slip: solvers with absolute tolerances need numbers near 1."""
-    force = float(np.abs(rows.g).max()) or 1.0
-    stiffness = float(np.abs(rows.G).max()) or 1.0
-    return force, force / stiffness
+def _value(bound: ConicBound) -> float:
+    return bound.load_factor
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """Solvers with absolute tolerances need numbers near 1: units for rows, slips, load factor, reach."""
+
+    rows: FloatArray
+    slips: FloatArray
+    load_factor: float
+    size: float
+
+
+def _scale(rows: Constraints) -> _Scale:
+    row_scale, columns = equilibration(np.column_stack([rows.G, rows.d]))
+    return _Scale(row_scale, columns[:-1], float(columns[-1]), typical_size(np.abs(rows.g) * row_scale))
 
 
 def _solve(program: cp.Problem, solver: str) -> str:
@@ -120,10 +135,11 @@ def _solve(program: cp.Problem, solver: str) -> str:
 
 
 def _bound(
-    status: str, load_factor: cp.Variable, v: cp.Variable, length: float, node: int, solver: str
+    status: str, load_factor: cp.Variable, v: cp.Variable, scale: _Scale, node: int, solver: str
 ) -> ConicBound:
     if status == "optimal":
-        value, slip = float(np.asarray(load_factor.value)), np.asarray(v.value) * length
+        value = float(np.asarray(load_factor.value)) * scale.load_factor * scale.size
+        slip = np.asarray(v.value) * scale.slips * scale.size
         return ConicBound(status, value, node, slip, solver)
     value = inf if status == "unbounded" else nan
     return ConicBound(status, value, node, np.full(v.shape, nan), solver)

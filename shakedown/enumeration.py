@@ -13,6 +13,7 @@ from shakedown.errors import BudgetExceeded
 from shakedown.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
 from shakedown.piece import NONE, Candidate, Piece, batch_piece, joined
 from shakedown.problem import FloatArray, Problem
+from shakedown.rational import exact_rows, solve_integers
 
 Progress = Callable[[int, int], None]
 LISTED = 1000
@@ -35,6 +36,9 @@ class CriticalLoadFactors:
         Subsets whose rows do not, to the tolerance ``degeneracy``: they have no load factor.
     degenerate_rows
         (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
+    exactly_singular
+        How many of these listed subsets are singular in exact arithmetic too, on the
+        problem as stored; the others are so nearly singular that floats tell nothing.
     smallest_positive
         The smallest positive critical load factor, the thesis's λ_min. For more
         than two nodes it grossly underestimates the first collapse, because most
@@ -50,6 +54,7 @@ class CriticalLoadFactors:
     regular: int
     degenerate: int
     degenerate_rows: tuple[tuple[tuple[int, int], ...], ...]
+    exactly_singular: int
     smallest_positive: Intersection
     smallest_feasible: Intersection
     load_factors: FloatArray | None = None
@@ -112,7 +117,7 @@ def critical_load_factors(
         done += piece.subsets
         if progress is not None:
             progress(done, total)
-    return _report(rows, total, joined(found), values)
+    return _report(problem, rows, joined(found), values)
 
 
 def load_factors_above(problem: Problem, cut: float, *, threads: int | None = None) -> Iterator[FloatArray]:
@@ -181,15 +186,29 @@ def _walk(rows: Constraints, cut: float, feasible_below: float, threads: int | N
     yield from pieces(tree, threads)
 
 
-def _report(rows: Constraints, total: int, found: Piece, values: bool) -> CriticalLoadFactors:
+def _report(problem: Problem, rows: Constraints, found: Piece, values: bool) -> CriticalLoadFactors:
+    listed = sorted(found.degenerate_rows)[:LISTED]
+    total = subset_count(rows.n)
     return CriticalLoadFactors(
         total=total,
         regular=total - found.degenerate,
         degenerate=found.degenerate,
-        degenerate_rows=tuple(named(rows, subset) for subset in sorted(found.degenerate_rows)[:LISTED]),
+        degenerate_rows=tuple(named(rows, subset) for subset in listed),
+        exactly_singular=_singular(problem, listed),
         smallest_positive=intersection(rows, found.smallest_positive[1]),
         smallest_feasible=intersection(rows, found.smallest_feasible[1]),
         load_factors=np.sort(found.load_factors) if values else None,
+    )
+
+
+def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
+    """How many subsets of rows have no point, or more than one, in common in exact arithmetic."""
+    if not subsets:
+        return 0
+    rows = exact_rows(problem)
+    return sum(
+        solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset]) is None
+        for subset in subsets
     )
 
 

@@ -16,8 +16,11 @@ first U_i = L_i, the other nodes are within their rows and λ ≥ λ_1. As it co
 λ = 0 (there is a safe state under the mean load and λ_1 > 0), it is everything:
 for λ < λ_1 there is no v with all nodes between their limits and one collapsed. (*)
 
+**Motions are bounded.** A v with G v ≤ 0 lies between the limits of the rows without
+load, so it is their v(τ), which is 0: at every instant the admissible slips are bounded.
+
 **Weak coupling, ρ ≤ 1/3.** Let a_i and b_i be the lower and upper limit of v_i(t)
-as t → ∞ (bounded, because ρ < 1), r_i = (b_i − a_i)/2, c_i the midpoints, d > 0 with
+as t → ∞, r_i = (b_i − a_i)/2, c_i the midpoints, d > 0 with
 N d ≤ ρ d, and j the node with the largest R = r_j/d_j. If R > 0, node j slips
 backward down to a_j and forward up to b_j for ever, so that U_j ≤ a_j and L_j ≥ b_j
 for slips of the others in the box; moving them to c changes either by at most
@@ -32,9 +35,20 @@ is collapsed, against (*). So R = 0: every slip converges.
 
 **One node alone, ρ < 1.** If only node j moves, U_j ≤ a_j, L_j ≥ b_j hold at c itself,
 the other nodes violate their rows by at most N_ij r_j there, the correction is at
-most ρ R d_i and moves U_j by less than r_j: the same contradiction. For two nodes
-the positive minors are enough: with v_2 fixed, v_1 in [a_1, b_1] would have to stay
-above, or stay below, both limits of node 2, against its rows at their extremes.
+most ρ R d_i and moves U_j by less than r_j: the same contradiction.
+
+**Two nodes, positive minors** (thesis §4.4, argued there by pictures). Let only node 1
+move: v_1 in [a_1, b_1] is collapsed throughout, so by (*) it stays above, or below, both
+limits of node 2, against node 2's rows at their extremes. Let both move: v_1 is
+lowest at some v_2 = y_a and highest at y_b, v_2 lowest at some v_1 = x_a and highest at
+x_b. In the rectangle between them, node 1's rows say v_1 ≥ U_1 all along y_a and
+v_1 ≤ L_1 all along y_b, so the points with v_1 between its limits join the other two
+sides; likewise for v_2. The two sets meet in a point u, by (*) a safe one. Write U_1 =
+const − x₊ v_2, L_1 = const − x₋ v_2, and y± for node 2. If y_a < y_b, comparing u with
+(u_1, y_a) and (u_1, y_b) gives x± ≤ 0, else x± ≥ 0; likewise y± ≤ 0 where x_a < x_b, else
+y± ≥ 0. As A is symmetric, x± and y± cannot have opposite signs unless they vanish; with equal
+signs, comparing u with the corner (x_a, y_a) gives x₊ y₊ ≥ 1, against the minor
+1 − x₊ y₊ > 0; and if y_a = y_b, node 1 is collapsed where node 2 is between its limits.
 """
 
 from dataclasses import dataclass
@@ -43,7 +57,7 @@ from math import isnan, nan
 from shakedown.coupling import Coupling, coupling, unique_in_contact
 from shakedown.lift_off import lift_off_bound
 from shakedown.problem import Problem
-from shakedown.single_node import single_node_bound
+from shakedown.single_node import single_node_cycle
 from shakedown.tolerances import DEFAULT
 
 WEAK = 1.0 / 3.0
@@ -93,7 +107,7 @@ def guarantee_status(problem: Problem, load_factor: float) -> GuaranteeStatus:
     >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
     ('evidence', 1.342, 2.4442)
     """
-    influence, alone = coupling(problem), single_node_bound(problem)
+    influence, alone = coupling(problem), single_node_cycle(problem).load_factor
     if not problem.B.any():
         reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
         return GuaranteeStatus("proved", reason, influence.ratio, alone, nan)

@@ -12,6 +12,7 @@ from shakedown.tolerances import DEFAULT
 
 INF = highspy.kHighsInf
 PRIMAL, DUAL = 4, 1
+TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 
 _OPTIONS: dict[str, bool | int | float | str] = {
     "output_flag": False,
@@ -21,8 +22,8 @@ _OPTIONS: dict[str, bool | int | float | str] = {
     "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
     "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
     "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
-    "primal_feasibility_tolerance": 1e-10,
-    "dual_feasibility_tolerance": 1e-10,
+    "primal_feasibility_tolerance": TOLERANCE,
+    "dual_feasibility_tolerance": TOLERANCE,
     "small_matrix_value": 1e-12,
 }
 
@@ -107,9 +108,7 @@ class LinearProgram:
     ) -> None:
         self.row_scale, self.column_scale = equilibration(matrix)
         self.matrix = matrix * self.row_scale[:, None] * self.column_scale
-        sizes = np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2)
-        sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
-        self.size = power_of_two(float(np.median(sizes)) if sizes.size else 0.0)
+        self.size = typical_size(np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2))
         cost = cost * self.column_scale
         self.cost_scale = 1.0 / power_of_two(np.abs(cost).max())
         self.cost = cost * self.cost_scale
@@ -143,7 +142,7 @@ class LinearProgram:
         SolverError
             If HiGHS ends without an answer, also from scratch and by the dual method.
         """
-        for attempt in (self._warm, self._from_home, self._cold, self._dual):
+        for attempt in (self._warm, self._from_home, self._cold, self._dual, self._loose):
             status = attempt()
             if status is not None:
                 break
@@ -177,6 +176,16 @@ class LinearProgram:
         self._highs.setOptionValue("simplex_strategy", DUAL)
         status = self._run()
         self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        return status
+
+    def _loose(self) -> str | None:
+        """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
+        self._highs.clearSolver()
+        for side in ("primal", "dual"):
+            self._highs.setOptionValue(f"{side}_feasibility_tolerance", 1e-7)
+        status = self._run()
+        for side in ("primal", "dual"):
+            self._highs.setOptionValue(f"{side}_feasibility_tolerance", TOLERANCE)
         return status
 
     def _run(self) -> str | None:
@@ -243,6 +252,12 @@ def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
 def power_of_two(size: float) -> float:
     """The power of two next to a size; 1 for the size zero."""
     return float(np.exp2(np.round(np.log2(size)))) if size > 0 else 1.0
+
+
+def typical_size(sizes: FloatArray) -> float:
+    """The power of two next to the median of the sizes that are neither zero nor infinite."""
+    finite = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return power_of_two(float(np.median(finite)) if finite.size else 0.0)
 
 
 def equilibration(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -5,7 +5,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.certificate import Certificate, certified_lower, certify_by_default
+from shakedown.certificate import Certificate, certified_lower, certify_by_default, starts_safe
 from shakedown.constraints import Constraints, constraints
 from shakedown.guarantee import guarantee_status
 from shakedown.linear_program import INF, LinearProgram, Outcome
@@ -105,13 +105,17 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     """
     rows = constraints(problem)
     program = load_factor_program(rows, towards=+1.0)
-    start = program.solve().vertex
-    if start is None or start.x[-1] > 0:
+    start = program.solve()
+    exact = certify_by_default(problem.n) if certify is None else certify
+    safe = starts_safe(problem, start) if exact else None
+    if safe is None:
+        safe = start.vertex is not None and start.vertex.x[-1] <= 0
+    if not safe:
         return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE)
     outcomes = _collapses(rows, program)
     per_node = np.array([inf if o.vertex is None else o.vertex.x[-1] for o in outcomes])
     node, certificate = int(np.argmin(per_node)), None
-    if certify_by_default(problem.n) if certify is None else certify:
+    if exact:
         node, certificate = certified_lower(problem, outcomes, node) or (node, None)
     vertex = outcomes[node].vertex
     if certificate is not None:

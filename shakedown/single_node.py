@@ -1,5 +1,6 @@
 """The load factor below which no node alone can slip cyclically."""
 
+from dataclasses import dataclass
 from math import inf, nan
 
 import numpy as np
@@ -13,7 +14,27 @@ from shakedown.tolerances import DEFAULT
 SINGLE_NODE_UP_TO = 40
 
 
-def single_node_bound(problem: Problem) -> float:
+@dataclass(frozen=True)
+class SingleNodeCycle:
+    """The first cycle of one node alone that is not excluded.
+
+    Attributes
+    ----------
+    load_factor
+        The bound; inf where no node can cycle alone, NaN where a node is at or above
+        its own critical friction, or for many nodes (not computed).
+    node
+        The node that would cycle; −1 where there is none.
+    slip : (n,)
+        Where the cycle would have ``node`` at its lowest slip [length]; NaN where there is none.
+    """
+
+    load_factor: float
+    node: int
+    slip: FloatArray
+
+
+def single_node_cycle(problem: Problem) -> SingleNodeCycle:
     """A lower bound on every cycle in which one node slips to and fro and all others stick.
 
     For node j the slips of the others are constant and v_j(k) is its slip at
@@ -24,41 +45,69 @@ def single_node_bound(problem: Problem) -> float:
     per pair, of which the extreme step counts. The smallest λ ≥ 0 that satisfies
     them all is the bound.
 
-    Returns
-    -------
-        The bound; inf where no node can cycle alone, NaN where a node is at or
-        above its own critical friction, or for many nodes (not computed).
-
     Examples
     --------
     >>> import shakedown
-    >>> round(single_node_bound(shakedown.example("three-node")), 4)
-    2.4442
+    >>> cycle = single_node_cycle(shakedown.example("three-node"))
+    >>> round(cycle.load_factor, 4), cycle.node
+    (2.4442, 0)
     """
+    nowhere = np.full(problem.n, nan)
     own = np.diag(problem.A) - problem.f * np.abs(np.diag(problem.B))
     if problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):
-        return nan
-    return min(_first_cycle(problem, node) for node in range(problem.n))
+        return SingleNodeCycle(nan, -1, nowhere)
+    first = SingleNodeCycle(inf, -1, nowhere)
+    for node in range(problem.n):
+        cycle = _first_cycle(problem, node)
+        if cycle.load_factor < first.load_factor:
+            first = cycle
+        if first.load_factor == 0.0:
+            break
+    return first
 
 
-def _first_cycle(problem: Problem, node: int) -> float:
+def _first_cycle(problem: Problem, node: int) -> SingleNodeCycle:
     """The smallest λ ≥ 0 at which a cycle of one node is not excluded."""
-    matrix, right = _cycle_rows(problem, node)
-    n = problem.n
-    program = LinearProgram(
-        matrix,
-        cost=np.append(np.zeros(n - 1), 1.0),
-        lower=np.full(len(right), -INF),
-        upper=right,
-        column_lower=np.append(np.full(n - 1, -INF), 0.0),
-        column_upper=np.full(n, INF),
-    )
-    vertex = program.solve().vertex
-    return inf if vertex is None else float(vertex.x[-1])
+    matrix, right, lowest = _cycle_rows(problem, node)
+    x = _least_last(matrix, right, core=4 * problem.n)
+    if x is None:
+        return SingleNodeCycle(inf, -1, np.full(problem.n, nan))
+    own = lowest @ np.append(x, 1.0)
+    return SingleNodeCycle(float(x[-1]), node, np.insert(x[:-1], node, own))
 
 
-def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray]:
-    """Rows ``matrix`` · (v without node, λ) ≤ ``right``."""
+def _least_last(matrix: FloatArray, right: FloatArray, core: int) -> FloatArray | None:
+    """Minimise the last unknown ≥ 0 subject to matrix · x ≤ right; None where that is infeasible.
+
+    Of many rows few matter: the first ``core`` are taken, then those found violated.
+    """
+    count = matrix.shape[1]
+    taken = np.arange(len(right)) < core
+    sizes = np.abs(matrix)
+    while True:
+        program = LinearProgram(
+            matrix[taken],
+            cost=np.append(np.zeros(count - 1), 1.0),
+            lower=np.full(int(taken.sum()), -INF),
+            upper=right[taken],
+            column_lower=np.append(np.full(count - 1, -INF), 0.0),
+            column_upper=np.full(count, INF),
+        )
+        found = program.solve().vertex
+        if found is None:
+            return None
+        terms = np.maximum(sizes @ np.abs(found.x), np.abs(right))
+        excess = (matrix @ found.x - right) / np.where(terms > 0, terms, 1.0)
+        excess[taken] = 0.0
+        worst = np.argsort(excess)[-count:]
+        violated = worst[excess[worst] > DEFAULT.cancellation * count]
+        if violated.size == 0:
+            return found.x
+        taken[violated] = True
+
+
+def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rows ``matrix`` · (v without node, λ) ≤ ``right``, and v_j at its lowest as coefficients of (…, 1)."""
     rows, loop, f = constraints(problem), loading(problem), problem.f
     steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
     share, G = rows.G[:, node], np.delete(rows.G, node, axis=1)
@@ -83,7 +132,7 @@ def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray]:
     still = np.flatnonzero(share == 0)
     blocks.append(np.column_stack([G[still], steps[:, still].max(axis=0)]))
     bounds.append(g[still])
-    return np.vstack(blocks), np.concatenate(bounds)
+    return np.vstack(blocks), np.concatenate(bounds), lowest
 
 
 def _sum(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -88,6 +88,29 @@ def walk(
                 path[depth] += 1
             continue
         width = N - depth
+        if width == 3 and not one_pair and not known[depth]:
+            _triples(
+                rows,
+                work,
+                path,
+                pivots,
+                x,
+                last[depth],
+                prefix.size,
+                tolerance,
+                cut,
+                values,
+                suspects,
+                lengths,
+                record,
+                best_rows,
+                safest_rows,
+                counters,
+            )
+            depth -= 1
+            if depth >= 0:
+                path[depth] += 1
+            continue
         if width == 2:
             _leaves(
                 rows,
@@ -241,10 +264,95 @@ def _leaves(
                     continue
                 z = (reduced[2, leaf] - g * reduced[own, leaf]) / d
                 x[own], x[other] = g - b * z, z
-                if not _looks_safe(rows, work, path, pivots, x, tolerance, counters):
+                if not _looks_safe(rows, work, path, pivots, x, N - 3, tolerance, counters):
                     continue
             path[N - 1] = leaf
             _consider(rows, path, tolerance, record, best_rows, safest_rows, counters)
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"})
+def _triples(
+    rows: FloatArray,
+    work: FloatArray,
+    path: IntArray,
+    pivots: IntArray,
+    x: FloatArray,
+    last: int,
+    fixed: int,
+    tolerance: float,
+    cut: float,
+    values: FloatArray,
+    suspects: IntArray,
+    lengths: IntArray,
+    record: FloatArray,
+    best_rows: IntArray,
+    safest_rows: IntArray,
+    counters: IntArray,
+) -> None:
+    """The last three rows, with two slips and the load factor left: Cramer's rule.
+
+    With the cross product of the first two rows (of their slips and load factor, and of
+    their slips and right-hand side), every third row costs two dot products and a division.
+    """
+    R, N = rows.shape[0], rows.shape[1] - 1
+    a, b, d, g = work[N - 3, 0], work[N - 3, 1], work[N - 3, 2], work[N - 3, 3]
+    for i in range(path[N - 3], last + 1):
+        path[N - 3] = i
+        stop = R - 1 if fixed < N - 1 else path[N - 2] + 1
+        for j in range(i + 1, stop):
+            m = a[i] * b[j] - a[j] * b[i]
+            s, t = b[i] * d[j] - b[j] * d[i], d[i] * a[j] - d[j] * a[i]
+            size = max(abs(m), abs(s), abs(t))
+            path[N - 2] = j
+            if size <= SUSPECT:
+                _set_aside(path, N - 1, suspects, lengths, counters)
+                continue
+            u, w = b[i] * g[j] - b[j] * g[i], g[i] * a[j] - g[j] * a[i]
+            for k in range(j + 1, R):
+                below = s * a[k] + t * b[k] + m * d[k]
+                if abs(below) <= SUSPECT * size:
+                    path[N - 1] = k
+                    _set_aside(path, N, suspects, lengths, counters)
+                    continue
+                value = (u * a[k] + w * b[k] + m * g[k]) / below
+                counters[REGULAR] += 1
+                if value > cut:
+                    if counters[STORED] < values.size:
+                        values[counters[STORED]] = value
+                    counters[STORED] += 1
+                if value <= 0.0 or value >= max(record[0], record[1]):
+                    continue
+                path[N - 1] = k
+                if value >= record[0]:
+                    _two_slips(a, b, d, g, i, j, k, value, x)
+                    if not _looks_safe(rows, work, path, pivots, x, N - 4, tolerance, counters):
+                        continue
+                _consider(rows, path, tolerance, record, best_rows, safest_rows, counters)
+
+
+@njit(nogil=True, cache=True)
+def _two_slips(
+    a: FloatArray,
+    b: FloatArray,
+    d: FloatArray,
+    g: FloatArray,
+    i: int,
+    j: int,
+    k: int,
+    value: float,
+    x: FloatArray,
+) -> None:
+    """The two slips left, once the load factor is known, from the two rows that determine them best."""
+    p, q, best = i, j, abs(a[i] * b[j] - a[j] * b[i])
+    if abs(a[i] * b[k] - a[k] * b[i]) > best:
+        q, best = k, abs(a[i] * b[k] - a[k] * b[i])
+    if abs(a[j] * b[k] - a[k] * b[j]) > best:
+        p, q = j, k
+    right_p, right_q = g[p] - d[p] * value, g[q] - d[q] * value
+    minor = a[p] * b[q] - a[q] * b[p]
+    x[0] = (right_p * b[q] - right_q * b[p]) / minor
+    x[1] = (a[p] * right_q - a[q] * right_p) / minor
+    x[2] = value
 
 
 @njit(nogil=True, cache=True, fastmath={"contract"})
@@ -254,15 +362,16 @@ def _looks_safe(
     path: IntArray,
     pivots: IntArray,
     x: FloatArray,
+    deepest: int,
     tolerance: float,
     counters: IntArray,
 ) -> bool:
     """Put back the eliminated slips and look for a violated row, first where one was found last time.
 
-    ``x`` starts with the last two unknowns.
+    ``x`` starts with the last unknowns, those that depths beyond ``deepest`` leave.
     """
     R, N = rows.shape[0], rows.shape[1] - 1
-    for depth in range(N - 3, -1, -1):
+    for depth in range(deepest, -1, -1):
         pivot, row, width = pivots[depth], path[depth], N - depth
         total = work[depth, width, row]
         for c in range(width - 1, pivot, -1):

@@ -9,6 +9,7 @@ from itertools import combinations, islice
 from math import comb, inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.intersection import ScaledRows, solve_subsets
 from shakedown.piece import NONE, Piece, batch_piece, joined
@@ -137,10 +138,17 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> Piece:
         load_factors=values[: counters[STORED]] * unit,
     )
     count = int(counters[SUSPECTS])
-    examined = [
-        _examined(tree, tuple(s[:k].tolist())) for s, k in zip(suspects[:count], lengths, strict=False)
-    ]
-    return joined([found, *examined])
+    return joined([found, *_examined_all(tree, suspects[:count], lengths[:count])])
+
+
+def _examined_all(tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.int64]) -> Iterator[Piece]:
+    """Whole suspect subsets in batches, shorter suspect prefixes one by one."""
+    whole = suspects[lengths == suspects.shape[1]]
+    for start in range(0, len(whole), BATCH):
+        yield batch_piece(solve_subsets(whole[start : start + BATCH], tree.rows), tree.cut, tree.listed)
+    for prefix, length in zip(suspects, lengths, strict=True):
+        if length < suspects.shape[1]:
+            yield _examined(tree, tuple(prefix[:length].tolist()))
 
 
 def _examined(tree: Tree, prefix: tuple[int, ...]) -> Piece:

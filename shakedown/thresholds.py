@@ -7,7 +7,8 @@ all others stuck, the rates are unique as long as the determinant of the moving
 nodes' equations stays positive. As friction grows from zero the first of these
 determinants to vanish ends uniqueness. Each vanishes at the reciprocal of a
 real eigenvalue of −A′⁻¹ S φ B′, A′ and B′ being A and B of the nodes J condensed
-over the nodes O.
+over the nodes O. Sets that nothing but the other contact nodes holds (all nodes
+of a floating body) are left out: they move freely whatever the friction.
 """
 
 from collections.abc import Iterable, Iterator
@@ -113,8 +114,6 @@ def friction_thresholds(problem: Problem) -> FrictionThresholds:
 
 def _uniqueness(problem: Problem, phi: FloatArray, *, separation: bool) -> Threshold:
     n = problem.n
-    if is_singular(problem.A):  # a floating body: nothing holds it once all nodes slip
-        return Threshold(0.0, 0.0, slipping=tuple(range(n)), sides=(1,) * n)
     if n <= (EXACT_WITH_SEPARATION if separation else EXACT_IN_CONTACT):
         sizes = range(n) if separation else range(1)
         open_sets = [o for k in sizes for o in combinations(range(n), k)]
@@ -159,7 +158,10 @@ def set_threshold(
 
     S and −S belong together: det(A' − t S φ B') = 0 where det(A' + t S φ B') = 0 has the root −t.
     """
-    A, B = condensed(problem, slipping, separated)
+    matrices = condensed(problem, slipping, separated)
+    if matrices is None or is_singular(matrices[0]):
+        return np.inf, ()
+    A, B = matrices
     signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(slipping) - 1)])
     ratio = np.linalg.solve(A, np.eye(len(slipping)))
     eigenvalues = np.linalg.eigvals(ratio @ (signs[:, :, None] * (phi[list(slipping)][:, None] * B)))
@@ -175,12 +177,14 @@ def set_threshold(
 
 def condensed(
     problem: Problem, slipping: tuple[int, ...], separated: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """A and B of the slipping nodes, the separated ones free of reactions, all others stuck."""
+) -> tuple[FloatArray, FloatArray] | None:
+    """A and B of the slipping nodes, the separated ones free, the rest stuck; None where nothing holds them."""
     s, o, n = list(slipping), list(separated), problem.n
     if not o:
         return problem.A[np.ix_(s, s)], problem.B[np.ix_(s, s)]
     kappa, free = problem.kappa, [*o, *(n + i for i in o)]
+    if is_singular(kappa[np.ix_(free, free)]):
+        return None
     rows, normal = s, [n + i for i in s]
     follow = -np.linalg.solve(kappa[np.ix_(free, free)], kappa[np.ix_(free, rows)])
     return (
@@ -237,9 +241,18 @@ def energy_bound(problem: Problem, phi: FloatArray, *, separation: bool) -> floa
 
     middle = 0.5 * np.log(max(np.linalg.eigvalsh(second)[-1], 1e-300) / np.linalg.eigvalsh(first)[-1])
     low, high = middle - 10.0, middle + 10.0  # `bound` is convex in log c
-    for _ in range(60):
-        a, b = low + 0.382 * (high - low), low + 0.618 * (high - low)
-        low, high = (low, b) if bound(a) < bound(b) else (a, high)
+    # Golden section: one new value a step; a bound need not be the best one.
+    a, b = low + 0.382 * (high - low), low + 0.618 * (high - low)
+    at_a, at_b = bound(a), bound(b)
+    for _ in range(20):
+        if at_a < at_b:
+            high, b, at_b = b, a, at_a
+            a = low + 0.382 * (high - low)
+            at_a = bound(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + 0.618 * (high - low)
+            at_b = bound(b)
     largest = bound(0.5 * (low + high))
     return 2.0 / largest if largest > 0 else np.inf
 

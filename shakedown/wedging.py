@@ -38,7 +38,8 @@ class Wedging:
 def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
     """Smallest t for which some v ≠ 0 satisfies |A v| ≤ t φ B v, by linear programs in v with Σ B v = 1.
 
-    Each witness gives an upper value, max |A v|_j / (φ B v)_j; bisection closes the gap from below.
+    Each witness gives an upper value t = max |A v|_j / (φ B v)_j, and the program just below
+    t the next witness, or the proof that there is none (Dinkelbach's method).
 
     Examples
     --------
@@ -54,22 +55,17 @@ def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
     slip = wedged_slip(problem, phi, LARGEST * scale)
     if slip is None:
         return Wedging(np.inf, np.inf, none)
-    low, high = 0.0, LARGEST * scale
     while True:
-        high = min(high, friction_used(problem, phi, slip))
-        if high - low <= CLOSE * high or high <= CLOSE * scale:
-            return Wedging(low, high, slip / np.abs(slip).max())
-        better = wedged_slip(problem, phi, high * (1 - 0.5 * CLOSE)) if low == 0.0 else None
-        middle = 0.5 * (low + high)
-        if better is None:
-            better = wedged_slip(problem, phi, middle)
-            if better is None:
-                low = middle
-                continue
-        if friction_used(problem, phi, better) < high:
-            slip = better
-        else:
-            high = middle
+        high = friction_used(problem, phi, slip)
+        if not np.isfinite(high):  # pressure of the size of round-off only: a rigid motion
+            return Wedging(np.inf, np.inf, none)
+        if high <= CLOSE * scale:
+            return Wedging(0.0, high, slip / np.abs(slip).max())
+        below = high * (1 - CLOSE)
+        better = wedged_slip(problem, phi, below)
+        if better is None or friction_used(problem, phi, better) >= high:
+            return Wedging(below, high, slip / np.abs(slip).max())
+        slip = better
 
 
 def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
@@ -83,11 +79,15 @@ def friction_used(problem: Problem, phi: FloatArray, slip: FloatArray) -> float:
 
 
 def wedged_slip(problem: Problem, phi: FloatArray, t: float) -> FloatArray | None:
-    """The v with Σ B v = 1 that satisfies |A v| ≤ t φ B v with most to spare; None where none does."""
+    """A v with Σ B v > 0 that satisfies |A v| ≤ t φ B v with most to spare; None where none does.
+
+    All stiffnesses are divided by their size, so that v and what is to spare are numbers near 1.
+    """
     n, A, B = problem.n, problem.A, t * phi[:, None] * problem.B
     size = np.abs(A).max() + np.abs(B).max()
-    row = np.full((n, 1), -size)
-    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*problem.B.sum(axis=0), 0.0]]])
+    A, B, row = A / size, B / size, np.full((n, 1), -1.0)
+    pressure = problem.B.sum(axis=0) / np.abs(problem.B).max()
+    matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(n), 1.0),

@@ -13,7 +13,7 @@ from shakedown.loading import loading
 def step(problem: Problem, q: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:
     """One implicit load step with all nodes closed."""
     fB, before, v = problem.f[:, None] * problem.B, v.copy(), v.copy()
-    for _ in range(400):
+    for _ in range(120):
         for j in range(problem.n):
             q_rest = q[j] + problem.A[j] @ v - problem.A[j, j] * v[j]
             fp_rest = problem.f[j] * p[j] + fB[j] @ v - fB[j, j] * v[j]
@@ -48,7 +48,7 @@ def test_witness_lies_in_the_box() -> None:
         assert np.all(np.delete(distance, node) <= radius * (1 + 1e-9))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_boxes_are_invariant_below_coupling_ratio_one(seed: int) -> None:
     problem = replace(shakedown.example("block-9"), f=0.2)
     curve = shakedown.guarantee_curve(problem, [1.0])

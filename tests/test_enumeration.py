@@ -39,7 +39,26 @@ def test_degenerate_subsets_are_listed_not_solved() -> None:
     critical = shakedown.critical_load_factors(problem, values=True)
     assert (critical.total, critical.regular, critical.degenerate) == (4, 2, 2)
     assert critical.degenerate_rows == (((0, 1), (1, 1), (1, -1)), ((0, -1), (1, 1), (1, -1)))
+    assert critical.exactly_singular == 2
     np.testing.assert_allclose(critical.load_factors, [2.0, 2.0])
+
+
+def test_nearly_singular_is_told_from_singular() -> None:
+    """Two nodes with the same stiffness, exactly or but for 1e-14."""
+    same, nearly = (
+        shakedown.critical_load_factors(
+            Problem(
+                A=[[1.0, 1.0], [1.0, 1.0 + tilt]],
+                B=np.zeros((2, 2)),
+                f=0.5,
+                q_w=[[1.0, 0.5], [-1.0, -0.5]],
+                p_w=np.full((2, 2), 4.0),
+            )
+        )
+        for tilt in (0.0, 1e-14)
+    )
+    assert same.degenerate == nearly.degenerate == same.exactly_singular > 0
+    assert nearly.exactly_singular == 0
 
 
 def test_all_degenerate_is_an_answer() -> None:

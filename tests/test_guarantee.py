@@ -11,7 +11,7 @@ from shakedown.coupling import coupling, unique_in_contact
 from shakedown.guarantee import WEAK, guarantee_status
 from shakedown.lift_off import lift_off_bound
 from shakedown.loading import loading
-from shakedown.single_node import single_node_bound
+from shakedown.single_node import single_node_cycle
 
 
 def coupled_joint(seed: int, n: int, strength: float) -> Problem:
@@ -61,12 +61,22 @@ def test_three_node_counter_example_is_evidence_only() -> None:
 
 def test_single_node_bound_is_where_the_counter_example_begins_to_cycle() -> None:
     problem = shakedown.example("three-node")
-    bound = single_node_bound(problem)
+    bound = single_node_cycle(problem).load_factor
     for load_factor, cycles in ((0.98 * bound, False), (1.0001 * bound, True), (3.0, True)):
         v = problem.initial_slip[0].copy()
         for _ in range(60):
             v, slipped = implicit_cycle(problem, load_factor, v)
         assert (slipped > 1e-6) == cycles
+
+
+def test_single_node_cycle_is_a_start_that_cycles() -> None:
+    problem = shakedown.example("three-node")
+    cycle = single_node_cycle(problem)
+    assert cycle.node == 0
+    v = cycle.slip
+    for _ in range(60):
+        v, slipped = implicit_cycle(problem, 1.0001 * cycle.load_factor, v)
+    assert slipped > 1.0
 
 
 @pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled"])

@@ -1,5 +1,6 @@
 """Friction thresholds against cited values, complete enumeration and states that really lose uniqueness."""
 
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -144,3 +145,28 @@ def test_wedging_witness_is_a_wedged_state_and_none_exists_below(seed):
 
 def test_no_wedging_without_coupling():
     assert shakedown.friction_thresholds(shakedown.example("uncoupled")).wedging.value == np.inf
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+def test_thresholds_do_not_depend_on_units(scale):
+    problem = shakedown.example("two-node")
+    scaled = replace(problem, **{key: getattr(problem, key) * scale for key in ("A", "B", "C", "q_w", "p_w")})
+    limits = shakedown.friction_thresholds(scaled)
+    v = limits.wedging.slip
+    assert limits.wedging.value == pytest.approx(np.max(np.abs(problem.A @ v) / (problem.B @ v)), rel=1e-8)
+    assert limits.wedging.value == pytest.approx(1.7542018896, rel=1e-9)
+    assert limits.uniqueness.value == pytest.approx(0.63060889, rel=1e-8)
+
+
+def test_wedging_of_two_nodes_is_the_best_of_all_directions():
+    problem = shakedown.example("two-node")
+    angle = np.linspace(0, 2 * np.pi, 200_001)
+    v = np.array([np.cos(angle), np.sin(angle)])
+    pressure = problem.B @ v
+    pressed = (pressure > 0).all(axis=0)
+    best = (np.abs(problem.A @ v)[:, pressed] / pressure[:, pressed]).max(axis=0).min()
+    assert shakedown.friction_thresholds(problem).wedging.value == pytest.approx(best, rel=1e-4)
+
+
+def test_a_rigid_motion_is_no_wedging():
+    assert np.isinf(shakedown.friction_thresholds(shakedown.example("receding-block")).wedging.low)

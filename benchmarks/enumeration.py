@@ -1,0 +1,94 @@
+"""Time per subset of the critical load factors: the compiled tree against batched solves."""
+
+from itertools import combinations, islice
+from math import comb, inf
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import shakedown
+from benchmarks.joints import random_joint
+from benchmarks.timing import median_time
+from shakedown.constraints import constraints
+from shakedown.intersection import scaled_rows
+from shakedown.subset_walk import Tree, pieces
+
+TITLE = "Critical load factors: time per subset"
+SAMPLE = 20_000
+
+METHODS = (
+    "tree, one core",
+    "tree, all cores",
+    "tree with search of the safe region",
+    "numpy batches",
+    "one-pair family",
+)
+
+
+def cases(short: bool) -> list[dict]:
+    sizes = (6, 9, 11) if short else (6, 8, 9, 10, 11, 12, 13, 14)
+    return [{"n": n, "method": method} for n in sizes for method in METHODS]
+
+
+def measure(case: dict) -> dict:
+    n, method = case["n"], case["method"]
+    problem, total = random_joint(n), comb(2 * n, n + 1)
+    rows = scaled_rows(constraints(problem))
+    if method == "numpy batches":
+        seconds, subsets = batched(rows.matrix, rows.right, min(total, SAMPLE))
+    elif method == "one-pair family":
+        subsets = n * 2 ** (n - 1)
+        seconds, found = median_time(lambda: shakedown.collapse_by_enumeration(problem, threads=1))
+        lower = shakedown.lower_bound(problem, certify=False).load_factor
+        assert abs(found.load_factor - lower) <= 1e-10 * lower
+    else:
+        threads = None if method == "tree, all cores" else 1
+        below = shakedown.lower_bound(problem, certify=False).load_factor if "search" in method else 0.0
+        tree = Tree(rows, cut=inf, feasible_below=below)
+        seconds, subsets = median_time(lambda: sum(piece.subsets for piece in pieces(tree, threads)))
+        assert subsets == total
+    return {"subsets": subsets, "total": total, "seconds": seconds, "nanoseconds": 1e9 * seconds / subsets}
+
+
+def batched(matrix: np.ndarray, right: np.ndarray, count: int) -> tuple[float, int]:
+    """``numpy.linalg.solve`` on stacks of 4096 subsets, the subsets listed beforehand."""
+    every = np.array(list(islice(combinations(range(len(matrix)), matrix.shape[1]), count)))
+    stacks = [every[i : i + 4096] for i in range(0, count, 4096)]
+
+    def solve() -> float:
+        return min(float(np.linalg.solve(matrix[s], right[s][..., None])[:, -1, 0].min()) for s in stacks)
+
+    return median_time(solve)[0], count
+
+
+def tables(rows: list[dict]) -> str:
+    by = {(r["n"], r["method"]): r for r in rows}
+    sizes = sorted({r["n"] for r in rows})
+    lines = [
+        "  n      subsets"
+        + "".join(method.split(",")[-1].strip()[:22].rjust(24) for method in METHODS)
+        + "   ratio"
+    ]
+    for n in sizes:
+        times = [by[n, method]["nanoseconds"] for method in METHODS]
+        ratio = times[3] / times[0]
+        lines.append(
+            f"{n:3d} {by[n, METHODS[0]]['total']:12,}"
+            + "".join(f"{t:21.0f} ns" for t in times)
+            + f"{ratio:8.0f}"
+        )
+    last = by[sizes[-1], "tree, all cores"]
+    lines.append(f"n = {sizes[-1]}: {last['total']:,} subsets in {last['seconds']:.2f} s on all cores")
+    return "\n".join(lines)
+
+
+def figures(rows: list[dict]) -> dict:
+    figure, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
+    for method in METHODS:
+        mine = sorted((r["n"], r["nanoseconds"]) for r in rows if r["method"] == method)
+        axes.semilogy(*zip(*mine, strict=True), "o-", ms=4, label=method)
+    axes.set_xlabel("contact nodes n")
+    axes.set_ylabel("time per subset [ns]")
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3)
+    return {"enumeration": figure}

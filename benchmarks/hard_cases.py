@@ -1,0 +1,339 @@
+"""Problems on which float solvers go wrong, and how far each road to the bounds is off the exact answer."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf, isfinite, isnan, nan
+
+import cvxpy as cp
+import highspy
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.optimize import linprog
+
+import shakedown
+from shakedown import Problem
+from shakedown.constraints import Constraints, constraints
+
+TITLE = "Hard cases: error of each road against the exact rational answer"
+
+
+def joint(seed: int = 0, n: int = 4, coupling: float = 0.3, m: int = 6, **changes) -> Problem:
+    """A random joint of moderate coupling, pressed together."""
+    rng = np.random.default_rng(seed)
+    root = coupling * rng.normal(size=(2 * n, 2 * n))
+    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
+    fields = {
+        "A": kappa[:n, :n],
+        "B": kappa[n:, :n],
+        "f": rng.uniform(0.1, 0.5, n),
+        "q_w": rng.normal(size=(m, n)),
+        "p_w": 4.0 + rng.normal(size=(m, n)),
+    }
+    return Problem(**{**fields, **changes})
+
+
+def in_units(problem: Problem, force: float, length: float) -> Problem:
+    k = force / length
+    return Problem(
+        A=problem.A * k, B=problem.B * k, f=problem.f, q_w=problem.q_w * force, p_w=problem.p_w * force
+    )
+
+
+def twins(tilt: float = 0.0) -> Problem:
+    """Two nodes that are alike, or nearly: their rows are (nearly) parallel."""
+    return Problem(
+        A=[[1.0 + tilt, 1.0], [1.0, 1.0 + 2 * abs(tilt)]],
+        B=[[0.3, 0.1], [0.3, 0.1]],
+        f=0.3,
+        q_w=[[1.0, 0.5], [-1.0, -0.5], [0.2, 0.7]],
+        p_w=[[4.0, 3.0], [4.5, 2.5], [3.0, 3.5]],
+    )
+
+
+def symmetric_block() -> Problem:
+    """Mirror symmetry and equal loads: every row comes twice or four times."""
+    A = 4 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
+    B = np.eye(6, k=1) - np.eye(6, k=-1)
+    loop = np.array([[1.0], [0.0], [-1.0], [0.0]]) * np.ones(6)
+    return Problem(A=A, B=B, f=0.4, q_w=loop, p_w=3.0 + np.roll(loop, 1, axis=0))
+
+
+def graded(decades: float) -> Problem:
+    """Stiffness with eigenvalues over many decades: κ of that condition."""
+    rng = np.random.default_rng(5)
+    basis = np.linalg.qr(rng.normal(size=(5, 5)))[0]
+    A = basis @ np.diag(10.0 ** -np.linspace(0, decades, 5)) @ basis.T
+    A = 0.5 * (A + A.T)
+    return joint(5, 5, A=A, B=0.1 * A)
+
+
+def with_friction(factor: float) -> Problem:
+    """The two-node system at a multiple of node 0's critical friction A₀₀ / |B₀₀|."""
+    problem = shakedown.example("two-node")
+    return replace(problem, f=factor * problem.A[0, 0] / problem.B[0, 0])
+
+
+def floating() -> Problem:
+    """A chain held by the contact alone: A has a rigid translation."""
+    A = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    A[0, 0] = A[-1, -1] = 1.0
+    return joint(7, 4, A=A, B=np.zeros((4, 4)))
+
+
+def mixed_units() -> Problem:
+    """Every node in units of its own, twelve decades apart."""
+    problem = joint(8, 4)
+    units = 10.0 ** np.array([-6.0, -2.0, 2.0, 6.0])
+    return Problem(
+        A=problem.A * units[:, None] * units,
+        B=problem.B * units[:, None] * units,
+        f=problem.f,
+        q_w=problem.q_w * units,
+        p_w=problem.p_w * units,
+    )
+
+
+def amplitude(size: float) -> Problem:
+    problem = joint(9, 3)
+    q0, p0 = problem.q_w.mean(axis=0), problem.p_w.mean(axis=0)
+    return replace(
+        problem,
+        q_w=q0 + size * (problem.q_w - q0),
+        p_w=p0 + size * (problem.p_w - p0),
+        q_mean=q0,
+        p_mean=p0,
+    )
+
+
+def no_room() -> Problem:
+    """A mean load exactly on the limits of node 0, both sides: λ_max = 0."""
+    return Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=[[1.0, 1.0], [-1.0, -1.0]], p_w=[[0.0, 2.0]] * 2
+    )
+
+
+def silent_node() -> Problem:
+    problem = joint(3, 4)
+    q, p = problem.q_w.copy(), problem.p_w.copy()
+    q[:, 2], p[:, 2] = 0.25, 3.0
+    return replace(problem, q_w=q, p_w=p)
+
+
+def point_loop() -> Problem:
+    problem = joint(2, 3)
+    return replace(problem, q_w=problem.q_w[:1], p_w=problem.p_w[:1])
+
+
+def line_loop() -> Problem:
+    problem, t = joint(2, 3), np.linspace(-1, 1, 5)[:, None]
+    return replace(problem, q_w=t * problem.q_w[0], p_w=4.0 + 0.5 * t * problem.q_w[0])
+
+
+def one_frictionless_node() -> Problem:
+    problem = joint(1, 3)
+    q = problem.q_w.copy()
+    q[:, 1] = 0.0
+    return replace(problem, f=[0.3, 0.0, 0.4], q_w=q)
+
+
+HARD_CASES: dict[str, Callable[[], Problem]] = {
+    "plain": joint,
+    "parallel rows": twins,
+    "nearly parallel 1e-8": lambda: twins(1e-8),
+    "nearly parallel 1e-13": lambda: twins(1e-13),
+    "nearly parallel 1e-15": lambda: twins(1e-15),
+    "symmetric block": symmetric_block,
+    "silent node": silent_node,
+    "point loop": point_loop,
+    "line loop": line_loop,
+    "frictionless": lambda: joint(1, 3, f=0.0),
+    "one frictionless node": one_frictionless_node,
+    "at critical friction": lambda: with_friction(1.0),
+    "just below critical friction": lambda: with_friction(1.0 - 1e-12),
+    "beyond critical friction": lambda: with_friction(1.3),
+    "far beyond critical friction": lambda: with_friction(20.0),
+    "condition 1e8": lambda: graded(8.0),
+    "condition 1e12": lambda: graded(12.0),
+    "condition 1e14": lambda: graded(14.0),
+    "floating": floating,
+    "mixed units": mixed_units,
+    "large forces": lambda: in_units(joint(4), 1e12, 1.0),
+    "small forces": lambda: in_units(joint(4), 1e-12, 1.0),
+    "large lengths": lambda: in_units(joint(4), 1.0, 1e12),
+    "small lengths": lambda: in_units(joint(4), 1.0, 1e-12),
+    "steel in newton and metre": lambda: in_units(joint(4), 1e3, 1e-8),
+    "load factor 1e9": lambda: amplitude(1e-9),
+    "load factor 1e-9": lambda: amplitude(1e9),
+    "load factor 0": no_room,
+    "pulled off": lambda: joint(6, 3, p_w=-np.ones((6, 3))),
+    "barely pulled off": lambda: replace(no_room(), p_w=[[-1e-12, 2.0]] * 2),
+    "barely pressed": lambda: replace(no_room(), p_w=[[1e-12, 2.0]] * 2),
+    "wedged": lambda: joint(3, 3, f=4.0, B=np.full((3, 3), 0.3) + np.eye(3)),
+    "block-9": lambda: shakedown.example("block-9"),
+    "block-9 at f = 0.2": lambda: replace(shakedown.example("block-9"), f=0.2),
+}
+
+
+Answer = tuple[str, float]
+
+
+def exact_upper(problem: Problem) -> Answer:
+    upper = shakedown.upper_bound(problem, certify=True)
+    return (upper.status, upper.load_factor) if upper.exact else ("unknown", nan)
+
+
+def exact_lower(problem: Problem) -> Answer:
+    lower = shakedown.lower_bound(problem, certify=True)
+    return (
+        (lower.status, lower.load_factor)
+        if lower.certified or lower.status != "optimal"
+        else ("unknown", nan)
+    )
+
+
+def plain_upper(problem: Problem) -> Answer:
+    upper = shakedown.upper_bound(problem, certify=False)
+    return upper.status, upper.load_factor
+
+
+def conic_upper(problem: Problem) -> Answer:
+    upper = shakedown.conic_upper_bound(problem)
+    return upper.status, upper.load_factor
+
+
+def raw_highs_upper(problem: Problem) -> Answer:
+    """HiGHS as it comes, through highspy, on the data as they are."""
+    rows, solver = constraints(problem), highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    free = highspy.kHighsInf
+    v = [solver.addVariable(lb=-free) for _ in range(rows.n)]
+    load_factor = solver.addVariable(lb=0.0)
+    try:
+        for G, d, g in zip(rows.G, rows.d, rows.g, strict=True):
+            solver.addConstr(sum(a * x for a, x in zip(G, v, strict=True)) + d * load_factor <= g)
+    except Exception:  # what highspy raises where HiGHS drops a coefficient as too small
+        return "undecided", nan
+    solver.maximize(load_factor)
+    names = {"kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded"}
+    status = names.get(solver.getModelStatus().name, "undecided")
+    return status, float(solver.val(load_factor)) if status == "optimal" else _nothing(status)
+
+
+def scipy_upper(problem: Problem) -> Answer:
+    """scipy.optimize.linprog, as it comes."""
+    rows = constraints(problem)
+    cost, bounds = np.append(np.zeros(rows.n), -1.0), [(None, None)] * rows.n + [(0, None)]
+    end = linprog(cost, A_ub=np.column_stack([rows.G, rows.d]), b_ub=rows.g, bounds=bounds)
+    status = {0: "optimal", 2: "infeasible", 3: "unbounded"}.get(end.status, "undecided")
+    return status, float(end.x[-1]) if status == "optimal" else _nothing(status)
+
+
+def cvxpy_upper(problem: Problem) -> Answer:
+    """cvxpy with its default solver and tolerances, on the data as they are."""
+    rows = constraints(problem)
+    return _by_cvxpy(rows, None)
+
+
+def clarabel_upper(problem: Problem) -> Answer:
+    """Clarabel through cvxpy at its default tolerances, on the data as they are."""
+    return _by_cvxpy(constraints(problem), cp.CLARABEL)
+
+
+def _by_cvxpy(rows: Constraints, solver: str | None) -> Answer:
+    v, load_factor = cp.Variable(rows.n), cp.Variable(nonneg=True)
+    program = cp.Problem(cp.Maximize(load_factor), [rows.G @ v + load_factor * rows.d <= rows.g])
+    try:
+        program.solve(solver=solver)
+    except cp.SolverError:
+        return "undecided", nan
+    status = str(program.status) if program.status in ("optimal", "infeasible", "unbounded") else "undecided"
+    return status, float(load_factor.value) if status == "optimal" else _nothing(status)
+
+
+def _nothing(status: str) -> float:
+    return inf if status == "unbounded" else nan
+
+
+ROADS: dict[str, Callable[[Problem], Answer]] = {
+    "shakedown": exact_upper,
+    "shakedown, floats only": plain_upper,
+    "shakedown, conic": conic_upper,
+    "highspy": raw_highs_upper,
+    "scipy linprog": scipy_upper,
+    "cvxpy default": cvxpy_upper,
+    "cvxpy Clarabel": clarabel_upper,
+}
+
+
+def cases(short: bool) -> list[dict]:
+    return [{"problem": name, "road": road} for name in HARD_CASES for road in ROADS]
+
+
+def measure(case: dict) -> dict:
+    problem = HARD_CASES[case["problem"]]()
+    expected, value = exact_upper(problem)
+    status, found = ROADS[case["road"]](problem)
+    if status != expected:
+        verdict = "open" if status == "undecided" else "wrong status"
+        error = nan
+    elif status != "optimal":
+        verdict, error = "right", 0.0
+    else:
+        error = abs(found - value) / value if value > 0 else abs(found)
+        verdict = "right" if error <= 1e-9 else "off"
+    return {
+        "exact_status": expected,
+        "exact": _plain(value),
+        "status": status,
+        "value": _plain(found),
+        "error": _plain(error),
+        "verdict": verdict,
+    }
+
+
+def _plain(value: float) -> float | str | None:
+    return None if isnan(value) else value if isfinite(value) else "inf"
+
+
+def tables(rows: list[dict]) -> str:
+    names, roads = list(dict.fromkeys(r["problem"] for r in rows)), list(ROADS)
+    cell = {(r["problem"], r["road"]): r for r in rows}
+    lines = [
+        " " * 30
+        + "exact".rjust(12)
+        + "".join(road.replace("shakedown", "sd")[-16:].rjust(17) for road in roads)
+    ]
+    for name in names:
+        first = cell[name, roads[0]]
+        exact = first["exact"] if isinstance(first["exact"], float) else first["exact_status"]
+        shown = f"{exact:.5g}" if isinstance(exact, float) else exact
+        lines.append(
+            name.ljust(30) + shown.rjust(12) + "".join(_cell(cell[name, r]).rjust(17) for r in roads)
+        )
+    right = [sum(cell[name, road]["verdict"] == "right" for name in names) for road in roads]
+    lines.append(f"right to 1e-9, of {len(names)}".ljust(42) + "".join(str(k).rjust(17) for k in right))
+    return "\n".join(lines)
+
+
+def _cell(row: dict) -> str:
+    if row["verdict"] in ("wrong status", "open"):
+        return f"{'! ' if row['verdict'] == 'wrong status' else ''}{row['status']}"
+    return f"{row['error']:.1e}" if row["status"] == "optimal" else "right"
+
+
+def figures(rows: list[dict]) -> dict:
+    figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    for k, road in enumerate(ROADS):
+        mine = [r for r in rows if r["road"] == road]
+        errors = [max(r["error"], 1e-17) for r in mine if r["verdict"] in ("right", "off")]
+        lost = sum(r["verdict"] in ("wrong status", "open") for r in mine)
+        axes.semilogx(
+            errors, np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors)), "o", ms=4, alpha=0.6
+        )
+        axes.text(1.5e-2, k, f"{lost} without the answer" if lost else "", va="center", fontsize=8)
+    axes.axvline(1e-9, color="k", lw=0.8, ls="--")
+    axes.set_yticks(range(len(ROADS)), list(ROADS))
+    axes.set_xlim(3e-18, 10)
+    axes.set_xlabel("relative error of the upper bound")
+    axes.invert_yaxis()
+    return {"hard_cases": figure}
