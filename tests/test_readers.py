@@ -223,6 +223,33 @@ def test_a_named_matrix_is_taken_out_of_several(tmp_path):
         read_stiffness(write(tmp_path, both), dof_map=rows, matrix="NO")
 
 
+PUNCH = """$ continuation names in columns 73 to 80, numbers that touch, exponents with D
+DMIG    KAAX           0       6       2       0                       2
+DMIG*   KAAX                           1               1                *K     1
+*K     1               1               1 2.000000000D+00
+*      1               1               2-1.866666647D+07
+DMIG*   KAAX                           1               2                *K     2
+*K     2               1               2 3.000000000D+00
+DMIG    MAAX           0       6       2       0                       2
+DMIG    MAAX           1       1               1       1     1.0
+"""
+
+
+def test_a_punch_file_with_continuation_names(tmp_path):
+    found = read_stiffness(write(tmp_path, PUNCH))
+    assert found.K.toarray().tolist() == [[2.0, -1.866666647e7], [-1.866666647e7, 3.0]]
+
+
+def test_calculix_s_matrix_layout_with_stored_zeros(tmp_path):
+    """Newer CalculiX: fixed widths with commas, the upper triangle, zeros written."""
+    text = "         7,    1,         7,    1, 2.0000000000000E+00\n"
+    text += "         7,    1,         7,    2, 0.0000000000000E+00\n"
+    text += "         7,    2,         7,    2, 3.0000000000000E+00\n"
+    found = read_stiffness(write(tmp_path, text))
+    assert found.format == "Abaqus matrix input"
+    assert found.K.toarray().tolist() == [[2.0, 0.0], [0.0, 3.0]]
+
+
 def test_binary_and_missing_files_are_named(tmp_path):
     path = tmp_path / "x.sim"
     path.write_bytes(b"\x01\0\0\0" * 100)
