@@ -9,8 +9,9 @@ from shakedown.cli.output import echo_json, headline, listing, number, paragraph
 import shakedown
 from shakedown.bounds import ShakedownBounds, UpperBound
 from shakedown.documents import bounds_document, friction_document
-from shakedown.meaning import bounds_in_words
+from shakedown.meaning import bounds_in_words, friction_in_words
 from shakedown.problem import Problem
+from shakedown.thresholds import FrictionThresholds
 
 
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
@@ -19,17 +20,19 @@ from shakedown.problem import Problem
 def solve(problem: Problem, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     bounds = shakedown.shakedown_bounds(problem)
+    limits = shakedown.friction_thresholds(problem)
     if as_json:
-        echo_json(bounds_document(problem, bounds) | {"friction": friction_document(problem)})
+        echo_json(bounds_document(problem, bounds) | {"friction": friction_document(limits)})
     else:
-        click.echo(_text(problem, bounds))
+        click.echo(_text(problem, bounds, limits))
 
 
-def _text(problem: Problem, bounds: ShakedownBounds) -> str:
+def _text(problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), "", listing(_facts(bounds)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
-    thresholds = [number(float(each), 5) for each in friction_document(problem)["single_node"]]
+    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
+    thresholds = [number(each, 5) for each in limits.single_node]
     rows = [
         [str(j), number(upper.slip[j]), number(lower.slip[j]), _sides(upper, j), thresholds[j]]
         for j in range(problem.n)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from shakedown.curve import GuaranteeCurve
     from shakedown.enumeration import CriticalLoadFactors, Intersection
     from shakedown.simulation import Simulation
+    from shakedown.thresholds import FrictionThresholds, Threshold
     from shakedown.verification import Verification
 
 
@@ -94,6 +95,7 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
                 "upper": {"status": v.second_upper.status, "load_factor": v.second_upper.load_factor},
             },
             "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
+            "friction": friction_document(v.friction),
             "guarantee_curve": None if v.curve is None else curve_document(v.curve),
             "runs": runs,
         }
@@ -129,8 +131,23 @@ def _intersection_document(intersection: "Intersection") -> dict[str, Any]:
     return {key: getattr(intersection, key) for key in keys}
 
 
-def friction_document(problem: Problem) -> dict[str, Any]:
-    """Friction thresholds as ``shakedown-bounds solve --json`` writes them."""
-    with np.errstate(divide="ignore"):
-        single = np.diag(problem.A) / np.abs(np.diag(problem.B))
-    return plain({"single_node": single, "uniqueness_in_contact": None, "uniqueness": None, "wedging": None})
+def friction_document(limits: "FrictionThresholds") -> dict[str, Any]:
+    """Friction thresholds as ``shakedown-bounds solve --json`` writes them.
+
+    A threshold of which only an interval is known is None; the interval stands beside it.
+    """
+    return plain(
+        {
+            "single_node": limits.single_node,
+            "uniqueness_in_contact": limits.uniqueness_in_contact.value,
+            "uniqueness_in_contact_interval": _interval(limits.uniqueness_in_contact),
+            "uniqueness": None if limits.uniqueness is None else limits.uniqueness.value,
+            "uniqueness_interval": None if limits.uniqueness is None else _interval(limits.uniqueness),
+            "wedging": limits.wedging.value,
+            "unit": "factor on f" if limits.factor else "friction coefficient",
+        }
+    )
+
+
+def _interval(threshold: "Threshold") -> list[float]:
+    return [threshold.low, threshold.high]

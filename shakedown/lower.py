@@ -51,6 +51,9 @@ class LowerBound:
         ρ, the spectral radius of the slip-to-slip influence; NaN where undefined.
     single_node_bound
         Below this load factor no node alone can slip cyclically; NaN where not computed.
+    lift_off_bound
+        Below this load factor no admissible slip lifts a node off; NaN where it was not
+        needed for the guarantee.
     residual
         Largest relative violation of the rows at ``slip``.
     certified
@@ -71,6 +74,7 @@ class LowerBound:
     reason: str
     coupling_ratio: float
     single_node_bound: float
+    lift_off_bound: float
     residual: float
     certified: tuple[float, float] | None
     kind: str = "first-collapse"
@@ -158,6 +162,7 @@ def _collapse(
         reason=_reason(problem, load_factor, node, status.reason),
         coupling_ratio=status.coupling_ratio,
         single_node_bound=status.single_node_bound,
+        lift_off_bound=status.lift_off_bound,
         residual=_collapse_excess(rows, node, x),
         certified=certified,
     )
@@ -176,6 +181,7 @@ def _no_collapse(rows: Constraints, status: str, load_factor: float, reason: str
         reason=reason,
         coupling_ratio=nan,
         single_node_bound=nan,
+        lift_off_bound=nan,
         residual=nan,
         certified=None,
     )

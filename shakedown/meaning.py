@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound
+from shakedown.problem import Problem
+from shakedown.thresholds import FrictionThresholds, Threshold
 
 if TYPE_CHECKING:
     from shakedown.enumeration import CriticalLoadFactors
@@ -90,3 +92,43 @@ def critical_in_words(
             "intersection at a positive load factor says nothing about that."
         )
     return sentences
+
+
+def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]:
+    """Where the friction of a problem stands against its thresholds, and what follows.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("jump")
+    >>> friction_in_words(joint, shakedown.friction_thresholds(joint))[0]
+    'The friction lies above the threshold of uniqueness (0.35568): the evolution may have ...'
+    """
+    friction = 1.0 if limits.factor else float(problem.f.max())
+    closed, opened = limits.uniqueness_in_contact, limits.uniqueness
+    if opened is None:
+        pairs = [(" with all nodes in contact", closed)]
+    elif (opened.low, opened.high) == (closed.low, closed.high):
+        pairs = [("", closed)]
+    else:
+        pairs = [(" with all nodes in contact", closed), (" where nodes separate", opened)]
+    sentences = [_uniqueness(friction, where, threshold) for where, threshold in pairs]
+    if limits.wedging.value <= friction:
+        sentences.append(
+            f"It lies above the threshold of wedging ({limits.wedging.value:.5g}): locked-in slip can hold "
+            "the joint without any load."
+        )
+    return sentences
+
+
+def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
+    name = f"the threshold of uniqueness{where}"
+    if friction >= threshold.high:
+        return (
+            f"The friction lies above {name} ({threshold.high:.5g}): the evolution may have several "
+            "continuations or none, and then it jumps."
+        )
+    if friction < threshold.low:
+        limit = f"{threshold.low:.5g}" if threshold.low == threshold.high else f"at least {threshold.low:.5g}"
+        return f"The friction lies below {name} ({limit})."
+    return f"It is open whether the friction lies below {name} ({threshold.low:.5g} … {threshold.high:.5g})."

@@ -21,7 +21,7 @@ from shakedown.figures import (
     slip_per_cycle_figure,
     slip_space_figure,
 )
-from shakedown.meaning import bounds_in_words, critical_in_words
+from shakedown.meaning import bounds_in_words, critical_in_words, friction_in_words
 from shakedown.npz import atomic_write
 from shakedown.verification import Run, Verification
 
@@ -63,6 +63,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "problems": [*v.disagreements, *v.open_questions],
         "bounds": _bounds_rows(v),
         "meaning": bounds_in_words(v.bounds),
+        "friction": friction_in_words(v.problem, v.friction),
         "runs": [_run_row(run) for run in v.runs],
         "runs_note": RUNS_NOTE,
         "figures": _figures(v),
@@ -139,13 +140,14 @@ def _run_row(run: Run) -> dict[str, str]:
     }
 
 
-def _node_rows(v: Verification) -> list[tuple[str, str, str, str]]:
+def _node_rows(v: Verification) -> list[tuple[str, str, str, str, str]]:
     upper, lower = v.bounds.upper, v.bounds.lower
     sides = {+1: "backward", -1: "forward"}
     rows = []
     for j in range(v.problem.n):
         active = " and ".join(sides[side] for node, side in upper.active if node == j) or "–"
-        rows.append((str(j), _number(upper.slip[j]), _number(lower.slip[j]), active))
+        threshold = _number(v.friction.single_node[j], 5)
+        rows.append((str(j), _number(upper.slip[j]), _number(lower.slip[j]), active, threshold))
     return rows
 
 

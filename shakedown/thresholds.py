@@ -178,7 +178,7 @@ def set_threshold(
 def condensed(
     problem: Problem, slipping: tuple[int, ...], separated: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray] | None:
-    """A and B of the slipping nodes, the separated ones free, the rest stuck; None where nothing holds them."""
+    """A and B of the slipping nodes, separated ones free, the rest stuck; None where nothing holds them."""
     s, o, n = list(slipping), list(separated), problem.n
     if not o:
         return problem.A[np.ix_(s, s)], problem.B[np.ix_(s, s)]

@@ -17,6 +17,7 @@ from shakedown.margin import safe_slip
 from shakedown.outcome import Outcome
 from shakedown.problem import FloatArray, Problem
 from shakedown.simulation import Simulation, simulate
+from shakedown.thresholds import FrictionThresholds, friction_thresholds
 
 BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
@@ -65,6 +66,8 @@ class Verification:
         All (n+1)-subsets, or None where there are more than the budget allows.
     subsets
         Their number.
+    friction
+        Friction thresholds.
     curve
         λ_1(R) for initial states near the safe slip, or None where there is no
         gap between the bounds to close.
@@ -82,6 +85,7 @@ class Verification:
     second_upper: ConicBound
     critical: CriticalLoadFactors | None
     subsets: int
+    friction: FrictionThresholds
     curve: GuaranteeCurve | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
@@ -159,6 +163,7 @@ def verify(
         second_upper=second_upper,
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
+        friction=friction_thresholds(problem),
         curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),

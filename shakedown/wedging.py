@@ -7,6 +7,7 @@ import numpy as np
 from shakedown.linear_program import INF, LinearProgram
 from shakedown.problem import FloatArray, Problem
 
+LARGEST_PROBLEM = 100  # nodes
 LARGEST = 1e8  # coefficient up to which a wedged state is looked for
 ROUND_OFF = 1e-11  # reactions, relative to the terms of their sum, that count as zero
 CLOSE = 1e-9  # relative gap at which the search ends
@@ -31,8 +32,8 @@ class Wedging:
 
     @property
     def value(self) -> float:
-        """The threshold (``high``; the interval is closed to nine digits)."""
-        return self.high
+        """The threshold; NaN where only an interval is known."""
+        return self.high if self.low >= self.high * (1 - 2 * CLOSE) or self.low == self.high else np.nan
 
 
 def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
@@ -49,6 +50,8 @@ def wedging_threshold(problem: Problem, phi: FloatArray) -> Wedging:
     2.0
     """
     none = np.full(problem.n, np.nan)
+    if problem.n > LARGEST_PROBLEM:  # the programs would take minutes
+        return Wedging(0.0, np.inf, none)
     if not problem.B.any():
         return Wedging(np.inf, np.inf, none)
     scale = np.abs(problem.A).max() / np.abs(problem.B).max()
