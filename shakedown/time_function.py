@@ -59,7 +59,8 @@ def _function(table: Table, steps: int | None, folder: Path) -> FloatArray:
     else:
         if steps is None or not 1 <= steps <= MOST_STEPS:
             raise ProblemError(
-                f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, found {steps}"
+                f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, "
+                f"found {steps}"
             )
         t = np.arange(steps) / steps
         values = _harmonics(table, t) if kinds[0] == "harmonics" else _points(table, t)
