@@ -15,6 +15,7 @@ on where it stopped.
 STUDIES: tuple[str, ...] = (
     "hard_cases",
     "enumeration",
+    "block_cycle",
     "bounds",
     "adversary",
     "evolution",
@@ -22,4 +23,5 @@ STUDIES: tuple[str, ...] = (
     "long_term",
     "receding",
     "refinement",
+    "worked_examples",
 )

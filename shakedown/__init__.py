@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from shakedown.event_history import EventHistory as EventHistory
     from shakedown.event_history import EventKind as EventKind
     from shakedown.evolution import Evolution as Evolution
-    from shakedown.evolution import EvolutionResult as EvolutionResult
-    from shakedown.evolution import evolve as evolve
+    from shakedown.evolved import EvolutionResult as EvolutionResult
+    from shakedown.evolved import evolve as evolve
     from shakedown.examples import example as example
     from shakedown.examples import example_names as example_names
     from shakedown.importing import Import as Import
@@ -54,12 +54,16 @@ if TYPE_CHECKING:
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
     from shakedown.report import write_report as write_report
+    from shakedown.scene import Scene as Scene
+    from shakedown.scene import reduced_scene as reduced_scene
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
     from shakedown.thresholds import FrictionThresholds as FrictionThresholds
     from shakedown.thresholds import Threshold as Threshold
     from shakedown.thresholds import friction_thresholds as friction_thresholds
+    from shakedown.transient import TransientLimit as TransientLimit
+    from shakedown.transient import transient_limit as transient_limit
     from shakedown.upper import UpperBound as UpperBound
     from shakedown.upper import upper_bound as upper_bound
     from shakedown.verification import Run as Run
@@ -85,7 +89,10 @@ _HOMES = {
     "shakedown.conic": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.examples": "example example_names",
     "shakedown.event_history": "EventHistory EventKind",
-    "shakedown.evolution": "Evolution EvolutionResult evolve",
+    "shakedown.evolution": "Evolution",
+    "shakedown.evolved": "EvolutionResult evolve",
+    "shakedown.scene": "Scene reduced_scene",
+    "shakedown.transient": "TransientLimit transient_limit",
     "shakedown.thresholds": "FrictionThresholds Threshold friction_thresholds",
     "shakedown.jump": "Jump",
     "shakedown.long_term": "LongTermState long_term_state",

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
-from shakedown.active_set import OPEN, STICK
-from shakedown.evolution import CycleRecord, Evolution, State
+from shakedown.cycle_record import CycleRecord, State
+from shakedown.evolution import Evolution
+from shakedown.gauss_seidel import OPEN, STICK
 from shakedown.problem import FloatArray
 
 UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1

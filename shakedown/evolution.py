@@ -1,17 +1,16 @@
 """Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from shakedown import event_driven as kernel
 from shakedown.active_set import active_set, factorize
 from shakedown.contact_law import law_violation, scales
+from shakedown.cycle_record import CycleRecord, State, Stop
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
 from shakedown.gauss_seidel import BACKWARD_SLIP, OPEN
-from shakedown.initial_state import check_arguments, checked_initial_slip
+from shakedown.initial_state import checked_initial_slip, ramp_start
 from shakedown.jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
@@ -21,51 +20,6 @@ from shakedown.tolerances import DEFAULT, Tolerances
 RECORD_ROWS = 512
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_JUMPS = 20  # per cycle
-
-
-@dataclass(frozen=True)
-class Stop:
-    """Why an evolution ended before its time: reason, time in cycles, node concerned (or −1)."""
-
-    reason: str
-    cycle: float
-    node: int
-
-
-@dataclass(frozen=True)
-class CycleRecord:
-    """What one cycle did.
-
-    Attributes
-    ----------
-    slip : (n,)
-        Σ|Δv| in contact [length].
-    dissipation
-        Frictional dissipation, and the energy released by jumps [force × length].
-    opened : (n,)
-        Whether the node was open for some time.
-    events
-        Number of events other than load steps.
-    signature
-        Identifies the sequence of contact states passed through.
-    jumps
-        The jumps in this cycle.
-    """
-
-    slip: FloatArray
-    dissipation: float
-    opened: NDArray[np.bool_]
-    events: int
-    signature: int
-    jumps: tuple[Jump, ...]
-
-
-@dataclass(frozen=True)
-class State:
-    """A state between two cycles: slips and gaps u = (v, w), (2n,), and contact states, (n,)."""
-
-    u: FloatArray
-    contact: NDArray[np.int64]
 
 
 class Evolution:
@@ -135,9 +89,7 @@ class Evolution:
         if problem.q_transient is not None and problem.p_transient is not None:
             before = np.hstack([problem.q_transient, problem.p_transient])
         first = np.vstack([before, self.load])[0]
-        locked_q, locked_p = problem.A @ start, problem.B @ start
-        ramp = np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
-        return np.vstack([ramp, before])
+        return np.vstack([ramp_start(problem, first, start), before])
 
     @property
     def state(self) -> State:
@@ -297,78 +249,6 @@ class Evolution:
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         self.stop = Stop(f"{reasons[status]} at time {time:.6g} cycles", time, node)
-
-
-@dataclass(frozen=True)
-class EvolutionResult:
-    """Result of :func:`evolve`.
-
-    Attributes
-    ----------
-    load_factor, initial_slip
-        What was simulated.
-    cycles
-        What every cycle did.
-    history
-        Every event.
-    stop
-        Why it ended before its time; None where it did not.
-    """
-
-    load_factor: float
-    initial_slip: FloatArray
-    cycles: tuple[CycleRecord, ...]
-    history: EventHistory
-    stop: Stop | None
-
-
-def evolve(
-    problem: Problem,
-    load_factor: float,
-    initial_slip: ArrayLike | None = None,
-    *,
-    cycles: int = 1,
-    damping: ArrayLike | None = None,
-    tolerances: Tolerances = DEFAULT,
-) -> EvolutionResult:
-    """The exact path of a joint through its transient and a number of cycles (thesis (2.10), (2.3)–(2.9)).
-
-    Parameters
-    ----------
-    problem
-        The joint and its loading.
-    load_factor
-        λ ≥ 0, multiplies the periodic part of the loading.
-    initial_slip : (n,), optional
-        Slip at the start, all nodes closed [length]; zero by default.
-    cycles
-        How many.
-    damping : (2n,), optional
-        Diagonal of the matrix D that carries the state across jumps, only ratios
-        matter; by default in proportion to the diagonal of κ.
-
-    Raises
-    ------
-    UsageError
-        If an argument is out of range.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> run = evolve(shakedown.example("three-node"), 2.6, [2.60902, -0.60226, -0.36541], cycles=2)
-    >>> run.stop is None, run.cycles[1].events
-    (True, 3)
-    """
-    check_arguments(load_factor, cycles)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping)
-    start = evolution.motion.u[: problem.n].copy()
-    records: list[CycleRecord] = []
-    while len(records) < cycles:
-        record = evolution.cycle(record=True)
-        if record is None:
-            break
-        records.append(record)
-    return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
 
 
 def checked_damping(kappa: FloatArray, damping: ArrayLike | None) -> FloatArray:

@@ -54,6 +54,38 @@ def one_node() -> Problem:
     )
 
 
+def one_node_separation() -> Problem:
+    """Separation and stick in turn, without slip, above the critical friction 2/3 (scenario A.6).
+
+    The node closes at a slip that puts the apex of its stick sector on the path
+    of the load, so that it opens there again. From the second initial slip the
+    same loading shakes down: above the critical friction Melan's theorem fails.
+    """
+    return _above_critical("one node, separation and stick (A.6)", [1.0, 1.0], [5.0, 1.0], [[0.0], [2.0]])
+
+
+def one_node_cyclic() -> Problem:
+    """Cyclic slip with separation, above the critical friction 2/3 (scenario A.7).
+
+    From the second initial slip the same loading shakes down.
+    """
+    q_w, p_w = [0.0, 2.0, 2.5], [0.0, 2.5, 4.0]
+    return _above_critical("one node, cyclic slip (A.7)", q_w, p_w, [[-0.5], [1.0]])
+
+
+def _above_critical(name: str, q_w: list[float], p_w: list[float], slips: list[list[float]]) -> Problem:
+    return Problem(
+        name=name,
+        A=[[1.0]],
+        B=[[1.5]],
+        C=[[4.0]],
+        f=0.8,
+        q_w=np.reshape(q_w, (-1, 1)),
+        p_w=np.reshape(p_w, (-1, 1)),
+        initial_slip=slips,
+    )
+
+
 def two_node() -> Problem:
     """The two-node system of thesis §5.3.1–5.3.2, fifty load steps."""
     t = np.arange(50) / 50
@@ -154,6 +186,8 @@ def _shipped(name: str) -> Problem:
 
 _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "one-node": one_node,
+    "one-node-separation": one_node_separation,
+    "one-node-cyclic": one_node_cyclic,
     "two-node": two_node,
     "uncoupled": uncoupled,
     "three-node": three_node,

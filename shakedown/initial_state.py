@@ -1,4 +1,4 @@
-"""What every simulation is asked for: a load factor, a number of cycles, an initial slip."""
+"""What every simulation is asked for and where it starts: load factor, cycles, initial slip, initial ramp."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,3 +23,14 @@ def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> Fl
     if not np.isfinite(slip).all():
         raise UsageError(f"initial slip: expected finite numbers, found {slip[~np.isfinite(slip)][0]}")
     return slip
+
+
+def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
+    """Welded reactions (2n,) from which the load rises to its first load step, all nodes stuck.
+
+    Tangential reactions are zero, normal ones those of the first load step (in
+    magnitude), so that an initial slip that is admissible there stays as it is.
+    """
+    n = problem.n
+    locked_q, locked_p = problem.A @ start, problem.B @ start
+    return np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])

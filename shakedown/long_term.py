@@ -1,6 +1,6 @@
 """The state that a joint settles into under periodic loading, exactly (long-term state)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, log
 
 import numpy as np
@@ -8,11 +8,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.contact_law import law_violation
 from shakedown.cycle_map import CycleMap, Limit, follow_period, limit
+from shakedown.cycle_record import CycleRecord, State
 from shakedown.event_history import EventHistory, EventKind
-from shakedown.evolution import CycleRecord, Evolution, State
+from shakedown.evolution import Evolution
+from shakedown.evolved import expanded_history
 from shakedown.initial_state import check_arguments
 from shakedown.outcome import Outcome
 from shakedown.problem import FloatArray, Problem
+from shakedown.scene import Scene, reduced_scene
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -54,6 +57,8 @@ class LongTermState:
         relative to the length scale.
     history
         The events of that period.
+    scene
+        What was left out, where that was asked for and could be done.
     """
 
     load_factor: float
@@ -73,6 +78,7 @@ class LongTermState:
     residual: float
     return_error: float
     history: EventHistory
+    scene: Scene | None = None
 
     @property
     def cycles_to_one_percent(self) -> int:
@@ -87,6 +93,7 @@ def long_term_state(
     *,
     max_cycles: int = 1000,
     longest_period: int = 8,
+    reduce: bool = False,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
     """What becomes of a joint under its loading loop, decided exactly and not by waiting.
@@ -111,6 +118,8 @@ def long_term_state(
         Give up after so many cycles, with the outcome "undecided".
     longest_period
         Longest period looked for, in cycles.
+    reduce
+        Follow only the nodes that can move (:func:`reduced_scene`).
 
     Raises
     ------
@@ -126,8 +135,28 @@ def long_term_state(
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
     check_arguments(load_factor, max_cycles)
+    if reduce:
+        scene = reduced_scene(problem, load_factor, initial_slip)
+        moving = scene.initial_slip[scene.moving]
+        small = _Search(scene.problem, load_factor, moving, tolerances, longest_period).run(max_cycles)
+        if small.period and EventKind.JUMPS not in small.history.kind:
+            return _expanded(problem, small, scene)
     search = _Search(problem, load_factor, initial_slip, tolerances, longest_period)
     return search.run(max_cycles)
+
+
+def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
+    """The long-term state of a reduced problem in terms of all nodes."""
+    return replace(
+        small,
+        initial_slip=scene.initial_slip,
+        final_slip=scene.spread(small.final_slip, scene.initial_slip),
+        drift=scene.spread(small.drift, 0.0),
+        slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
+        open_nodes=scene.spread(small.open_nodes, False),
+        history=expanded_history(problem, small.load_factor, scene, small.history),
+        scene=scene,
+    )
 
 
 class _Search:

@@ -178,7 +178,7 @@ def set_threshold(
 def condensed(
     problem: Problem, slipping: tuple[int, ...], separated: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray] | None:
-    """A and B of the slipping nodes, separated ones free, the rest stuck; None where nothing holds them."""
+    """A and B of the slipping nodes, the separated ones free, the rest stuck; None where not held."""
     s, o, n = list(slipping), list(separated), problem.n
     if not o:
         return problem.A[np.ix_(s, s)], problem.B[np.ix_(s, s)]
@@ -241,18 +241,9 @@ def energy_bound(problem: Problem, phi: FloatArray, *, separation: bool) -> floa
 
     middle = 0.5 * np.log(max(np.linalg.eigvalsh(second)[-1], 1e-300) / np.linalg.eigvalsh(first)[-1])
     low, high = middle - 10.0, middle + 10.0  # `bound` is convex in log c
-    # Golden section: one new value a step; a bound need not be the best one.
-    a, b = low + 0.382 * (high - low), low + 0.618 * (high - low)
-    at_a, at_b = bound(a), bound(b)
-    for _ in range(20):
-        if at_a < at_b:
-            high, b, at_b = b, a, at_a
-            a = low + 0.382 * (high - low)
-            at_a = bound(a)
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + 0.618 * (high - low)
-            at_b = bound(b)
+    for _ in range(60):
+        a, b = low + 0.382 * (high - low), low + 0.618 * (high - low)
+        low, high = (low, b) if bound(a) < bound(b) else (a, high)
     largest = bound(0.5 * (low + high))
     return 2.0 / largest if largest > 0 else np.inf
 
