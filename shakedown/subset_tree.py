@@ -3,8 +3,8 @@
 A subset is a path of increasing row numbers. Choosing a row eliminates one slip
 from all rows that can still follow, once for the whole subtree; the last three rows
 share their cross products, so that a leaf costs two short dot products and one
-division. The pivot is the row's largest entry among the slips that are left; the load factor is eliminated only by a
-row in which no slip is left, which gives its value.
+division. The pivot is the row's largest entry among the slips that are left; the
+load factor is eliminated only by a row in which no slip is left, which gives its value.
 
 Where the largest entry is small, the prefix is *suspect*: it is set aside, with all
 its completions, to be examined by other means.
