@@ -180,8 +180,10 @@ def place_event(rate: Any, node: int, kind: int) -> None:
     """Put the node of the last event at the limit that it has reached, whatever round-off says."""
     if kind in (OPENS, CLOSES):
         rate.place[node] = APEX
-    elif kind != LOAD_STEP and rate.place[node] != APEX:
-        rate.place[node] = ON_BACKWARD if kind == REACHES_BACKWARD_LIMIT else ON_FORWARD
+    elif kind == REACHES_BACKWARD_LIMIT and rate.place[node] != APEX:
+        rate.place[node] = ON_BACKWARD
+    elif kind == REACHES_FORWARD_LIMIT and rate.place[node] != APEX:
+        rate.place[node] = ON_FORWARD
 
 
 @numba.njit(cache=True)

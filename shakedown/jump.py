@@ -109,7 +109,8 @@ class ViscousMotion:
         dt = 0.05 / float(np.max(np.diag(self.kappa) / self.damping))
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
-        while self.steps < MAX_STEPS and dt > shortest and np.abs(self.u - self.start).max() < far:
+        longest = FAR * FAR * dt
+        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
             if not self._step(dt):
                 dt *= 0.5
                 continue
@@ -132,6 +133,8 @@ class ViscousMotion:
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
         status = kernel.load_steps(act, rates(n), mo, kernel.record(0, n), path, 0, True, self.precision)
         if status != kernel.DONE:
+            return False
+        if not np.isfinite(mo.u).all():
             return False
         velocity = (mo.u - self.u) / dt
         motion = max(float(np.abs(mo.u - self.start).max()), 1e-9 * self.scale.length)
