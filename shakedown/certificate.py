@@ -6,10 +6,12 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.constraints import Constraints, constraints
 from shakedown.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
 from shakedown.linear_program import Outcome
 from shakedown.problem import FloatArray, Problem
 from shakedown.rational import HAS_FLINT, ExactRows, enclosure, exact_rows
+from shakedown.tolerances import DEFAULT
 
 CERTIFIED_UP_TO = 40
 CERTIFIED_UP_TO_WITHOUT_FLINT = 12
@@ -63,12 +65,24 @@ def certified_upper(problem: Problem, outcome: Outcome) -> Certificate | None:
 
     Returns
     -------
-        The certificate, or None where no regular basis was found.
+        The certificate, or None where no regular basis was found, or where the
+        answer rests on the round-off of the stored stiffness.
     """
     rows = exact_rows(problem)
     program = _upper_program(rows)
     end = exact_vertex(program, *_start(program, outcome))
-    return None if end is None else _certificate(program, end, rows)
+    return None if end is None else _accepted(_certificate(program, end, rows), problem, outcome)
+
+
+def rests_on_round_off(rows: Constraints, slip: FloatArray, load_factor: float) -> bool:
+    """Whether a slip is so large that the last digits of the stored stiffness make the answer.
+
+    A body held by the contact alone has rigid motions without resistance. Stored, they
+    have one of the size of round-off, and exact arithmetic would build on it.
+    """
+    terms = np.abs(rows.G) @ np.abs(slip)
+    forces = np.abs(rows.g) + (abs(load_factor) * np.abs(rows.d) if np.isfinite(load_factor) else 0.0)
+    return bool(np.finfo(float).eps * terms.max() > DEFAULT.stored_digits * forces.max())
 
 
 def starts_safe(problem: Problem, outcome: Outcome) -> bool | None:
@@ -79,7 +93,10 @@ def starts_safe(problem: Problem, outcome: Outcome) -> bool | None:
     rows = exact_rows(problem)
     program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
     end = exact_vertex(program, *_start(program, outcome))
-    return None if end is None else end.status == "optimal" and end.x[-1] == 0
+    if end is None or end.status != "optimal" or end.x[-1] != 0:
+        return None if end is None else False
+    slip = _rounded(end.x[:-1], end.x_scale)
+    return None if rests_on_round_off(constraints(problem), slip, 0.0) else True
 
 
 def certified_lower(problem: Problem, outcomes: list[Outcome], first: int) -> tuple[int, Certificate] | None:
@@ -110,7 +127,20 @@ def certified_lower(problem: Problem, outcomes: list[Outcome], first: int) -> tu
             return None
         if end.status == "optimal" and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
             best, first = end, j
-    return first, _certificate(programs[first], best, rows)
+    certificate = _accepted(_certificate(programs[first], best, rows), problem, outcomes[first])
+    return None if certificate is None else (first, certificate)
+
+
+def _accepted(certificate: Certificate, problem: Problem, outcome: Outcome) -> Certificate | None:
+    """The certificate, unless it contradicts the floats and rests on the round-off of the stiffness."""
+    if certificate.status == "infeasible":
+        return certificate
+    if outcome.vertex is not None and certificate.status == "optimal":
+        gap = abs(abs(outcome.vertex.x[-1]) - certificate.load_factor)
+        if gap <= DEFAULT.stored_digits * certificate.load_factor:
+            return certificate
+    doubtful = rests_on_round_off(constraints(problem), certificate.slip, certificate.load_factor)
+    return None if doubtful else certificate
 
 
 def _upper_program(rows: ExactRows) -> ExactProgram:

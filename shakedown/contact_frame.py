@@ -132,7 +132,8 @@ def contact_frame(
         listed = ", ".join(f"({node}, {axis})" for node, axis in missing[:4])
         raise ProblemError(
             f"contact: expected a row for every contact node in directions {axes[0]} and {axes[1]}, "
-            f"found none for {len(missing)} of {len(wanted)}, first (node, direction) {listed}"
+            f"found none for {len(missing)} of {len(wanted)}, first (node, direction) {listed} "
+            "(a direction that is constrained or tied has no row)"
         )
     rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], 2)
     unit = _unit_normals(normals, len(labels))

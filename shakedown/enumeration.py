@@ -19,6 +19,7 @@ Progress = Callable[[int, int], None]
 LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded
 BATCH = 4096
+COUNTABLE = 10**40  # so many subsets and more are not even sampled
 BUDGET = 200_000_000
 
 
@@ -216,24 +217,36 @@ def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, with the time that a sample lets one expect."""
     if total <= budget:
         return
-    scaled, sample = scaled_rows(rows), min(total, SMALL)
-    start = perf_counter()
+    if total < COUNTABLE:
+        time = f"about {_duration(_time_each(rows, total) * total)} on one core of this machine"
+    else:
+        time = "for ever"
+    raise BudgetExceeded(
+        f"{_counted(total)} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
+        f"they would take {time}"
+    )
+
+
+def _time_each(rows: Constraints, total: int) -> float:
+    """Seconds per subset, from a sample."""
+    scaled = scaled_rows(rows)
     if total <= SMALL:
         subsets = np.array(list(islice(combinations(range(2 * rows.n), rows.n + 1), BATCH)))
+        start = perf_counter()
         solve_subsets(subsets, scaled)
-        sample = len(subsets)
-    else:
-        from shakedown.subset_walk import Tree, tasks, walk_piece
+        return (perf_counter() - start) / len(subsets)
+    from shakedown.subset_walk import Tree, tasks, walk_piece
 
-        tree = Tree(scaled, feasible_below=0.0)
-        for _ in range(2):  # the first walk loads the compiled code
-            start = perf_counter()
-            sample = walk_piece(tree, *next(tasks(tree))).subsets
-    seconds = (perf_counter() - start) * total / sample
-    raise BudgetExceeded(
-        f"{total:,} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
-        f"they would take about {_duration(seconds)} on one core of this machine"
-    )
+    tree = Tree(scaled, feasible_below=0.0)
+    task = next(tasks(tree))
+    walk_piece(tree, *task)  # loads the compiled code
+    start = perf_counter()
+    walk_piece(tree, *task)
+    return (perf_counter() - start) / task[1]
+
+
+def _counted(total: int) -> str:
+    return f"{total:,}" if total < 10**21 else f"about 10^{len(str(total)) - 1}"
 
 
 def _duration(seconds: float) -> str:

@@ -34,6 +34,7 @@ class ContactSection:
     normals: FloatArray
     axes: tuple[int, int]
     free_out_of_plane: bool
+    tied: NDArray[np.intp] | None
     x: FloatArray | None
 
     @property
@@ -53,12 +54,14 @@ class ContactSection:
         if (normal is None) == (normals is None):
             raise ProblemError(f"{table.where}: expected one of 'normal' and 'normals', found both or none")
         axes = table.array("axes", int, (2,), required=False) or [1, 2]
+        tied = table.array("tied", int, (None,), required=False)
         x = table.array("x", float, (None,), required=False)
         contact = cls(
             np.array(nodes if pairs is None else pairs),
             np.array(normal if normals is None else normals, dtype=float),
             (axes[0], axes[1]),
             table.flag("free_out_of_plane"),
+            None if tied is None else np.array(tied),
             None if x is None else np.array(x, dtype=float),
         )
         table.done()
@@ -103,7 +106,12 @@ def _unit_displacements(path: Path, contact: ContactSection, order: str, amplitu
     tables = read_calculix_reactions(path)
     try:
         return unit_displacement_stiffness(
-            tables, contact.labels, axes=contact.axes, order=cast(Order, order), amplitude=amplitude
+            tables,
+            contact.labels,
+            axes=contact.axes,
+            order=cast(Order, order),
+            amplitude=amplitude,
+            tied=contact.tied,
         )
     except ProblemError as error:
         raise ProblemError(f"{path}: {error}") from None
@@ -161,7 +169,7 @@ def _reactions(table: Table, contact: ContactSection, folder: Path) -> FloatArra
     if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1):
         raise ProblemError(f"{source.where}: key 'step': expected 1 to {len(runs)}, found {step}")
     run: Reactions = runs[(step or 1) - 1]
-    return scale * run.at(contact.first, contact.axes)
+    return scale * run.at(contact.first, contact.axes, contact.tied)
 
 
 def _rows(table: Table, key: str, stiffness: Stiffness, entries: list[list[float]]) -> NDArray[np.intp]:

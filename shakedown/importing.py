@@ -83,6 +83,8 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
         normal | normals           into body 1; one for all, or one per node
         [axes]                     directions that span the plane, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
+        [tied]                     for reactions: the node tied to each contact node, whose
+                                   force CalculiX prints apart
         [x]                        positions for plots
 
         [supports]                 rows that are held or have prescribed displacements

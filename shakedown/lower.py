@@ -1,6 +1,6 @@
 """Lower bound of the load factor: the first collapse of a node's range of slips."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
@@ -11,7 +11,8 @@ from shakedown.guarantee import guarantee_status
 from shakedown.linear_program import INF, LinearProgram, Outcome
 from shakedown.margin import rows_named
 from shakedown.problem import FloatArray, Problem
-from shakedown.upper import NO_SAFE_STATE, load_factor_program
+from shakedown.tolerances import DEFAULT
+from shakedown.upper import NO_SAFE_STATE, UpperBound, load_factor_program, upper_bound
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class LowerBound:
     load_factor
         λ_1; inf where unbounded, NaN where infeasible.
     node
-        The node that collapses; −1 unless optimal.
+        The node that collapses; −1 where none does (λ_1 is then λ_max, inf or NaN).
     slip : (n,)
         The witness [length]: an initial state that leads to cyclic slip of ``node``
         above λ_1 in nearly every case; NaN unless optimal.
@@ -128,8 +129,16 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     elif vertex is not None:
         x = vertex.x
     else:
-        reason = f"no node ever collapses; {guarantee_status(problem, inf).reason}"
-        return _no_collapse(rows, "unbounded", inf, reason)
+        upper = upper_bound(problem, certify=certify)
+        if upper.status == "optimal":
+            return _vanishing(problem, rows, upper)
+        status = guarantee_status(problem, inf)
+        reason = f"no node ever collapses; {status.reason}"
+        return _no_collapse(rows, "unbounded", inf, reason, status.guarantee)
+    if has_free_motion(rows):  # else λ_max has both rows of some node active, and λ_1 ≤ λ_max
+        upper = upper_bound(problem, certify=certify)
+        if upper.status == "optimal" and upper.load_factor < x[-1]:
+            return _vanishing(problem, rows, upper)
     return _collapse(problem, rows, node, x, per_node, outcomes[node], certificate)
 
 
@@ -168,7 +177,32 @@ def _collapse(
     )
 
 
-def _no_collapse(rows: Constraints, status: str, load_factor: float, reason: str) -> LowerBound:
+def has_free_motion(rows: Constraints) -> bool:
+    """Whether some slip changes no row, to round-off: a body that nothing but the contact holds."""
+    sizes = np.linalg.norm(rows.G, axis=1, keepdims=True)
+    values = np.linalg.svd(rows.G / np.where(sizes > 0, sizes, 1.0), compute_uv=False)
+    return bool(values[-1] <= DEFAULT.degeneracy * values[0])
+
+
+def _vanishing(problem: Problem, rows: Constraints, upper: UpperBound) -> LowerBound:
+    """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
+    status = guarantee_status(problem, upper.load_factor)
+    reason = f"all safe slips vanish together at λ_max, before any node collapses; {status.reason}"
+    answer = _no_collapse(rows, "optimal", upper.load_factor, reason, status.guarantee)
+    return replace(
+        answer,
+        per_node=np.full(rows.n, inf),
+        active=upper.active,
+        multipliers=upper.multipliers,
+        coupling_ratio=status.coupling_ratio,
+        residual=upper.residual,
+        certified=upper.certified,
+    )
+
+
+def _no_collapse(
+    rows: Constraints, status: str, load_factor: float, reason: str, guarantee: str = "evidence"
+) -> LowerBound:
     return LowerBound(
         status=status,
         load_factor=load_factor,
@@ -177,7 +211,7 @@ def _no_collapse(rows: Constraints, status: str, load_factor: float, reason: str
         per_node=np.full(rows.n, load_factor),
         active=(),
         multipliers=np.zeros(2 * rows.n),
-        guarantee="evidence",
+        guarantee=guarantee,
         reason=reason,
         coupling_ratio=nan,
         single_node_bound=nan,

@@ -73,14 +73,16 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
                 future.cancel()
 
 
-def tasks(tree: Tree, prefix: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Prefixes whose subtrees have at most ``TASK`` subsets, with their sizes."""
-    size = completions(tree, prefix)
-    if size <= TASK:
-        yield prefix, size
-        return
-    for child in range(*child_range(tree, prefix)):
-        yield from tasks(tree, (*prefix, child))
+def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
+    """Prefixes whose subtrees have at most ``TASK`` subsets, in order, with their sizes."""
+    waiting: list[tuple[int, ...]] = [()]
+    while waiting:
+        prefix = waiting.pop()
+        size = completions(tree, prefix)
+        if size <= TASK:
+            yield prefix, size
+        else:
+            waiting += [(*prefix, child) for child in reversed(range(*child_range(tree, prefix)))]
 
 
 def child_range(tree: Tree, prefix: tuple[int, ...]) -> tuple[int, int]:

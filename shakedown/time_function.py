@@ -10,6 +10,8 @@ from shakedown.errors import ProblemError
 from shakedown.problem import FloatArray
 from shakedown.readers.text import numbers, read_lines
 
+MOST_STEPS = 1_000_000  # load steps of one period
+
 
 def time_function(table: Table, steps: int | None, folder: Path) -> FloatArray:
     """The key ``history`` of a load, at the load steps t = k/m of one period.
@@ -55,8 +57,11 @@ def _function(table: Table, steps: int | None, folder: Path) -> FloatArray:
     if kinds[0] == "file":
         values = _column(table, folder)
     else:
-        if steps is None or steps < 1:
-            raise ProblemError(f"{table.where}: expected 'steps' >= 1 at the top of the file, found {steps}")
+        if steps is None or not 1 <= steps <= MOST_STEPS:
+            raise ProblemError(
+                f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, "
+                f"found {steps}"
+            )
         t = np.arange(steps) / steps
         values = _harmonics(table, t) if kinds[0] == "harmonics" else _points(table, t)
     table.done()

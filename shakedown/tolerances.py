@@ -39,6 +39,10 @@ class Tolerances:
     printed_digits
         Largest asymmetry, and largest eigenvalue of a rigid motion, of a stiffness
         put together from printed reactions, relative to its largest.
+    stored_digits
+        An exact answer that differs from the floats' by more than this is not
+        reported if the round-off of the stored stiffness, at the slip found,
+        reaches this share of the loads.
     convergence
         Last change of slip or gap at which a Gauss–Seidel load step counts as
         solved, relative to the length scale of the scene.
@@ -67,6 +71,7 @@ class Tolerances:
     zero_mode: float = 1e-9
     cross_check: float = 1e-5
     printed_digits: float = 1e-6
+    stored_digits: float = 1e-3
     convergence: float = 1e-13
     steadiness: float = 1e-9
     limit: float = 1e-13

@@ -286,7 +286,7 @@ def _road_findings(
     # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
-    if bounds.upper.status != "infeasible":  # else there is no first collapse either
+    if bounds.lower.node >= 0 or bounds.lower.status == "unbounded":  # else no node collapses on its own
         pairs.insert(0, ("λ_1", bounds.lower, second_lower))
     for name, first, second in pairs:
         one, two = first.load_factor, second.load_factor

@@ -229,3 +229,26 @@ def test_mirroring_reverses_the_slips(seed: int, n: int) -> None:
     here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(mirrored)
     assert there.upper.load_factor == pytest.approx(here.upper.load_factor, rel=1e-12)
     np.testing.assert_allclose(there.lower.slip, -here.lower.slip, rtol=1e-8, atol=1e-8)
+
+
+def test_a_floating_body_without_coupling_shakes_down_below_the_upper_bound() -> None:
+    """Its safe slips vanish all together: no single node collapses, and λ_1 is λ_max (Melan)."""
+    problem = Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]],
+        B=np.zeros((2, 2)),
+        f=0.5,
+        q_w=np.full((4, 2), -0.3),
+        p_w=[[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]],
+    )
+    bounds = shakedown.shakedown_bounds(problem)
+    assert bounds.upper.load_factor == pytest.approx(5 / 9, rel=1e-12)
+    assert bounds.lower.load_factor == bounds.upper.load_factor
+    assert (bounds.lower.node, bounds.lower.guarantee) == (-1, "proved")
+    assert "vanish together" in bounds.lower.reason
+
+
+def test_the_round_off_of_a_rigid_motion_is_no_answer() -> None:
+    """The stored stiffness of a floating block resists rigid motion by 1e-15; no bound may build on that."""
+    bounds = shakedown.shakedown_bounds(shakedown.example("receding-block"))
+    assert bounds.upper.status == bounds.lower.status == "infeasible"
+    assert bounds.upper.certified is None

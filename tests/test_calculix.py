@@ -88,6 +88,27 @@ def test_the_shipped_reactions_are_what_calculix_prints(deck):
 
 
 @needs_ccx
+def test_forces_on_tied_nodes_are_added(deck):
+    """With both layers printed the stiffness is that of the full depth."""
+    for name in ("stiffness.inp", "unit_loads.inp"):
+        text = (deck / name).read_text().replace("NSET=NC\nRF\n", "NSET=NC\nRF\n*NODE PRINT,NSET=NC1\nRF\n")
+        (deck / name).write_text(text)
+    ccx(deck, "stiffness")
+    ccx(deck, "unit_loads")
+    config = (deck / "import.toml").read_text()
+    nodes = "nodes = [1, 2, 3, 4, 5, 6, 7, 8, 9]"
+    assert nodes in config
+    tied = "tied = [64, 65, 66, 67, 68, 69, 70, 71, 72]"
+    (deck / "import.toml").write_text(config.replace(nodes, f"{nodes}\n{tied}"))
+    made, expected = import_problem(deck / "import.toml"), same_block()
+    np.testing.assert_allclose(
+        made.kappa, expected.stiffness, rtol=0, atol=1e-6 * np.abs(expected.stiffness).max()
+    )
+    halved = shakedown.load_problem(BLOCK / "block.npz").p_w
+    np.testing.assert_allclose(made.p_w, 2 * halved, rtol=0, atol=2e-6 * np.abs(halved).max())
+
+
+@needs_ccx
 def test_what_calculix_writes_as_a_substructure_is_refused(deck):
     (deck / "sub.inp").write_text(SUBSTRUCTURE)
     ccx(deck, "sub")

@@ -92,6 +92,27 @@ def test_turning_model_and_normals_together_changes_nothing(angle, seed):
     np.testing.assert_allclose(turned.stiffness, flat.stiffness, atol=1e-11 * np.abs(flat.stiffness).max())
 
 
+def test_every_node_has_its_own_normal():
+    K, normals = lattice(11), np.array([[0.0, 2.0], [3.0, 4.0], [-1.0, 0.0]])
+    unit = normals / np.linalg.norm(normals, axis=1)[:, None]
+    frame = np.zeros((6, 6))  # rows (v, w) of every node in terms of (x, y)
+    for j, (nx, ny) in enumerate(unit):
+        frame[j, 2 * j : 2 * j + 2] = ny, -nx
+        frame[3 + j, 2 * j : 2 * j + 2] = nx, ny
+    expected = frame @ dense_schur(K, np.arange(6)) @ frame.T
+    found = condensed_stiffness(K, DOFS, CONTACT, normals).stiffness
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_the_plane_may_be_any_pair_of_directions():
+    K, upright = lattice(12), DOFS.copy()
+    upright[:, 1] = np.where(DOFS[:, 1] == 2, 3, 1)
+    flat = condensed_stiffness(K, DOFS, CONTACT, [1, 2]).stiffness
+    np.testing.assert_array_equal(
+        condensed_stiffness(K, upright, CONTACT, [1, 2], axes=(1, 3)).stiffness, flat
+    )
+
+
 @given(st.permutations(range(12)), st.permutations(range(3)))
 def test_relabelling_rows_and_nodes_permutes(rows, nodes):
     K = lattice(5)

@@ -85,3 +85,15 @@ def test_progress_ends_at_the_total() -> None:
     )
     assert calls[-1] == (43758, 43758)
     assert calls == sorted(calls)
+
+
+@pytest.mark.parametrize(
+    ("n", "count"), [(20, "131,282,408,400"), (40, "about 10^23"), (600, "about 10^359")]
+)
+def test_any_size_is_refused_with_an_estimate(n: int, count: str) -> None:
+    loop = np.array([[1.0], [-1.0]]) * np.ones(n)
+    problem = Problem(A=np.eye(n), B=0.1 * np.eye(n), f=0.3, q_w=loop, p_w=np.full((2, n), 5.0))
+    with pytest.raises(shakedown.BudgetExceeded) as refusal:
+        shakedown.critical_load_factors(problem)
+    assert str(refusal.value).startswith(f"{count} subsets of {n + 1} rows")
+    assert "would take" in str(refusal.value)

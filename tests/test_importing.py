@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import writers
 from scipy import sparse
+from test_fem import pair
 
 import shakedown
 from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
 from shakedown.config_table import Table
+from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.time_function import time_function
 
 BLOCK = Path(__file__).parent / "data" / "calculix_9"
@@ -149,6 +151,42 @@ def test_two_bodies_by_pairs(tmp_path):
     np.testing.assert_allclose(found.kappa, expected, atol=1e-10 * np.abs(expected).max())
 
 
+def test_two_bodies_out_of_one_abaqus_matrix(tmp_path):
+    """Two blocks as Abaqus writes them, 1e36 on held rows, against the same blocks in scikit-fem."""
+    steel = Material(200e3, 0.3)
+    upper = ElasticBody(block_mesh(2.0, 1.0, 8, 4), steel)
+    lower = ElasticBody(block_mesh(2.0, 1.0, 8, 2, origin=(0.0, -1.0)), steel, supports=[Support("bottom")])
+    both = sparse.block_diag([upper.stiffness, lower.stiffness]).toarray()
+    dofs = np.vstack([upper.dofs + np.array([1, 0]), lower.dofs + np.array([1001, 0])])
+    first = len(upper.dofs)
+    held = first + lower.held_rows()
+    both[held, held] = 1e36
+    top = upper.dofs[upper.rows_on("top", 1), 0] + 1
+    pairs = np.column_stack([upper.normals_on("bottom")[0] + 1, lower.normals_on("top")[0][::-1] + 1001])
+    moved = {axis: [[int(n), 1, 2e-4 * (axis == 1)] for n in top] for axis in (1, 2)}
+    moved = {axis: [*rows, *([r[0], 2, -1e-3 * (axis == 2)] for r in rows)] for axis, rows in moved.items()}
+    config = f"""friction = 0.3
+steps = 12
+[stiffness]
+file = "job_STIF2.mtx"
+[contact]
+pairs = {pairs.tolist()}
+normal = [0, 1]
+[[load]]
+displacements = {moved[2]}
+history = 1
+[[load]]
+displacements = {moved[1]}
+history = {{ harmonics = [{{ sin = 1.0 }}] }}
+"""
+    made = import_model(write(tmp_path, c__toml=config, job_STIF2__mtx=writers.abaqus_matrix(both, dofs)))
+    expected = pair(4)
+    for key in ("A", "B", "C", "q_w", "p_w"):
+        scale = np.abs(expected.kappa).max() if key in "ABC" else np.abs(expected.p_w).max()
+        np.testing.assert_allclose(getattr(made.problem, key), getattr(expected, key), atol=1e-11 * scale)
+    assert "18 rows carry 1e36" in made.notes[0]
+
+
 def test_a_load_that_opens_the_contact_is_noted(tmp_path):
     path = configured(
         tmp_path, 'file = "k"', TAIL.replace("[0.0, 1.0]", "[0.0, -1.0]"), k=writers.abaqus_matrix(K, DOFS)
@@ -167,7 +205,8 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
         ("friction = 0.4", "friction = 'rough'", "key 'friction': expected a finite number, found 'rough'"),
         ("friction = 0.4", "friction = inf", "key 'friction': expected a finite number, found inf"),
         ("friction = 0.4", "friction = [0.4]", r"key 'f': expected shape \(2,\)"),
-        ("steps = 4", "", "expected 'steps' >= 1"),
+        ("steps = 4", "", "expected 'steps' from 1 to 1000000 .* found None"),
+        ("steps = 4", "steps = 99999999999999", "expected 'steps' from 1"),
         ("steps = 4", "step = 4", "unknown key 'step'; expected keys are .*steps"),
         ("[0.0, 1.0]", "[0.0, 0.0]", "length > 0"),
         ("nodes = [11, 12]", "nodes = [11, 13]", r"found none for 2 of 4, first .* \(13, 1\)"),

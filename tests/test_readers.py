@@ -223,6 +223,33 @@ def test_a_named_matrix_is_taken_out_of_several(tmp_path):
         read_stiffness(write(tmp_path, both), dof_map=rows, matrix="NO")
 
 
+PUNCH = """$ continuation names in columns 73 to 80, numbers that touch, exponents with D
+DMIG    KAAX           0       6       2       0                       2
+DMIG*   KAAX                           1               1                *K     1
+*K     1               1               1 2.000000000D+00
+*      1               1               2-1.866666647D+07
+DMIG*   KAAX                           1               2                *K     2
+*K     2               1               2 3.000000000D+00
+DMIG    MAAX           0       6       2       0                       2
+DMIG    MAAX           1       1               1       1     1.0
+"""
+
+
+def test_a_punch_file_with_continuation_names(tmp_path):
+    found = read_stiffness(write(tmp_path, PUNCH))
+    assert found.K.toarray().tolist() == [[2.0, -1.866666647e7], [-1.866666647e7, 3.0]]
+
+
+def test_calculix_s_matrix_layout_with_stored_zeros(tmp_path):
+    """Newer CalculiX: fixed widths with commas, the upper triangle, zeros written."""
+    text = "         7,    1,         7,    1, 2.0000000000000E+00\n"
+    text += "         7,    1,         7,    2, 0.0000000000000E+00\n"
+    text += "         7,    2,         7,    2, 3.0000000000000E+00\n"
+    found = read_stiffness(write(tmp_path, text))
+    assert found.format == "Abaqus matrix input"
+    assert found.K.toarray().tolist() == [[2.0, 0.0], [0.0, 3.0]]
+
+
 def test_binary_and_missing_files_are_named(tmp_path):
     path = tmp_path / "x.sim"
     path.write_bytes(b"\x01\0\0\0" * 100)
@@ -312,4 +339,17 @@ def test_other_tables_of_a_dat_file_are_passed_over(tmp_path):
     text += "\n displacements (vx,vy,vz) for set NC and time  0.1E+01\n\n  1 5.0 5.0 5.0\n"
     (step,) = read_calculix_reactions(write(tmp_path, text))
     assert step.nodes.tolist() == [1, 2]
-    assert step.node_set == "NC"
+    assert step.node_sets == ("NC",)
+
+
+def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
+    front = writers.calculix_reactions([([1, 2], np.ones((2, 3))), ([1, 2], 3 * np.ones((2, 3)))])
+    back = writers.calculix_reactions([([8, 9], 2 * np.ones((2, 3))), ([8, 9], np.ones((2, 3)))], "NC1")
+    halves = [text.split("\n forces") for text in (front, back)]
+    text = "".join("\n forces".join(["", *pair]) for pair in zip(halves[0][1:], halves[1][1:], strict=True))
+    steps = read_calculix_reactions(write(tmp_path, text))
+    assert [step.node_sets for step in steps] == [("NC", "NC1")] * 2
+    nodes, tied = np.array([2, 1]), np.array([9, 8])
+    assert steps[0].at(nodes, (1, 2), tied).tolist() == [[3.0, 3.0], [3.0, 3.0]]
+    with pytest.raises(ProblemError, match="one node for each of 2 contact nodes, found 1"):
+        steps[0].at(nodes, (1, 2), tied[:1])

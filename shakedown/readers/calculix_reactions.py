@@ -26,8 +26,8 @@ class Reactions:
 
     Attributes
     ----------
-    node_set : str
-        Node set they were printed for.
+    node_sets : tuple of str
+        Node sets they were printed for.
     time : float
         Time of the step.
     nodes : (n,)
@@ -36,13 +36,27 @@ class Reactions:
         Forces on the body at the nodes [force].
     """
 
-    node_set: str
+    node_sets: tuple[str, ...]
     time: float
     nodes: NDArray[np.intp]
     forces: FloatArray
 
-    def at(self, nodes: NDArray[np.intp], axes: tuple[int, int]) -> FloatArray:
-        """Forces at nodes in two directions, (k, 2) [force]; ``ProblemError`` if a node is absent."""
+    def at(
+        self, nodes: NDArray[np.intp], axes: tuple[int, int], tied: NDArray[np.intp] | None = None
+    ) -> FloatArray:
+        """Forces at nodes in two directions, (k, 2) [force], with those of nodes tied to them added.
+
+        Raises
+        ------
+        ProblemError
+            If a node was not printed, or there is not one tied node for each.
+        """
+        if tied is not None:
+            if tied.shape != nodes.shape:
+                raise ProblemError(
+                    f"tied: expected one node for each of {len(nodes)} contact nodes, found {len(tied)}"
+                )
+            return self.at(nodes, axes) + self.at(tied, axes)
         index = {int(node): k for k, node in enumerate(self.nodes)}
         absent = [int(node) for node in nodes if int(node) not in index]
         if absent:
@@ -55,6 +69,8 @@ class Reactions:
 
 def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
     """Read all ``forces (fx,fy,fz)`` tables of a ``.dat`` file, in the order of the file.
+
+    Tables of several node sets at one time are one step.
 
     Raises
     ------
@@ -81,14 +97,29 @@ def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
         tables[-1][2].append([*integers(fields[:1], where), *(number(field, where) for field in fields[1:])])
     if not any(rows for _, _, rows in tables):
         raise ProblemError(f"{name}: expected reactions (*NODE PRINT, RF), found no table of forces")
-    return [_table(*table, name) for table in tables]
+    steps: list[Reactions] = []
+    for node_set, when, rows in tables:
+        table = _table(node_set, when, rows, name)
+        if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
+            table = _merged(steps.pop(), table)
+        steps.append(table)
+    return steps
 
 
 def _table(node_set: str, time: float, rows: list[list[float]], name: str) -> Reactions:
     if not rows:
         raise ProblemError(f"{name}: expected reactions at time {time:g}, found an empty table")
     data = np.array(rows)
-    return Reactions(node_set, time, data[:, 0].astype(np.intp), data[:, 1:])
+    return Reactions((node_set,), time, data[:, 0].astype(np.intp), data[:, 1:])
+
+
+def _merged(first: Reactions, second: Reactions) -> Reactions:
+    return Reactions(
+        first.node_sets + second.node_sets,
+        first.time,
+        np.concatenate([first.nodes, second.nodes]),
+        np.concatenate([first.forces, second.forces]),
+    )
 
 
 def unit_displacement_stiffness(
@@ -98,6 +129,7 @@ def unit_displacement_stiffness(
     axes: tuple[int, int] = (1, 2),
     order: Order = "node-by-node",
     amplitude: float = 1.0,
+    tied: NDArray[np.intp] | None = None,
 ) -> Stiffness:
     """The condensed stiffness from one static step per contact degree of freedom.
 
@@ -119,6 +151,9 @@ def unit_displacement_stiffness(
         ``"direction-by-direction"``: x of all nodes, then y.
     amplitude
         The displacement [length].
+    tied : (n,), optional
+        A node tied to each contact node by an equation: CalculiX prints the
+        force on it apart, and the reaction of the contact node lacks it.
 
     Raises
     ------
@@ -134,7 +169,7 @@ def unit_displacement_stiffness(
         )
     if order not in ("node-by-node", "direction-by-direction"):
         raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
-    columns = np.array([step.at(nodes, axes).ravel() for step in steps]).T / amplitude
+    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
     by_direction = columns[:, np.arange(2 * n).reshape(2, n).T.ravel()]
     K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
     if np.diag(K).max() < 0:
