@@ -10,7 +10,7 @@ from shakedown.cli.output import echo_json, headline, number, paragraph, progres
 
 import shakedown
 from shakedown.documents import verification_document
-from shakedown.meaning import bounds_in_words
+from shakedown.meaning import bounds_in_words, friction_in_words, transient_in_words
 from shakedown.problem import Problem
 
 
@@ -80,6 +80,8 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
+    lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]
+    lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [
         [

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from shakedown.enumeration import CriticalLoadFactors, Intersection
     from shakedown.simulation import Simulation
     from shakedown.thresholds import FrictionThresholds, Threshold
+    from shakedown.transient import TransientLimit
     from shakedown.verification import Verification
 
 
@@ -69,6 +70,12 @@ def curve_document(curve: "GuaranteeCurve") -> dict[str, Any]:
     return plain({key: getattr(curve, key) for key in keys})
 
 
+def transient_document(limit: "TransientLimit") -> dict[str, Any]:
+    """The transient limit λ_T, with every load factor that was simulated for it."""
+    keys = ("load_factor", "low", "high", "initial_slip", "scanned", "outcomes", "monotone")
+    return plain({key: getattr(limit, key) for key in keys})
+
+
 def verification_document(verification: "Verification") -> dict[str, Any]:
     """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it."""
     v = verification
@@ -96,6 +103,7 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
             },
             "critical": {"total": v.subsets} | ({} if v.critical is None else critical_document(v.critical)),
             "friction": friction_document(v.friction),
+            "transient": None if v.transient is None else transient_document(v.transient),
             "guarantee_curve": None if v.curve is None else curve_document(v.curve),
             "runs": runs,
         }

@@ -235,10 +235,10 @@ def _time_each(rows: Constraints, total: int) -> float:
         start = perf_counter()
         solve_subsets(subsets, scaled)
         return (perf_counter() - start) / len(subsets)
-    from shakedown.subset_walk import Tree, tasks, walk_piece
+    from shakedown.subset_walk import Tree, typical_task, walk_piece
 
     tree = Tree(scaled, feasible_below=0.0)
-    task = next(tasks(tree))
+    task = typical_task(tree)
     walk_piece(tree, *task)  # loads the compiled code
     start = perf_counter()
     walk_piece(tree, *task)

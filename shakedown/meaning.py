@@ -2,12 +2,15 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound
 from shakedown.problem import Problem
 from shakedown.thresholds import FrictionThresholds, Threshold
 
 if TYPE_CHECKING:
     from shakedown.enumeration import CriticalLoadFactors
+    from shakedown.transient import TransientLimit
 
 
 def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
@@ -94,6 +97,19 @@ def critical_in_words(
     return sentences
 
 
+def transient_in_words(limit: "TransientLimit") -> str:
+    """Up to where one history shakes down, and what was scanned to say so."""
+    scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
+    if np.isnan(limit.load_factor):
+        return f"From its initial state the joint shakes down at no load factor ({scan})."
+    if not np.isfinite(limit.high):
+        return f"From its initial state the joint shakes down at every load factor scanned ({scan})."
+    order = "" if limit.monotone else "; below it there are load factors at which it does not"
+    return (
+        f"From its initial state the joint shakes down up to λ_T = {limit.load_factor:.7g}{order} ({scan})."
+    )
+
+
 def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]:
     """Where the friction of a problem stands against its thresholds, and what follows.
 
@@ -128,6 +144,8 @@ def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
             f"The friction lies above {name} ({threshold.high:.5g}): the evolution may have several "
             "continuations or none, and then it jumps."
         )
+    if threshold.low == threshold.high == np.inf:
+        return f"Friction of any size leaves the evolution unique{where}."
     if friction < threshold.low:
         limit = f"{threshold.low:.5g}" if threshold.low == threshold.high else f"at least {threshold.low:.5g}"
         return f"The friction lies below {name} ({limit})."

@@ -21,7 +21,7 @@ from shakedown.figures import (
     slip_per_cycle_figure,
     slip_space_figure,
 )
-from shakedown.meaning import bounds_in_words, critical_in_words, friction_in_words
+from shakedown.meaning import bounds_in_words, critical_in_words, friction_in_words, transient_in_words
 from shakedown.npz import atomic_write
 from shakedown.verification import Run, Verification
 
@@ -62,7 +62,10 @@ def _context(v: Verification) -> dict[str, Any]:
         "verdict_class": "disagree" if v.disagreements else "open" if v.open_questions else "agree",
         "problems": [*v.disagreements, *v.open_questions],
         "bounds": _bounds_rows(v),
-        "meaning": bounds_in_words(v.bounds),
+        "meaning": [
+            *bounds_in_words(v.bounds),
+            *([] if v.transient is None else [transient_in_words(v.transient)]),
+        ],
         "friction": friction_in_words(v.problem, v.friction),
         "runs": [_run_row(run) for run in v.runs],
         "runs_note": RUNS_NOTE,

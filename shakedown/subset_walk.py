@@ -17,6 +17,7 @@ from shakedown.subset_tree import REGULAR, STORED, SUSPECTS, walk
 from shakedown.tolerances import DEFAULT
 
 TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard
+SAMPLE = 10_000  # subsets timed to foretell how long all of them would take
 SUSPECTS_EXPECTED = 1 << 12
 BATCH = 4096
 
@@ -83,6 +84,15 @@ def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
             yield prefix, size
         else:
             waiting += [(*prefix, child) for child in reversed(range(*child_range(tree, prefix)))]
+
+
+def typical_task(tree: Tree) -> tuple[tuple[int, ...], int]:
+    """A small task to judge the time by: one row of every node, as far as that goes."""
+    prefix: tuple[int, ...] = ()
+    while (size := completions(tree, prefix)) > SAMPLE:
+        first, end = child_range(tree, prefix)
+        prefix = (*prefix, min(first + 1, end - 1))
+    return prefix, size
 
 
 def child_range(tree: Tree, prefix: tuple[int, ...]) -> tuple[int, int]:

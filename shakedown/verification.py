@@ -18,9 +18,11 @@ from shakedown.outcome import Outcome
 from shakedown.problem import FloatArray, Problem
 from shakedown.simulation import Simulation, simulate
 from shakedown.thresholds import FrictionThresholds, friction_thresholds
+from shakedown.transient import TransientLimit, transient_limit
 
 BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
+SCANNED = 20  # load factors scanned for the transient limit
 ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
 
 
@@ -68,6 +70,9 @@ class Verification:
         Their number.
     friction
         Friction thresholds.
+    transient
+        Up to where the history from the first given state, or from zero slip,
+        shakes down; None where λ_max is not finite and positive.
     curve
         λ_1(R) for initial states near the safe slip, or None where there is no
         gap between the bounds to close.
@@ -86,6 +91,7 @@ class Verification:
     critical: CriticalLoadFactors | None
     subsets: int
     friction: FrictionThresholds
+    transient: TransientLimit | None
     curve: GuaranteeCurve | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
@@ -164,6 +170,7 @@ def verify(
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
         friction=friction_thresholds(problem),
+        transient=_transient(problem, upper),
         curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
@@ -184,6 +191,13 @@ def default_load_factors(lower: LowerBound, upper: UpperBound) -> list[float]:
     if last > first * (1 + 1e-6):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]
+
+
+def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
+    if not 0 < upper.load_factor < np.inf:
+        return None
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6)
 
 
 def has_gap(bounds: ShakedownBounds) -> bool:

@@ -444,8 +444,8 @@ def test_without_scikit_fem_the_import_says_what_to_install():
 
 def half_plane(n, poisson):
     """A contact of length 1 under a block 16 × 8 that stands for a half-plane, elements growing outwards."""
-    growth = (1.35 ** np.arange(1, 19) - 1) / (1.35**18 - 1)
-    beside = 0.5 + 7.5 * (1.35 ** np.arange(1, 15) - 1) / (1.35**14 - 1)
+    growth = (1.6 ** np.arange(1, 12) - 1) / (1.6**11 - 1)
+    beside = 0.5 + 7.5 * (1.6 ** np.arange(1, 10) - 1) / (1.6**9 - 1)
     x = np.concatenate([-beside[::-1], np.linspace(-0.5, 0.5, n + 1), beside])
     mesh = MeshQuad.init_tensor(x, np.concatenate([[0.0], 8.0 * growth])).with_boundaries(
         {
