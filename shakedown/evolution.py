@@ -168,6 +168,8 @@ class Evolution:
         if len(room.time):
             kernel.note(self.active, motion, room, first + step, *motion.counts[2:4])
         rate = path[step + 1] - path[step]
+        if not rate.any():
+            return False
         nudge = NUDGE * self.scale.force * 4.0 ** len(self.jumps) / float(np.abs(rate).max())
         time = min(float(motion.time[0]) + nudge, 1.0)
         load, before = path[step] + time * rate, motion.u.copy()
