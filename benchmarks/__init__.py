@@ -23,5 +23,6 @@ STUDIES: tuple[str, ...] = (
     "long_term",
     "receding",
     "refinement",
+    "slow_approach",
     "worked_examples",
 )

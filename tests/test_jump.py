@@ -5,6 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.active_set import active_set
+from shakedown.contact_law import law_violation, scales
 from shakedown.evolution import Evolution
 from shakedown.jump import potential_energy
 from shakedown.rate_problem import ON_BACKWARD, ON_FORWARD, rates
@@ -90,6 +91,34 @@ def test_cycles_with_jumps_are_periodic():
     for _ in range(40):
         assert again.cycle() is not None
     assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_random_joints_far_above_their_thresholds(seed):
+    """The law at every event, and the energy balance of load, friction and jumps."""
+    rng, jumps = np.random.default_rng(seed), 0
+    for _ in range(80):
+        n, m = int(rng.integers(1, 6)), int(rng.integers(2, 7))
+        G = rng.normal(size=(2 * n, 2 * n))
+        kappa = G @ G.T / (2 * n) + 0.1 * np.eye(2 * n)
+        p_w = rng.uniform(0.5, 3.0, n) + rng.normal(size=(m, n)) * rng.uniform(0.05, 1.2)
+        problem = shakedown.Problem(
+            A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.5, 3.0),
+            q_w=0.6 * rng.normal(size=(m, n)), p_w=p_w,
+        )  # fmt: skip
+        run = shakedown.evolve(problem, 1.0, cycles=3)
+        assert run.stop is None
+        h, scale = run.history, scales(problem, 1.0)
+        assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
+        u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
+        work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
+        stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+        lost = sum(cycle.dissipation for cycle in run.cycles)
+        assert lost == pytest.approx(work - stored, abs=1e-7 * scale.force * scale.length)
+        for cycle in run.cycles:
+            assert all(jump.energy_released > 0 for jump in cycle.jumps)
+            jumps += len(cycle.jumps)
+    assert jumps > 3
 
 
 def test_a_body_that_is_not_held_leaves():
