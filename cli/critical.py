@@ -17,7 +17,7 @@ from shakedown.problem import Problem
 @click.option(
     "--budget",
     type=click.IntRange(min=1),
-    default=1_000_000,
+    default=200_000_000,
     show_default=True,
     help="Refuse to work through more subsets than this.",
 )

@@ -52,9 +52,9 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     lower, upper = bounds.lower, bounds.upper
     lower_keys = (
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
-        "certified residual"
+        "lift_off_bound certified residual"
     )
-    upper_keys = "status load_factor slip active certified reason residual"
+    upper_keys = "status load_factor least_load_factor slip direction active certified exact reason residual"
     return plain(
         {
             "problem": problem_document(problem),
@@ -116,7 +116,8 @@ def simulation_document(run: "Simulation") -> dict[str, Any]:
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
         "dissipation_per_cycle cycles_simulated method events residual"
     )
-    return plain({key: getattr(run, key) for key in keys.split()})
+    jumps = [{"cycle": jump.cycle, "energy_released": jump.energy_released} for jump in run.jumps]
+    return plain({key: getattr(run, key) for key in keys.split()} | {"jumps": jumps})
 
 
 def critical_document(critical: "CriticalLoadFactors") -> dict[str, Any]:
