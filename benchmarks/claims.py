@@ -109,7 +109,9 @@ def _peers() -> list[str]:
     exact = max(row["error"] for row in event.values())
 
     def against(method: str) -> str:
-        chosen = [r for r in found if r["method"] == method and r["parts"] == 1 and r["tolerance"] in (1e-13, 1e-12)]
+        chosen = [
+            r for r in found if r["method"] == method and r["parts"] == 1 and r["tolerance"] in (1e-13, 1e-12)
+        ]
         ratios = [r["seconds_per_cycle"] / event[r["scene"]]["seconds_per_cycle"] for r in chosen]
         return f"{min(ratios):.1f} to {max(ratios):.1f}"
 
@@ -120,8 +122,10 @@ def _peers() -> list[str]:
     if any(row["method"] == "nsgs" for row in found):
         text += f", Siconos NSGS {against('nsgs')}, Siconos Lemke {against('lemke')}"
     worst = max(r["error"] for r in found if (r["method"], r["tolerance"]) == ("gauss-seidel", 1e-13))
-    return [f"{text}. On small scenes Gauss–Seidel is the faster one; its error reaches {worst:.0e} where nodes "
-            "separate (`evolution`)."]
+    return [
+        f"{text}. On small scenes Gauss–Seidel is the faster one; its error reaches {worst:.0e} where nodes "
+        "separate (`evolution`)."
+    ]
 
 
 def _long_term() -> list[str]:
