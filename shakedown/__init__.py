@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from shakedown.intersection import Intersection as Intersection
     from shakedown.jump import Jump as Jump
     from shakedown.load_case import LoadCase as LoadCase
-    from shakedown.long_term import LongTermState as LongTermState
     from shakedown.long_term import long_term_state as long_term_state
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
@@ -95,7 +94,7 @@ _HOMES = {
     "shakedown.transient": "TransientLimit transient_limit",
     "shakedown.thresholds": "FrictionThresholds Threshold friction_thresholds",
     "shakedown.jump": "Jump",
-    "shakedown.long_term": "LongTermState long_term_state",
+    "shakedown.long_term": "long_term_state",
     "shakedown.outcome": "Outcome",
     "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
