@@ -113,7 +113,10 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("friction law residual", f"{run.residual:.1e}", "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]
-    facts += [(f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), "energy released") for jump in run.jumps]
+    facts += [
+        (f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), "energy released")
+        for jump in run.jumps
+    ]
     lines.append(listing(facts))
     lines.append("")
     rows = [
