@@ -8,10 +8,14 @@ from shakedown.cli.output import echo_json, headline, listing, number, paragraph
 
 import shakedown
 from shakedown.bounds import ShakedownBounds, UpperBound
-from shakedown.documents import bounds_document, friction_document
-from shakedown.meaning import bounds_in_words, friction_in_words
+from shakedown.curve import GuaranteeCurve
+from shakedown.documents import bounds_document, curve_document, friction_document
+from shakedown.meaning import bounds_in_words, curve_in_words, friction_in_words
 from shakedown.problem import Problem
 from shakedown.thresholds import FrictionThresholds
+
+CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
+CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 
 
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
@@ -21,16 +25,23 @@ def solve(problem: Problem, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     bounds = shakedown.shakedown_bounds(problem)
     limits = shakedown.friction_thresholds(problem)
+    curve = None
+    if bounds.have_gap and problem.n <= CURVE_UP_TO:
+        curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
-        echo_json(bounds_document(problem, bounds) | {"friction": friction_document(limits)})
+        more = {"friction": friction_document(limits), "guarantee_curve": curve and curve_document(curve)}
+        echo_json(bounds_document(problem, bounds) | more)
     else:
-        click.echo(_text(problem, bounds, limits))
+        click.echo(_text(problem, bounds, limits, curve))
 
 
-def _text(problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds) -> str:
+def _text(
+    problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds, curve: GuaranteeCurve | None
+) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), "", listing(_facts(bounds)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
+    lines += [] if curve is None else [paragraph(curve_in_words(curve))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     rows = [

@@ -9,6 +9,7 @@ from shakedown.problem import Problem
 from shakedown.thresholds import FrictionThresholds, Threshold
 
 if TYPE_CHECKING:
+    from shakedown.curve import GuaranteeCurve
     from shakedown.enumeration import CriticalLoadFactors
     from shakedown.transient import TransientLimit
 
@@ -67,6 +68,18 @@ def _as_given(lower: LowerBound, upper: UpperBound) -> str:
     else:
         place = "at or above λ_max"
     return f"The loading as given (λ = 1) lies {place}."
+
+
+def curve_in_words(curve: "GuaranteeCurve") -> str:
+    """How far the lower bound improves for initial states near the safe slip."""
+    points = ", ".join(
+        f"{load_factor:.5g} (R = {radius:g})"
+        for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
+    )
+    return (
+        f"For initial states within R of the safe slip the first collapse lies at λ_1(R) = {points}; "
+        f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
+    )
 
 
 def critical_in_words(

@@ -167,7 +167,7 @@ def verify(
         subsets=subsets,
         friction=friction_thresholds(problem),
         transient=_transient(problem, upper),
-        curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
+        curve=guarantee_curve(problem, CURVE_RADII) if bounds.have_gap else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
@@ -179,12 +179,6 @@ def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
         return None
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6)
-
-
-def has_gap(bounds: ShakedownBounds) -> bool:
-    """Whether there are load factors between the bounds, with a safe slip to be near to."""
-    first, last = bounds.lower.load_factor, bounds.upper.load_factor
-    return bounds.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
 
 
 def _run(problem: Problem, case: Case, cycles: int, method: str) -> Run:
