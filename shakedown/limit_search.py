@@ -59,7 +59,8 @@ class LimitSearch:
         for period in range(1, min(self.longest_period, len(self.states) - 1) + 1):
             past, present = self.states[-1 - period], self.states[-1]
             if np.abs(past.u - present.u).max() <= 1e-3 * self.near:
-                text = f"the state after {self.cycles} cycles is that of {period} cycle{'s' * (period > 1)} before"
+                ago = f"{period} cycle{'s' * (period > 1)} before"
+                text = f"the state after {self.cycles} cycles is that of {ago}"
                 factor = self._observed_contraction(present, period)
                 return self._confirmed(present, period, np.zeros(len(self.start)), factor, text)
         return None
