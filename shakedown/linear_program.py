@@ -46,7 +46,7 @@ class Vertex:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Solution:
     """How a linear program ended.
 
     Attributes
@@ -134,7 +134,7 @@ class LinearProgram:
         for j in columns:
             self._highs.changeColBounds(int(j), self._columns[0][j], self._columns[1][j])
 
-    def solve(self) -> Outcome:
+    def solve(self) -> Solution:
         """Solve from the current basis.
 
         Raises
@@ -154,7 +154,7 @@ class LinearProgram:
         free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
         if status == "optimal":
             self._home = basis
-        return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
+        return Solution(status, active, free, self._vertex(active, free) if status == "optimal" else None)
 
     def _warm(self) -> str | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
@@ -256,7 +256,7 @@ def _highs(
     upper: FloatArray,
     column_lower: FloatArray,
     column_upper: FloatArray,
-) -> highspy._core._Highs:
+) -> highspy.Highs:
     rows, columns = matrix.shape
     model = highspy.HighsLp()
     model.num_row_, model.num_col_ = rows, columns
@@ -269,7 +269,7 @@ def _highs(
     model.a_matrix_.start_ = np.concatenate([[0], np.cumsum(nonzero.sum(axis=1))]).astype(np.int32)
     model.a_matrix_.index_ = np.nonzero(nonzero)[1].astype(np.int32)
     model.a_matrix_.value_ = transposed[nonzero]
-    highs = highspy._core._Highs()
+    highs = highspy.Highs()
     for name, value in _OPTIONS.items():
         highs.setOptionValue(name, value)
     highs.passModel(model)
