@@ -187,6 +187,9 @@ STYLES = {
 }
 
 
+LABELS = {"nsgs": "Siconos NSGS", "lemke": "Siconos Lemke", "gauss-seidel": "Gauss–Seidel (hollow: loose)"}
+
+
 def figures(rows: list[dict]) -> dict[str, Figure]:
     names = list(dict.fromkeys(row["scene"] for row in rows))
     figure = Figure(
@@ -195,16 +198,16 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     axes = figure.subplots((len(names) + 2) // 3, min(3, len(names)), squeeze=False).ravel()
     for axis, name in zip(axes, names, strict=False):
         for method, (marker, colour) in STYLES.items():
-            chosen = [
-                r for r in rows if (r["scene"], r["method"]) == (name, method) and r["tolerance"] != 1e-4
-            ]
-            if chosen:
-                label = f"Siconos {method}" if method in ("nsgs", "lemke") else method
-                x, y = (
-                    [max(r["error"], 1e-17) for r in chosen],
-                    [1e3 * r["seconds_per_cycle"] for r in chosen],
-                )
-                axis.loglog(x, y, marker, color=colour, ls=":", label=label)
+            chosen = [r for r in rows if (r["scene"], r["method"]) == (name, method)]
+            sharp = [r for r in chosen if r["tolerance"] in (None, 1e-12, 1e-13)]
+            for some, line, fill in (
+                (sharp, ":", colour),
+                ([r for r in chosen if r not in sharp], "", "none"),
+            ):
+                x = [max(r["error"], 1e-17) for r in some]
+                y = [1e3 * r["seconds_per_cycle"] for r in some]
+                label = LABELS.get(method, method) if some is sharp and some else None
+                axis.loglog(x, y, marker, color=colour, mfc=fill, ls=line, label=label)
         axis.set(title=name, xlabel="error of the slip path (relative)", ylabel="time per cycle (ms)")
         axis.grid(True, alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
