@@ -250,5 +250,5 @@ def _order_figure(rows: list[dict]) -> Figure:
     axis.set(xlabel="parts that a load step is split into", ylabel="error of the slip path (relative)")
     axis.set_title("Gauss–Seidel against the event-driven path", fontsize="medium")
     axis.grid(True, alpha=0.3)
-    axis.legend(fontsize="small", ncols=2)
+    axis.legend(fontsize="small", ncols=2, loc=(0.05, 0.2))
     return figure
