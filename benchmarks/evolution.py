@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.contact_law import law_violation, reactions, scales
 from shakedown.loading import loading
 from shakedown.stepping import Stepping

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.problems import random_problem
+from shakedown.cli.output import table
 
 TITLE = "Cost growth: time and peak memory, with fitted exponents"
 # (task, what grows, values short, values full, expected exponent of the time)

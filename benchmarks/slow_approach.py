@@ -9,10 +9,10 @@ import time
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.evolution import Evolution
 
 TITLE = "Slow approach to shakedown: the closed form against plain cycling"

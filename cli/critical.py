@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import click
-from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
 
 import shakedown
 from shakedown.documents import critical_document
 from shakedown.meaning import critical_in_words
 from shakedown.problem import Problem
+
+from .options import json_option, problem_argument
+from .output import echo_json, headline, number, paragraph, progress, table
 
 
 @click.command(short_help="All critical load factors.")

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import click
-from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, listing, number, paragraph, table
 
 import shakedown
-from shakedown.bounds import ShakedownBounds, UpperBound
-from shakedown.curve import GuaranteeCurve
 from shakedown.documents import bounds_document, curve_document, friction_document
 from shakedown.meaning import bounds_in_words, curve_in_words, friction_in_words
 from shakedown.problem import Problem
-from shakedown.thresholds import FrictionThresholds
+
+from .options import json_option, problem_argument
+from .output import echo_json, headline, listing, number, paragraph, table
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
@@ -36,7 +34,10 @@ def solve(problem: Problem, as_json: bool) -> None:
 
 
 def _text(
-    problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds, curve: GuaranteeCurve | None
+    problem: Problem,
+    bounds: shakedown.ShakedownBounds,
+    limits: shakedown.FrictionThresholds,
+    curve: shakedown.GuaranteeCurve | None,
 ) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), "", listing(_facts(bounds)), ""]
@@ -52,7 +53,7 @@ def _text(
     return "\n".join([*lines, "", table(headers, rows)])
 
 
-def _facts(bounds: ShakedownBounds) -> list[tuple[str, str, str]]:
+def _facts(bounds: shakedown.ShakedownBounds) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
     coupling = "weak coupling" if lower.coupling_ratio < 1 else "strong coupling"
@@ -77,7 +78,7 @@ def _certified(interval: tuple[float, float] | None) -> str:
     return f", exact to {max(high - low, 0.0) / size:.0e}"
 
 
-def _sides(upper: UpperBound, node: int) -> str:
+def _sides(upper: shakedown.UpperBound, node: int) -> str:
     """Which limits of a node are reached at λ_max."""
     names = {+1: "backward", -1: "forward"}
     return "+".join(names[side] for at, side in upper.active if at == node) or "-"

@@ -1,5 +1,6 @@
 """Results as JSON-ready dictionaries, with the field names that other programs rely on."""
 
+import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, str):  # an enumeration member becomes its text
         return str(value)
     return value
+
+
+def as_text(document: dict[str, Any]) -> str:
+    """A JSON document as it is written to files and to stdout."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def problem_document(problem: Problem) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.contact_law import law_violation
+from shakedown.contact_law import law_violation, reactions
 from shakedown.cycle_map import CycleMap, Limit, follow_period, limit
 from shakedown.cycle_record import CycleRecord, State
 from shakedown.event_history import EventHistory, EventKind
@@ -219,12 +219,13 @@ class LimitSearch:
         )
 
     def _law_residual(self, history: EventHistory) -> float:
-        """Friction law at every event, slip counted from the event before."""
+        """Friction law at every event, re-computed from slips and gaps; slip counts from the event before."""
         problem, scale = self.evolution.problem, self.evolution.scale
         open_at_all = (history.w[1:] > self.near) | (history.w[:-1] > self.near)
         at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
         slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
-        at_end = law_violation(problem.f, history.q[1:], history.p[1:], history.w[1:], slip, scale)
+        q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
+        at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
         return float(at_end.max(initial=0.0))
 
     def _unsettled(self, reason: str) -> LongTermState:

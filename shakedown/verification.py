@@ -3,14 +3,13 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import comb
 
 import numpy as np
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
 from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.curve import GuaranteeCurve, guarantee_curve
-from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
+from shakedown.enumeration import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.errors import UsageError
 from shakedown.outcome import Outcome
 from shakedown.problem import Problem
@@ -77,9 +76,11 @@ class Verification:
     runs
         Every simulation.
     disagreements
-        One sentence each; empty where prediction and simulation agree.
+        One sentence each; empty where prediction and simulation agree, and both
+        roads to the bounds.
     open_questions
-        One sentence for each simulation without an outcome.
+        One sentence for each simulation without an outcome, and for a bound that
+        the second road does not reach.
     """
 
     problem: Problem
@@ -148,7 +149,7 @@ def verify(
         raise UsageError(f"random states: expected at least 0, found {random_states}")
     bounds = shakedown_bounds(problem)
     lower, upper = bounds.lower, bounds.upper
-    subsets = comb(2 * problem.n, problem.n + 1)
+    subsets = subset_count(problem.n)
     cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     runs = []

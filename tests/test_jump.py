@@ -1,4 +1,4 @@
-"""Jumps of chapter VI: the published jump, its end state for several dampings, and its energy."""
+"""Jumps of chapter VI: a jump like the one published, its end state for several dampings, and its energy."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
-def test_published_jump_ends_in_its_end_state_whatever_the_damping(damping):
+def test_jump_ends_in_the_state_it_was_built_for_whatever_the_damping(damping):
     problem = shakedown.example("jump")
     run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
     assert run.stop is None
@@ -26,7 +26,7 @@ def test_published_jump_ends_in_its_end_state_whatever_the_damping(damping):
     assert list(run.history.state[-1]) == [-1, 2]
 
 
-def test_start_nearer_the_corner_jumps_nearer_the_published_point():
+def test_start_nearer_the_corner_jumps_nearer_the_point_it_was_built_for():
     problem = shakedown.example("jump")
     corner = np.array([-20.7269001, 30.9050566])
     for inside in (1e-3, 1e-5):
