@@ -271,6 +271,8 @@ def _highs(
     model.a_matrix_.value_ = transposed[nonzero]
     highs = highspy.Highs()
     for name, value in _OPTIONS.items():
-        highs.setOptionValue(name, value)
-    highs.passModel(model)
+        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
+            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    if highs.passModel(model) == highspy.HighsStatus.kError:
+        raise SolverError(f"HiGHS refuses the linear program of shape {matrix.shape}")
     return highs

@@ -44,7 +44,7 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
 
 
 def report_path(path: str | os.PathLike[str]) -> Path:
-    """Where a report goes; raises ``UsageError`` where its JSON would go to the same file, or there is no folder."""
+    """Where a report goes; ``UsageError`` where its JSON would go to the same file, or there is no folder."""
     target = Path(path)
     if target.suffix == ".json":
         raise UsageError(f"{target}: expected the name of an HTML file; the JSON goes beside it")
