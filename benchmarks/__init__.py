@@ -23,5 +23,7 @@ STUDIES: tuple[str, ...] = (
     "long_term",
     "receding",
     "refinement",
+    "siconos_agreement",
+    "stability",
     "worked_examples",
 )

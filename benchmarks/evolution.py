@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from shakedown.cli.output import table
 
 import shakedown
-from benchmarks import siconos
+from benchmarks import siconos_peer
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import median_time
 from shakedown.contact_law import law_violation, reactions, scales
@@ -36,11 +36,11 @@ def cases(short: bool) -> list[dict]:
         rows.append({"scene": scene, "method": "event", "parts": 1, "tolerance": None})
         rows += [{"scene": scene, "method": "gauss-seidel", "parts": k, "tolerance": 1e-13} for k in parts]
         rows += [{"scene": scene, "method": "gauss-seidel", "parts": 1, "tolerance": t} for t in (1e-4, 1e-8)]
-        if siconos.is_here():
+        if siconos_peer.is_here():
             rows += [{"scene": scene, "method": "nsgs", "parts": k, "tolerance": 1e-12} for k in parts[:5:2]]
             rows += [{"scene": scene, "method": "lemke", "parts": k, "tolerance": 1e-12} for k in parts[:3:2]]
-    if not siconos.is_here():
-        print(siconos.ABSENT)
+    if not siconos_peer.is_here():
+        print(siconos_peer.ABSENT)
     return rows
 
 
@@ -112,7 +112,7 @@ def measure(case: dict) -> dict:
 def _siconos(problem: shakedown.Problem, load_factor: float, start: np.ndarray, case: dict) -> tuple:
     loop, size = loading(problem).at(load_factor), scales(problem, load_factor)
     q_w, p_w = (np.tile(part, (CYCLES, 1)) for part in loop)
-    out = siconos.solve_steps(problem, q_w, p_w, start, case["method"], case["tolerance"], size)
+    out = siconos_peer.solve_steps(problem, q_w, p_w, start, case["method"], case["tolerance"], size)
     q, p = reactions(problem, q_w, p_w, out.v, out.w)
     slip = np.diff(out.v, axis=0, prepend=start[None])
     slip[(out.w > 0) | (np.roll(out.w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step

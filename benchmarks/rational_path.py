@@ -67,6 +67,25 @@ def rational_path(
     return RationalPath(states, None, len(loop))
 
 
+def one_step_holds(problem: Problem, path: RationalPath) -> bool:
+    """Whether the exact states after the load steps solve the equations of single load steps.
+
+    These know only the state before the step: a closed node slips one way, by
+    v − v_old, and is on that limit at the end. An integrator with fixed load
+    steps follows the path exactly where this holds, and cannot where it does not.
+    """
+    n, kappa, f = problem.n, [_exact(row) for row in problem.kappa], _exact(problem.f)
+    loop = [_exact(row) for row in np.hstack(loading(problem).at(1.0))]
+    for k in range(1, len(path.u)):
+        u, before = path.u[k], path.u[k - 1]
+        r = [a + b for a, b in zip(loop[k % path.m], _times(kappa, u), strict=True)]
+        for i in range(n):
+            slip = u[i] - before[i]
+            if u[n + i] == 0 and slip != 0 and r[i] != (-1 if slip > 0 else 1) * f[i] * r[n + i]:
+                return False
+    return True
+
+
 def _exact(values: FloatArray) -> Vector:
     return [Fraction(float(x)) for x in values]
 

@@ -7,7 +7,8 @@ tangential), with M = κ⁻¹ and b the displacements free of reactions less the
 of the step before.
 
 IN: kappa (2n, 2n) in the order (tangential, normal), f (n,), q_w and p_w (k, n),
-slip (n,) before the first step, or (k, n) before every step, solver, tolerance. OUT: v, w, q, p (k, n), seconds, failures.
+slip (n,) before the first step, or (k, n) before every step, solver, tolerance.
+OUT: v, w, q, p (k, n), seconds, failures.
 """
 
 import sys
