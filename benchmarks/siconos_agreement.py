@@ -10,7 +10,7 @@ free) or it does not, because of what a node did within the step:
     opens, closes
                 it was closed before and after, and open in between;
     stops       it slipped, and has left that limit again;
-    order       none of these: it slips both ways, or in between.
+    reverses    it slipped both ways.
 
 Where the exact state satisfies the equations, Siconos must agree, unless it
 failed (its own state violates them) or they have two solutions.
@@ -37,7 +37,7 @@ CYCLES = 2
 TOLERANCE = {"nsgs": 1e-12, "lemke": 1e-12}
 AGREES = 1e-8  # largest difference of slips and gaps, relative to the length scale
 HOLDS = 1e-9  # violation of the one-step equations that counts as none
-WHYS = ("closes", "opens, closes", "stops", "order")
+WHYS = ("closes", "opens, closes", "stops", "reverses")
 CLASSES = ("agrees", *WHYS, "solver failed", "two solutions", "unexplained")
 
 
@@ -132,9 +132,9 @@ def _why(problem: Problem, history: EventHistory, exact: EventHistory, k: int, n
     if (states == OPEN).any():
         return "opens, closes"
     slipping = states[states != 0]
-    if len(set(slipping.tolist())) == 1 and states[-1] == 0:
-        return "stops"
-    return "order" if len(slipping) else "unexplained"
+    if len(set(slipping.tolist())) == 2:
+        return "reverses"
+    return "stops" if len(slipping) and states[-1] == 0 else "unexplained"
 
 
 def tables(rows: list[dict]) -> str:
@@ -160,6 +160,7 @@ def tables(rows: list[dict]) -> str:
         f"  paths: problems whose whole path of {CYCLES} cycles agrees to {AGREES:.0e} of the length scale"
         + (f" (largest difference among these {max(differ):.0e})" if differ else ""),
         "  steps: each from the exact state before it; the columns after 'agrees' say why the others differ",
+        "  solver failed: its own state violates the equations of the step by more than 1e-9, said or not",
         "  reported: steps on which the solver itself reported a failure",
     ]
     return "\n".join([table(headers, body, longest=10_000), *notes])
@@ -170,7 +171,7 @@ COLOURS = {
     "closes": "#56B4E9",
     "opens, closes": "#0072B2",
     "stops": "#E69F00",
-    "order": "#F0E442",
+    "reverses": "#F0E442",
     "solver failed": "#D55E00",
     "two solutions": "#CC79A7",
     "unexplained": "#000000",
