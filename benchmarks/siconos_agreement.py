@@ -148,19 +148,20 @@ def tables(rows: list[dict]) -> str:
                 continue
             counts = [sum(r["counts"][word] for r in mine) for word in CLASSES]
             whole = sum(r["path_agrees"] for r in mine)
-            where = "some nodes open" if separation else "in contact"
+            where = "some nodes open" if separation else "closed"
             problems = f"{whole}/{len(mine)}"
             steps, reported = (str(sum(r[key] for r in mine)) for key in ("steps", "failures"))
             body.append([solver, where, problems, steps, *map(str, counts), reported])
-    names = ["open/close" if word == "opens, closes" else word for word in CLASSES]
+    short = {"opens, closes": "open/close", "solver failed": "failed", "two solutions": "two"}
+    names = [short.get(word, word) for word in CLASSES]
     headers = ["solver", "joints", "paths", "steps", *names, "reported"]
     differ = [r["path_difference"] for r in rows if r["path_agrees"]]
     notes = [
         "",
         f"  paths: problems whose whole path of {CYCLES} cycles agrees to {AGREES:.0e} of the length scale"
-        + (f" (largest difference among these {max(differ):.0e})" if differ else ""),
-        "  steps: each from the exact state before it; the columns after 'agrees' say why the others differ",
-        "  solver failed: its own state violates the equations of the step by more than 1e-9, said or not",
+        + (f" (at most {max(differ):.0e})" if differ else ""),
+        "  steps: each from the exact state before it; columns after 'agrees': why the others differ",
+        "  failed: the solver's own state breaks the equations of the step by more than 1e-9; two: two solutions",
         "  reported: steps on which the solver itself reported a failure",
     ]
     return "\n".join([table(headers, body, longest=10_000), *notes])

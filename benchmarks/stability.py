@@ -251,6 +251,8 @@ def tables(rows: list[dict]) -> str:
         "error of the path, relative; * as 100 ulp of the data; ~ long load step; ! off; FAILED: says so",
         table(["scene", "ulp does", *methods], errors + counts, longest=10_000),
         "\nlargest violation of the friction law, relative to the force and length scale",
+        "(event: at every event, the others: at load steps; where κ has condition 1e8 and more, putting a",
+        "node onto its limit moves it by the round-off of slips that are that large, and that counts)",
         table(["scene", *methods], laws, longest=10_000),
         "\ntime per cycle (µs)",
         table(["scene", *methods], times, longest=10_000),

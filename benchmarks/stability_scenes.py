@@ -195,8 +195,8 @@ FAMILIES: dict[str, dict[str, Callable[[], Scene]]] = {
         for word, a, b in (("forces", x, 1.0), ("lengths", 1.0, x))
     },
     "many cycles": {
-        f"{n} nodes, {cycles} cycles": lambda n=n, cycles=cycles: many_cycles(n, cycles)
-        for n in (1, 2)
+        f"{word}, {cycles} cycles": lambda n=n, cycles=cycles: many_cycles(n, cycles)
+        for n, word in ((1, "one node"), (2, "two nodes"))
         for cycles in (10**3, 10**5)
     },
 }
