@@ -161,7 +161,7 @@ def tables(rows: list[dict]) -> str:
         f"  paths: problems whose whole path of {CYCLES} cycles agrees to {AGREES:.0e} of the length scale"
         + (f" (at most {max(differ):.0e})" if differ else ""),
         "  steps: each from the exact state before it; columns after 'agrees': why the others differ",
-        "  failed: the solver's own state breaks the equations of the step by more than 1e-9; two: two solutions",
+        "  failed: its own state breaks the equations of the step by more than 1e-9; two: two solutions",
         "  reported: steps on which the solver itself reported a failure",
     ]
     return "\n".join([table(headers, body, longest=10_000), *notes])
