@@ -24,5 +24,7 @@ STUDIES: tuple[str, ...] = (
     "receding",
     "refinement",
     "slow_approach",
+    "siconos_agreement",
+    "stability",
     "worked_examples",
 )

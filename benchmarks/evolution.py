@@ -1,15 +1,13 @@
 """Time integration: time per cycle against error, Gauss–Seidel and Siconos against the event-driven path."""
 
-import subprocess
-import tempfile
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks import siconos_peer
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import median_time
 from shakedown.cli.output import table
@@ -20,7 +18,6 @@ from shakedown.tolerances import DEFAULT
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3
-SYSTEM_PYTHON = "/usr/bin/python3"  # Debian builds Siconos for it
 SCENES = {
     "two-node": 0.8,
     "three-node": 2.6,
@@ -39,23 +36,12 @@ def cases(short: bool) -> list[dict]:
         rows.append({"scene": scene, "method": "event", "parts": 1, "tolerance": None})
         rows += [{"scene": scene, "method": "gauss-seidel", "parts": k, "tolerance": 1e-13} for k in parts]
         rows += [{"scene": scene, "method": "gauss-seidel", "parts": 1, "tolerance": t} for t in (1e-4, 1e-8)]
-        if _siconos_is_here():
+        if siconos_peer.is_here():
             rows += [{"scene": scene, "method": "nsgs", "parts": k, "tolerance": 1e-12} for k in parts[:5:2]]
             rows += [{"scene": scene, "method": "lemke", "parts": k, "tolerance": 1e-12} for k in parts[:3:2]]
-    if not _siconos_is_here():
-        print("Siconos is left out: the system's Python has no siconos (Debian package python3-siconos)")
+    if not siconos_peer.is_here():
+        print(siconos_peer.ABSENT)
     return rows
-
-
-@cache
-def _siconos_is_here() -> bool:
-    try:
-        done = subprocess.run(
-            [SYSTEM_PYTHON, "-c", "import siconos.numerics"], capture_output=True, check=False
-        )
-    except OSError:
-        return False
-    return done.returncode == 0
 
 
 @cache
@@ -124,29 +110,14 @@ def measure(case: dict) -> dict:
 
 
 def _siconos(problem: shakedown.Problem, load_factor: float, start: np.ndarray, case: dict) -> tuple:
-    q_w, p_w = loading(problem).at(load_factor)
-    size = scales(problem, load_factor)
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        np.savez(
-            source,
-            kappa=problem.kappa * size.length / size.force,  # Siconos' tolerances are absolute
-            f=problem.f,
-            q_w=np.tile(q_w, (CYCLES, 1)) / size.force,
-            p_w=np.tile(p_w, (CYCLES, 1)) / size.force,
-            slip=start / size.length,
-            solver=case["method"],
-            tolerance=case["tolerance"],
-        )
-        script = Path(__file__).with_name("siconos_steps.py")
-        subprocess.run([SYSTEM_PYTHON, script, source, target], check=True, capture_output=True)
-        with np.load(target) as out:
-            v, w = out["v"] * size.length, out["w"] * size.length
-            seconds, failures = float(out["seconds"]), int(out["failures"])
-    q, p = reactions(problem, np.tile(q_w, (CYCLES, 1)), np.tile(p_w, (CYCLES, 1)), v, w)
-    slip = np.diff(v, axis=0, prepend=start[None])
-    slip[(w > 0) | (np.roll(w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step
-    return seconds, v, failures, float(law_violation(problem.f, q, p, w, slip, size).max())
+    loop, size = loading(problem).at(load_factor), scales(problem, load_factor)
+    q_w, p_w = (np.tile(part, (CYCLES, 1)) for part in loop)
+    out = siconos_peer.solve_steps(problem, q_w, p_w, start, case["method"], case["tolerance"], size)
+    q, p = reactions(problem, q_w, p_w, out.v, out.w)
+    slip = np.diff(out.v, axis=0, prepend=start[None])
+    slip[(out.w > 0) | (np.roll(out.w, 1, axis=0) > 0)] = 0.0  # not in contact during the whole step
+    violation = float(law_violation(problem.f, q, p, out.w, slip, size).max())
+    return out.seconds, out.v, out.failures, violation
 
 
 def _violation(

@@ -140,7 +140,8 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
         what = {"n": "nodes n", "m": "load steps m", "cycles": "cycles"}[grows]
         axis.set(xlabel=what, ylabel="time (s)", title=f"growing {what} (fitted exponent)")
         axis.grid(True, alpha=0.3)
-        axis.legend(fontsize="small", frameon=False)
+        if axis.has_data():
+            axis.legend(fontsize="small", frameon=False)
     return {"growth": figure}
 
 

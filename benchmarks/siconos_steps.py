@@ -7,7 +7,8 @@ tangential), with M = κ⁻¹ and b the displacements free of reactions less the
 of the step before.
 
 IN: kappa (2n, 2n) in the order (tangential, normal), f (n,), q_w and p_w (k, n),
-slip (n,), solver, tolerance. OUT: v, w, q, p (k, n), seconds, failures.
+slip (n,) before the first step, or (k, n) before every step, solver, tolerance.
+OUT: v, w, q, p (k, n), seconds, failures.
 """
 
 import sys
@@ -35,9 +36,11 @@ def main(source, target):
     solve = {"nsgs": sn.fc2d_nsgs_dense, "lemke": sn.fc2d_lexicolemke}[str(data["solver"])]
     options = solver_options(str(data["solver"]), float(data["tolerance"]))
     slip, failures, out = np.array(data["slip"], dtype=float), 0, []
+    given = slip if slip.ndim == 2 else None
     reactions = np.zeros(2 * n)
     began = time.perf_counter()
-    for load in loads:
+    for k, load in enumerate(loads):
+        slip = slip if given is None else given[k]
         free = -M @ load
         free[1::2] -= slip
         velocity = np.zeros(2 * n)

@@ -1,0 +1,320 @@
+"""Time integration on hard cases: each method's path against the path in rational arithmetic.
+
+The verdict on a path, from its error relative to the range of the exact slips:
+
+    right        error below 1e-9;
+    round-off    larger, but no more than 100 times what one unit in the last place
+                 of the stiffness, the friction and the load changes in the exact path;
+    long step    larger, but the exact states do not solve the equations of single
+                 load steps: no method with these load steps can follow the path;
+    off          none of these, and the method did not say so;
+    says so      the method reported that it failed.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import shakedown
+from benchmarks import siconos_peer
+from benchmarks.rational_path import NoPath, one_step_holds, rational_path
+from benchmarks.stability_scenes import FAMILIES, Scene
+from benchmarks.timing import median_time
+from shakedown.cli.output import table
+from shakedown.contact_law import law_violation, reactions, scales
+from shakedown.gauss_seidel import Stiffness, load_steps
+from shakedown.problem import FloatArray, Problem
+from shakedown.stepping import MAX_SWEEPS
+
+TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
+METHODS = {
+    "event": None,
+    "GS 1e-06": 1e-6,
+    "GS 1e-10": 1e-10,
+    "GS 1e-13": 1e-13,
+    "nsgs": 1e-12,
+    "lemke": 1e-12,
+}
+RIGHT, ULPS = 1e-9, 100.0
+SHOWN = 64  # cycles at the end of a long run on which its error is measured
+VERDICTS = ("right", "round-off", "long step", "off", "says so")
+
+
+@dataclass(frozen=True)
+class Path:
+    """Slips (s, n) after the last load steps of a run, the law's violation in it, and what it said."""
+
+    v: FloatArray
+    violation: float
+    early_violation: float  # in the first tenth of the run
+    seconds: float
+    said: str
+
+
+def cases(short: bool) -> list[dict]:
+    if not siconos_peer.is_here():
+        print(siconos_peer.ABSENT)
+    return [
+        {"family": family, "scene": name, "method": method}
+        for family, scenes in FAMILIES.items()
+        for name in (_shorter(family, list(scenes)) if short else scenes)
+        for method in METHODS
+        if method not in ("nsgs", "lemke") or siconos_peer.is_here()
+    ]
+
+
+def _shorter(family: str, names: list[str]) -> list[str]:
+    if family == "many cycles":
+        return [name for name in names if " 1000 " in name]
+    return [names[0], names[-1]]
+
+
+@cache
+def scene(family: str, name: str) -> Scene:
+    return FAMILIES[family][name]()
+
+
+@cache
+def reference(family: str, name: str) -> tuple[FloatArray, float, float, bool]:
+    """Exact slips after the last load steps, their range, what one unit in the last place changes.
+
+    Last: whether the load steps are long, so that their equations miss the path.
+    """
+    hard = scene(family, name)
+    path = rational_path(hard.problem, 1.0, hard.start, hard.cycles, stop_at_repeat=_long(hard))
+    first = path.slips(3)
+    last = path.slips(hard.cycles)[-SHOWN * hard.problem.m :]
+    size = max(float(np.ptp(first, axis=0).max()), 1e-3 * scales(hard.problem, 1.0).length)
+    change, long_step = 0.0, not one_step_holds(hard.problem, path)
+    for near in neighbours(hard.problem):
+        try:
+            moved = rational_path(near, 1.0, hard.start, 3).slips(3)
+        except NoPath:
+            return last, size, float("inf"), long_step
+        change = max(change, float(np.abs(moved - first).max()))
+    return last, size, change / size, long_step
+
+
+def neighbours(problem: Problem) -> Iterator[Problem]:
+    """The same problem with one kind of data larger, or smaller, by one unit in the last place."""
+    for way in (np.inf, -np.inf):
+        yield replace(problem, f=np.nextafter(problem.f, way))
+        yield replace(problem, q_w=np.nextafter(problem.q_w, np.where(problem.q_w == 0, 0, way)))
+        diagonal = np.diag(np.nextafter(np.diag(problem.A), way))
+        yield replace(problem, A=np.where(np.eye(problem.n) > 0, diagonal, problem.A))
+
+
+def _long(hard: Scene) -> bool:
+    return hard.cycles > 3
+
+
+def measure(case: dict) -> dict:
+    hard, method = scene(case["family"], case["scene"]), case["method"]
+    exact, size, sensitivity, long_step = reference(case["family"], case["scene"])
+    if method == "event":
+        path = _event_long(hard) if _long(hard) else _event(hard)
+    elif method.startswith("GS"):
+        path = _gauss_seidel(hard, METHODS[method] or 0.0)
+    else:
+        path = _siconos(hard, method)
+    whole = len(path.v) == len(exact) and np.isfinite(path.v).all()
+    if _long(hard) and method == "event":
+        exact = exact[hard.problem.m - 1 :: hard.problem.m]
+        whole = len(path.v) == len(exact)
+    error = float(np.abs(path.v - exact).max() / size) if whole else None
+    return {
+        "n": hard.problem.n,
+        "cycles": hard.cycles,
+        "verdict": verdict(error, sensitivity, path.said, long_step and method != "event"),
+        "said": path.said,
+        "error": error,
+        "sensitivity": sensitivity if np.isfinite(sensitivity) else None,
+        "violation": path.violation,
+        "early_violation": path.early_violation,
+        "seconds_per_cycle": path.seconds / hard.cycles,
+    }
+
+
+def verdict(error: float | None, sensitivity: float, said: str, long_step: bool) -> str:
+    if said or error is None:
+        return "says so"
+    if error <= RIGHT:
+        return "right"
+    if error <= ULPS * sensitivity:
+        return "round-off"
+    return "long step" if long_step else "off"
+
+
+def _event(hard: Scene) -> Path:
+    seconds, run = median_time(
+        lambda: shakedown.evolve(hard.problem, 1.0, hard.start, cycles=hard.cycles), least=0.01
+    )
+    history = run.history
+    q, p = reactions(hard.problem, history.q_w, history.p_w, history.v, history.w)
+    slip = _contact_slip(history.v, history.w, hard.start)
+    violation = _law(hard, q, p, history.w, slip)
+    said = "" if run.stop is None else run.stop.reason
+    return Path(history.thinned().v[1:], float(violation.max()), 0.0, seconds, said)
+
+
+def _event_long(hard: Scene) -> Path:
+    """Without a record: states at the ends of the cycles only."""
+    evolution = shakedown.Evolution(hard.problem, 1.0, hard.start)
+    violations, last, said, began = [], [], "", time.perf_counter()
+    for cycle in range(hard.cycles):
+        if evolution.cycle() is None:
+            said = evolution.stop.reason if evolution.stop else "stopped"
+            break
+        if cycle < hard.cycles // 10 or cycle >= hard.cycles - SHOWN:
+            violations.append(evolution.violation(evolution.state))
+        if cycle >= hard.cycles - SHOWN:
+            last.append(evolution.state.u[: hard.problem.n])
+    seconds = time.perf_counter() - began
+    early = max(violations[: hard.cycles // 10])
+    return Path(np.array(last), max(violations), early, seconds, said)
+
+
+def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
+    problem, size = hard.problem, scales(hard.problem, 1.0)
+    n, tension = problem.n, 16 * np.finfo(float).eps * size.force
+    C = np.ascontiguousarray(problem.kappa[n:, n:])
+    stiffness = Stiffness(problem.A, problem.B, C, problem.f, True, tension)
+    q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
+    v_path, w_path, slip = (np.zeros_like(q_w) for _ in range(3))
+
+    def run() -> tuple:
+        v, w = hard.start.astype(float), np.zeros(n)
+        return load_steps(
+            stiffness, q_w, p_w, v, w, tolerance * size.length, MAX_SWEEPS, v_path, w_path, slip
+        )
+
+    seconds, (_, _, step, node) = median_time(run, least=0.01, runs=1 if _long(hard) else 3)
+    said = ""
+    if step >= 0:
+        what = f"no state of node {node}" if node >= 0 else f"not converged in {MAX_SWEEPS} sweeps"
+        said = f"{what} at load step {step}"
+    return _stepped(hard, q_w, p_w, v_path, w_path, slip, seconds, said)
+
+
+def _siconos(hard: Scene, solver: str) -> Path:
+    problem = hard.problem
+    q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
+    out = siconos_peer.solve_steps(
+        problem, q_w, p_w, hard.start, solver, METHODS[solver] or 0.0, hard.peer_units
+    )
+    said = f"{out.failures} load steps reported as failed" if out.failures else ""
+    slip = _contact_slip(out.v, out.w, hard.start)
+    return _stepped(hard, q_w, p_w, out.v, out.w, slip, out.seconds, said)
+
+
+def _stepped(hard: Scene, q_w, p_w, v, w, slip, seconds: float, said: str) -> Path:
+    q, p = reactions(hard.problem, q_w, p_w, v, w)
+    with np.errstate(invalid="ignore"):
+        violation = _law(hard, q, p, w, slip).max(axis=1)
+    violation = np.nan_to_num(violation, nan=1e300, posinf=1e300)
+    tenth = max(1, len(violation) // 10)
+    last = v[-SHOWN * hard.problem.m :]
+    return Path(last, float(violation.max()), float(violation[:tenth].max()), seconds, said)
+
+
+def _contact_slip(v: FloatArray, w: FloatArray, start: FloatArray) -> FloatArray:
+    """Slip during the steps at both ends of which a node is closed."""
+    slip = np.diff(v, axis=0, prepend=start[None])
+    slip[(w > 0) | (np.vstack([np.zeros_like(w[:1]), w[:-1]]) > 0)] = 0.0
+    return slip
+
+
+def _law(hard: Scene, q, p, w, slip) -> FloatArray:
+    return law_violation(hard.problem.f, q, p, w, slip, scales(hard.problem, 1.0))
+
+
+def tables(rows: list[dict]) -> str:
+    methods = [m for m in METHODS if any(r["method"] == m for r in rows)]
+    cell = {(r["family"], r["scene"], r["method"]): r for r in rows}
+    names = list(dict.fromkeys((r["family"], r["scene"]) for r in rows))
+    errors, laws, times = [], [], []
+    for family, name in names:
+        mine = [cell.get((family, name, m)) for m in methods]
+        ulp = next(r for r in mine if r)["sensitivity"]
+        errors.append([name, "jumps" if ulp is None else f"{ulp:.0e}", *map(_error, mine)])
+        laws.append([name, *(f"{r['violation']:.0e}" if r else "" for r in mine)])
+        times.append([name, *(f"{1e6 * r['seconds_per_cycle']:.0f}" if r else "" for r in mine)])
+    counts = [
+        [word, "", *(str(sum(r["verdict"] == word for r in rows if r["method"] == m)) for m in methods)]
+        for word in VERDICTS
+    ]
+    parts = [
+        "error of the path, relative; * as 100 ulp of the data; ~ long load step; ! off; FAILED: says so",
+        table(["scene", "ulp does", *methods], errors + counts, longest=10_000),
+        "\nlargest violation of the friction law, relative to the force and length scale",
+        "(event: at every event, the others: at load steps; where κ has condition 1e8 and more, putting a",
+        "node onto its limit moves it by the round-off of slips that are that large, and that counts)",
+        table(["scene", *methods], laws, longest=10_000),
+        "\ntime per cycle (µs)",
+        table(["scene", *methods], times, longest=10_000),
+    ]
+    drift = [
+        [r["scene"], r["method"], f"{r['early_violation']:.0e}", f"{r['violation']:.0e}"]
+        for r in rows
+        if r["cycles"] > 3
+    ]
+    if drift:
+        title = "\nviolation of the friction law in the first tenth of many cycles, and in all of them"
+        parts += [title, table(["scene", "method", "first tenth", "all"], drift, longest=10_000)]
+    said = [f"  {r['scene']}, {r['method']}: {r['said']}" for r in rows if r["said"]]
+    if said:
+        parts += ["\nwhat the methods said", *said]
+    return "\n".join(parts)
+
+
+def _error(row: dict | None) -> str:
+    if row is None:
+        return ""
+    if row["verdict"] == "says so":
+        return "FAILED"
+    mark = {"round-off": "* ", "long step": "~ ", "off": "! "}.get(row["verdict"], "")
+    return f"{mark}{row['error']:.0e}"
+
+
+COLOURS = {
+    "right": "#7FCDB0",
+    "round-off": "#F0E442",
+    "long step": "#9FD3F3",
+    "off": "#E8884F",
+    "says so": "#BBBBBB",
+}
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    methods = [m for m in METHODS if any(r["method"] == m for r in rows)]
+    names = list(dict.fromkeys((r["family"], r["scene"]) for r in rows))
+    figure = Figure(figsize=(8.5, 1.6 + 0.24 * len(names)), layout="constrained")
+    axes = figure.subplots()
+    for row in rows:
+        x, y = methods.index(row["method"]), names.index((row["family"], row["scene"]))
+        axes.barh(y, 0.94, left=x - 0.47, height=0.86, color=COLOURS[row["verdict"]])
+        text = "failed" if row["verdict"] == "says so" else f"{row['error']:.0e}"
+        axes.text(x, y, text, ha="center", va="center", fontsize=7)
+    axes.set_yticks(range(len(names)), [name for _, name in names], fontsize=7.5)
+    axes.set_xticks(range(len(methods)), [f"Siconos\n{m}" if m in ("nsgs", "lemke") else m for m in methods])
+    axes.xaxis.tick_top()
+    axes.set(xlim=(-0.5, len(methods) - 0.5), ylim=(len(names) - 0.5, -0.5))
+    for k in range(1, len(names)):
+        if names[k][0] != names[k - 1][0]:
+            axes.axhline(k - 0.5, color="k", lw=0.8)
+    for word, colour in COLOURS.items():
+        meaning = {
+            "right": "right: error below 1e-9",
+            "round-off": "what round-off of the data explains",
+            "long step": "load steps too long for the path",
+            "off": "off, and not said",
+            "says so": "the method says that it failed",
+        }[word]
+        axes.barh(0, 0, color=colour, label=meaning)
+    figure.legend(loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+    axes.set_title("error of the slip path against rational arithmetic", fontsize=10)
+    return {"stability": figure}

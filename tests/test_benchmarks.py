@@ -1,0 +1,82 @@
+"""Every study measures, prints and draws; the exact path that integrators are judged by is checked itself."""
+
+import importlib
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks import STUDIES, siconos_peer
+from benchmarks.problems import random_problem
+from benchmarks.rational_path import NoPath, one_step_holds, rational_path
+from benchmarks.stability import verdict
+from benchmarks.stability_scenes import coarse, one_node
+
+# The fewest cases from which a study can print and draw; the first case alone where nothing is said here.
+FEWEST = {
+    "bounds": {"n": 10},
+    "enumeration": {"n": 6},
+    "growth": {"task": "upper bound", "grows": "n"},
+    "hard_cases": {"problem": "load factor 0"},
+    "long_term": {"scene": "random 2", "exponent": 1, "start": 0},
+    "siconos_agreement": {"seed": 1},
+    "stability": {"scene": "from the limit"},
+}
+
+
+def test_a_slip_is_the_overshoot_over_the_resistance() -> None:
+    """One node with A = 1, B = 1/2, f = 1/2: backward slip of (q − f p) / (A − f B), then the other way."""
+    problem = one_node(0.5, [0.0, 2.0, -2.0], [2.0, 2.0, 2.0])
+    u = rational_path(problem, 1.0, np.zeros(1), 1).u
+    backward = -Fraction(1) / Fraction(3, 4)  # A − f B
+    trial = -2 + backward + Fraction(1, 2) * (2 + backward / 2)  # q + f p before it slips forward
+    assert [state[0] for state in u] == [0, backward, backward - trial / Fraction(5, 4)]
+
+
+@pytest.mark.parametrize(("n", "seed"), [(1, 0), (2, 1), (3, 2), (4, 3)])
+def test_rational_and_event_driven_paths_agree(n: int, seed: int) -> None:
+    problem = random_problem(n, seed, m=8)
+    load_factor = 1.4 * shakedown.upper_bound(problem).load_factor
+    exact = rational_path(problem, load_factor, np.zeros(n), 2).slips(2)
+    history = shakedown.evolve(problem, load_factor, cycles=2).history
+    assert np.abs(history.thinned().v[1:] - exact).max() <= 1e-13 * np.ptp(exact)
+
+
+def test_states_beyond_the_law_have_no_path() -> None:
+    problem = one_node(2.5, [0.0, 6.0, 0.0], [2.0, 2.0, 2.0])  # f above A / B = 2
+    with pytest.raises(NoPath):
+        rational_path(problem, 1.0, np.zeros(1), 1)
+
+
+def test_long_load_steps_are_told_from_short_ones() -> None:
+    hard, easy = coarse(), random_problem(3, seed=1, m=8)
+    assert not one_step_holds(hard.problem, rational_path(hard.problem, 1.0, hard.start, 2))
+    assert one_step_holds(easy, rational_path(easy, 1.0, np.zeros(3), 2))
+
+
+def test_verdicts() -> None:
+    assert verdict(1e-12, 0.0, "", False) == "right"
+    assert verdict(1e-6, 1e-7, "", False) == "round-off"
+    assert verdict(1e-6, 1e-16, "", True) == "long step"
+    assert verdict(1e-6, 1e-16, "", False) == "off"
+    assert verdict(1e-6, 1e-16, "not converged", False) == "says so"
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_measures_prints_and_draws(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    study = importlib.import_module(f"benchmarks.{name}")
+    cases = list(study.cases(True))
+    if name == "siconos_agreement" and not siconos_peer.is_here():
+        assert cases == []
+        assert "left out" in capsys.readouterr().out
+        return
+    fewest = FEWEST.get(name, cases[0])
+    chosen = [case for case in cases if fewest.items() <= case.items()]
+    rows = [case | study.measure(case) for case in chosen]
+    assert rows
+    assert json.loads(json.dumps(rows, allow_nan=False)) == rows
+    assert study.tables(rows).strip()
+    for figure in study.figures(rows).values():
+        figure.canvas.draw()
