@@ -18,6 +18,8 @@ class ProblemFile(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, shakedown.Problem):
             return value
+        if not value:
+            raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
         if not Path(value).exists() and value in shakedown.example_names():
             return shakedown.example(value)
         if not Path(value).exists() and Path(value).suffix == "" and "/" not in value:

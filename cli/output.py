@@ -27,6 +27,11 @@ def number(value: float | None, digits: int = 7) -> str:
     return f"{value:.{digits}g}"
 
 
+def tiny(value: float) -> str:
+    """The order of magnitude of an error; undefined ones as a dash."""
+    return f"{value:.1e}" if value == value else "-"
+
+
 def table(
     headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
 ) -> str:

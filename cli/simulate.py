@@ -12,7 +12,7 @@ from shakedown.documents import simulation_document
 from shakedown.problem import FloatArray, Problem
 
 from .options import cycles_option, json_option, method_option, problem_argument
-from .output import echo_json, headline, listing, number, paragraph, table
+from .output import echo_json, headline, listing, number, paragraph, table, tiny
 
 
 @click.command(short_help="Evolution from one initial state.")
@@ -115,7 +115,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("cycles simulated", str(run.cycles_simulated), ""),
         ("period", str(run.period) if run.period else "-", "cycles" if run.period > 1 else "cycle"),
         ("dissipation per cycle", number(run.dissipation_per_cycle), ""),
-        ("friction law residual", f"{run.residual:.1e}", "relative"),
+        ("friction law residual", tiny(run.residual), "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]
     facts += [

@@ -12,7 +12,7 @@ from shakedown.meaning import bounds_in_words, friction_in_words, transient_in_w
 from shakedown.problem import Problem
 
 from .options import cycles_option, json_option, method_option, problem_argument
-from .output import echo_json, headline, number, paragraph, progress, table
+from .output import echo_json, headline, number, paragraph, progress, table, tiny
 
 
 @click.command(short_help="Prediction against time integration; report.")
@@ -31,7 +31,13 @@ from .output import echo_json, headline, number, paragraph, progress, table
     show_default=True,
     help="Number of random initial states.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random initial states.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Seed of the random initial states.",
+)
 @cycles_option
 @method_option
 @json_option
@@ -94,7 +100,7 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
             str(run.simulation.outcome),
             marks[run.agrees],
             number(float(run.simulation.slip_per_cycle.max()), 4),
-            f"{run.simulation.residual:.0e}",
+            tiny(run.simulation.residual),
         ]
         for run in result.runs
     ]

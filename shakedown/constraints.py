@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.loading import loading
+from shakedown.loading import loading, require_problem
 from shakedown.problem import FloatArray, Problem
 
 BACKWARD, FORWARD = +1, -1
@@ -66,6 +66,7 @@ def constraints(problem: Problem) -> Constraints:
     >>> rows.G.shape, rows.node, rows.side
     ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
     """
+    require_problem(problem)
     n, f, fB = problem.n, problem.f, problem.f[:, None] * problem.B
     loop = loading(problem)
     backward, forward = loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1

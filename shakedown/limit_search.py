@@ -191,8 +191,7 @@ class LimitSearch:
         slip = np.sum([record.slip for record in records], axis=0)
         opened = np.any([record.opened for record in records], axis=0)
         dissipations = np.array([record.dissipation for record in records])
-        frictional = slip[self.evolution.problem.f > 0]
-        if frictional.max(initial=0.0) <= 4 * self.near:
+        if slip.max() <= 4 * self.near:
             outcome = Outcome.SEPARATION if opened.any() else Outcome.SHAKEDOWN
         elif np.abs(drift).max() > self.near:
             outcome = Outcome.RATCHETTING

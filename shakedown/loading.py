@@ -4,7 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.errors import UsageError
 from shakedown.problem import FloatArray, Problem
+
+LARGEST_FORCE = 1e150  # its square is still a number
 
 
 @dataclass(frozen=True)
@@ -25,8 +28,16 @@ class Loading:
     p1: FloatArray
 
     def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
-        """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor."""
-        return self.q0 + load_factor * self.q1, self.p0 + load_factor * self.p1
+        """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor.
+
+        Raises ``UsageError`` where they are too large for floating-point numbers.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            q_w, p_w = self.q0 + load_factor * self.q1, self.p0 + load_factor * self.p1
+        largest = max(np.abs(q_w).max(), np.abs(p_w).max())
+        if not largest < LARGEST_FORCE:
+            raise UsageError(f"load factor: expected loads below {LARGEST_FORCE:g}, found {largest:g}")
+        return q_w, p_w
 
 
 def loading(problem: Problem) -> Loading:
@@ -39,9 +50,16 @@ def loading(problem: Problem) -> Loading:
     >>> loop.q0.round(6), loop.p0.round(6)
     (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
     """
+    require_problem(problem)
     q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
     p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
+
+
+def require_problem(problem: object) -> None:
+    """Raise ``UsageError`` where something else is given as a problem."""
+    if not isinstance(problem, Problem):
+        raise UsageError(f"problem: expected a Problem, found {type(problem).__name__}")
 
 
 def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:

@@ -42,9 +42,9 @@ def load_problem(path: str | os.PathLike[str]) -> Problem:
     True
     """
     try:
-        return Problem(**_read_arrays(Path(path)))
+        return Problem(**_read_arrays(_path(path)))
     except ProblemError as error:
-        raise ProblemError(f"{os.fspath(path)}: {error}") from None
+        raise ProblemError(f"{path}: {error}") from None
 
 
 def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
@@ -62,13 +62,22 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
     ProblemError
         If the file cannot be written.
     """
+    target = _path(path)
+    if not isinstance(problem, Problem):
+        raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
     try:
-        with atomic_write(Path(path)) as file:
+        with atomic_write(target) as file:
             np.savez(file, schema=np.array(SCHEMA), **arrays)
     except OSError as error:
         raise ProblemError(f"{os.fspath(path)}: cannot be written ({error.strerror})") from None
+
+
+def _path(path: str | os.PathLike[str]) -> Path:
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        raise ProblemError(f"expected the path of a file, found {path!r}")
+    return Path(path)
 
 
 @contextmanager

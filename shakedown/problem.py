@@ -172,6 +172,8 @@ def _text(key: str, value: Any) -> str:
 
 def _real(key: str, value: ArrayLike) -> FloatArray:
     """A private float64 copy of a real, finite array."""
+    if np.ma.is_masked(value):
+        raise ProblemError(f"key '{key}': expected every number, found masked ones")
     try:
         array = np.asarray(value)
     except ValueError:  # ragged nested lists
@@ -237,7 +239,7 @@ def _transposition_hint(array: FloatArray, expected: tuple[int | str, ...]) -> s
     if array.ndim == 2 and len(expected) == 2 and array.shape[0] == expected[1]:
         first = expected[0]
         if isinstance(first, str) or array.shape[1] == first:
-            return " (it looks transposed: one row per load step, one column per node)"
+            return " (it looks transposed: one column per node)"
     return ""
 
 

@@ -152,7 +152,7 @@ def _run_row(run: Run) -> dict[str, str]:
         "cycles": str(s.cycles_simulated),
         "slip": _number(float(np.max(s.slip_per_cycle)), 4),
         "dissipation": _number(s.dissipation_per_cycle, 4),
-        "residual": f"{s.residual:.0e}",
+        "residual": "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
         "time": f"{1e3 * run.seconds:.1f} ms",
     }
 

@@ -17,6 +17,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from shakedown.loading import require_problem
 from shakedown.problem import FloatArray, Problem
 from shakedown.wedging import Wedging, wedging_threshold
 
@@ -100,6 +101,7 @@ def friction_thresholds(problem: Problem) -> FrictionThresholds:
     >>> limits.single_node.round(4), round(limits.uniqueness.value, 4), limits.uniqueness.slipping
     (array([0.7608, 2.0225]), 0.6306, (0, 1))
     """
+    require_problem(problem)
     factor = bool(np.ptp(problem.f) > 0)
     phi = problem.f if factor else np.ones(problem.n)
     with np.errstate(divide="ignore", invalid="ignore"):

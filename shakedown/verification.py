@@ -147,6 +147,10 @@ def verify(
     """
     if random_states < 0:
         raise UsageError(f"random states: expected at least 0, found {random_states}")
+    if not isinstance(seed, int) or seed < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    if load_factors is not None and np.ndim(load_factors) != 1:
+        raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
     bounds = shakedown_bounds(problem)
     lower, upper = bounds.lower, bounds.upper
     subsets = subset_count(problem.n)
