@@ -25,5 +25,6 @@ STUDIES: tuple[str, ...] = (
     "refinement",
     "siconos_agreement",
     "stability",
+    "slow_approach",
     "worked_examples",
 )

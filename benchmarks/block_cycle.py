@@ -2,11 +2,11 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.refinement import block_on_plane
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.contact_law import scales
 from shakedown.evolution import Evolution
 from shakedown.gauss_seidel import Stiffness, load_steps

@@ -10,11 +10,11 @@ from functools import cache
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.problems import random_problem
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.tolerances import DEFAULT
 
 TITLE = "Long-term state: effort until the verdict, and false verdicts"

@@ -21,11 +21,11 @@ from functools import cache
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
+from shakedown.cli.output import table
 from shakedown.contact_law import law_violation, reactions, scales
 from shakedown.event_history import EventHistory
 from shakedown.gauss_seidel import OPEN

@@ -18,13 +18,13 @@ from functools import cache
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks import siconos_peer
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.contact_law import law_violation, reactions, scales
 from shakedown.gauss_seidel import Stiffness, load_steps
 from shakedown.problem import FloatArray, Problem

@@ -1,9 +1,9 @@
 """Worked examples: one node above the critical friction (appendix A), and the jump (chapter VI)."""
 
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
+from shakedown.cli.output import table
 from shakedown.figures_evolution import load_plane, slip_space
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import click
-from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
 
 import shakedown
 from shakedown.documents import critical_document
 from shakedown.meaning import critical_in_words
 from shakedown.problem import Problem
+
+from .options import json_option, problem_argument
+from .output import echo_json, headline, number, paragraph, progress, table
 
 
 @click.command(short_help="All critical load factors.")
@@ -17,7 +18,7 @@ from shakedown.problem import Problem
 @click.option(
     "--budget",
     type=click.IntRange(min=1),
-    default=1_000_000,
+    default=200_000_000,
     show_default=True,
     help="Refuse to work through more subsets than this.",
 )

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from shakedown.cli.options import json_option
-from shakedown.cli.output import echo_json, headline
 
 import shakedown
 from shakedown.documents import problem_document
+
+from .options import json_option
+from .output import echo_json, headline
 
 
 @click.command(short_help="List or write the built-in problems.")

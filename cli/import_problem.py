@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from shakedown.cli.options import json_option
-from shakedown.cli.output import echo_json, headline, number, paragraph
 
 import shakedown
 from shakedown.documents import plain, problem_document
+
+from .options import json_option
+from .output import echo_json, headline, number, paragraph
 
 
 @click.command("import", short_help="Make a problem file from finite-element output.")

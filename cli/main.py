@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import NoReturn
 
 import click
-from shakedown.cli.critical import critical
-from shakedown.cli.example import example
-from shakedown.cli.import_problem import import_problem_command
-from shakedown.cli.simulate import simulate
-from shakedown.cli.solve import solve
-from shakedown.cli.verify import verify
 
 import shakedown
 
-DONE, OPEN, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+from .critical import critical
+from .example import example
+from .import_problem import import_problem_command
+from .simulate import simulate
+from .solve import solve
+from .verify import verify
+
+OPEN, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 80})
@@ -54,9 +54,6 @@ def main() -> NoReturn:
         _fail(str(error), OPEN)
     except shakedown.ShakedownError as error:
         _fail(str(error), BAD_INPUT)
-    except BrokenPipeError:  # the reader of a pipe has gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(DONE)
 
 
 def _fail(message: str, code: int) -> NoReturn:

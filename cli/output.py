@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,6 +9,7 @@ from typing import Any
 
 import click
 
+from shakedown.documents import as_text
 from shakedown.problem import Problem
 
 LONGEST_LISTING = 40
@@ -17,7 +17,7 @@ LONGEST_LISTING = 40
 
 def echo_json(document: dict[str, Any]) -> None:
     """The one document on stdout."""
-    click.echo(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+    click.echo(as_text(document))
 
 
 def number(value: float | None, digits: int = 7) -> str:

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 import numpy as np
-from shakedown.cli.options import cycles_option, json_option, method_option, problem_argument
-from shakedown.cli.output import echo_json, headline, listing, number, paragraph, table
 
 import shakedown
 from shakedown.documents import simulation_document
 from shakedown.problem import FloatArray, Problem
+
+from .options import cycles_option, json_option, method_option, problem_argument
+from .output import echo_json, headline, listing, number, paragraph, table
 
 
 @click.command(short_help="Evolution from one initial state.")
@@ -25,7 +26,9 @@ from shakedown.problem import FloatArray, Problem
 )
 @cycles_option
 @method_option
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write every load step here (NPZ).")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Write the path here (NPZ): events or load steps."
+)
 @json_option
 @click.pass_context
 def simulate(
@@ -57,7 +60,9 @@ def simulate(
 
 def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatArray:
     """The initial slip, (n,), that a word or a file on the command line stands for."""
-    word, _, index = initial.partition(":")
+    word, colon, index = initial.partition(":")
+    if colon and word in ("zero", "safe", "witness"):
+        raise click.UsageError(f"--initial {initial}: only given takes a state number")
     if word == "zero":
         return np.zeros(problem.n)
     if word == "given":
@@ -112,6 +117,10 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("dissipation per cycle", number(run.dissipation_per_cycle), ""),
         ("friction law residual", f"{run.residual:.1e}", "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
+    ]
+    facts += [
+        (f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), "energy released")
+        for jump in run.jumps
     ]
     lines.append(listing(facts))
     lines.append("")

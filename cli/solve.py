@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import click
-from shakedown.cli.options import json_option, problem_argument
-from shakedown.cli.output import echo_json, headline, listing, number, paragraph, table
 
 import shakedown
-from shakedown.bounds import ShakedownBounds, UpperBound
-from shakedown.documents import bounds_document, friction_document
-from shakedown.meaning import bounds_in_words, friction_in_words
+from shakedown.documents import bounds_document, curve_document, friction_document
+from shakedown.meaning import bounds_in_words, curve_in_words, friction_in_words
 from shakedown.problem import Problem
-from shakedown.thresholds import FrictionThresholds
+
+from .options import json_option, problem_argument
+from .output import echo_json, headline, listing, number, paragraph, table
+
+CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
+CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 
 
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
@@ -21,16 +23,26 @@ def solve(problem: Problem, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     bounds = shakedown.shakedown_bounds(problem)
     limits = shakedown.friction_thresholds(problem)
+    curve = None
+    if bounds.have_gap and problem.n <= CURVE_UP_TO:
+        curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
-        echo_json(bounds_document(problem, bounds) | {"friction": friction_document(limits)})
+        more = {"friction": friction_document(limits), "guarantee_curve": curve and curve_document(curve)}
+        echo_json(bounds_document(problem, bounds) | more)
     else:
-        click.echo(_text(problem, bounds, limits))
+        click.echo(_text(problem, bounds, limits, curve))
 
 
-def _text(problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds) -> str:
+def _text(
+    problem: Problem,
+    bounds: shakedown.ShakedownBounds,
+    limits: shakedown.FrictionThresholds,
+    curve: shakedown.GuaranteeCurve | None,
+) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), "", listing(_facts(bounds)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
+    lines += [] if curve is None else [paragraph(curve_in_words(curve))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     rows = [
@@ -41,7 +53,7 @@ def _text(problem: Problem, bounds: ShakedownBounds, limits: FrictionThresholds)
     return "\n".join([*lines, "", table(headers, rows)])
 
 
-def _facts(bounds: ShakedownBounds) -> list[tuple[str, str, str]]:
+def _facts(bounds: shakedown.ShakedownBounds) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
     coupling = "weak coupling" if lower.coupling_ratio < 1 else "strong coupling"
@@ -66,7 +78,7 @@ def _certified(interval: tuple[float, float] | None) -> str:
     return f", exact to {max(high - low, 0.0) / size:.0e}"
 
 
-def _sides(upper: UpperBound, node: int) -> str:
+def _sides(upper: shakedown.UpperBound, node: int) -> str:
     """Which limits of a node are reached at λ_max."""
     names = {+1: "backward", -1: "forward"}
     return "+".join(names[side] for at, side in upper.active if at == node) or "-"

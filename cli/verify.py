@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from shakedown.cli.options import cycles_option, json_option, method_option, problem_argument
-from shakedown.cli.output import echo_json, headline, number, paragraph, progress, table
 
 import shakedown
 from shakedown.documents import verification_document
 from shakedown.meaning import bounds_in_words, friction_in_words, transient_in_words
 from shakedown.problem import Problem
+
+from .options import cycles_option, json_option, method_option, problem_argument
+from .output import echo_json, headline, number, paragraph, progress, table
 
 
 @click.command(short_help="Prediction against time integration; report.")
@@ -48,8 +49,10 @@ def verify(
 ) -> None:
     """Hold the bounds of FILE against time integration from several states.
 
-    Exit code 1 where they disagree or a simulation reaches no outcome.
+    Exit code 1 where anything disagrees or is left open.
     """
+    if output is not None:
+        shakedown.report_path(output)  # before the work, not after
     with progress("simulations") as update:
         result = shakedown.verify(
             problem,

@@ -43,22 +43,25 @@ if TYPE_CHECKING:
     from shakedown.intersection import Intersection as Intersection
     from shakedown.jump import Jump as Jump
     from shakedown.load_case import LoadCase as LoadCase
-    from shakedown.long_term import LongTermState as LongTermState
     from shakedown.long_term import long_term_state as long_term_state
+    from shakedown.long_term_record import LongTermState as LongTermState
     from shakedown.lower import LowerBound as LowerBound
     from shakedown.lower import lower_bound as lower_bound
     from shakedown.margin import SafeSlip as SafeSlip
     from shakedown.margin import safe_slip as safe_slip
     from shakedown.npz import load_problem as load_problem
     from shakedown.npz import save_problem as save_problem
+    from shakedown.outcome import Cycles as Cycles
     from shakedown.outcome import Outcome as Outcome
     from shakedown.problem import Problem as Problem
+    from shakedown.report import report_path as report_path
     from shakedown.report import write_report as write_report
     from shakedown.scene import Scene as Scene
     from shakedown.scene import reduced_scene as reduced_scene
     from shakedown.simulation import Simulation as Simulation
     from shakedown.simulation import save_history as save_history
     from shakedown.simulation import simulate as simulate
+    from shakedown.stepping import History as History
     from shakedown.thresholds import FrictionThresholds as FrictionThresholds
     from shakedown.thresholds import Threshold as Threshold
     from shakedown.thresholds import friction_thresholds as friction_thresholds
@@ -69,6 +72,7 @@ if TYPE_CHECKING:
     from shakedown.verification import Run as Run
     from shakedown.verification import Verification as Verification
     from shakedown.verification import verify as verify
+    from shakedown.wedging import Wedging as Wedging
 
 _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
@@ -95,11 +99,14 @@ _HOMES = {
     "shakedown.transient": "TransientLimit transient_limit",
     "shakedown.thresholds": "FrictionThresholds Threshold friction_thresholds",
     "shakedown.jump": "Jump",
-    "shakedown.long_term": "LongTermState long_term_state",
-    "shakedown.outcome": "Outcome",
+    "shakedown.long_term": "long_term_state",
+    "shakedown.long_term_record": "LongTermState",
+    "shakedown.stepping": "History",
+    "shakedown.wedging": "Wedging",
+    "shakedown.outcome": "Cycles Outcome",
     "shakedown.simulation": "Simulation save_history simulate",
     "shakedown.verification": "Run Verification verify",
-    "shakedown.report": "write_report",
+    "shakedown.report": "report_path write_report",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

@@ -14,6 +14,12 @@ class ShakedownBounds:
     lower: LowerBound
     upper: UpperBound
 
+    @property
+    def have_gap(self) -> bool:
+        """Whether there are load factors between the bounds, with a safe slip to keep near to."""
+        first, last = self.lower.load_factor, self.upper.load_factor
+        return self.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
+
 
 def shakedown_bounds(problem: Problem, *, certify: bool | None = None) -> ShakedownBounds:
     """Lower and upper bound of the load factor.

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.constraints import Constraints, constraints
 from shakedown.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
-from shakedown.linear_program import Outcome
+from shakedown.linear_program import Solution
 from shakedown.problem import FloatArray, Problem
 from shakedown.rational import HAS_FLINT, ExactRows, enclosure, exact_rows
 from shakedown.tolerances import DEFAULT
@@ -53,7 +53,7 @@ def certify_by_default(n: int) -> bool:
     return n <= (CERTIFIED_UP_TO if HAS_FLINT else CERTIFIED_UP_TO_WITHOUT_FLINT)
 
 
-def certified_upper(problem: Problem, outcome: Outcome) -> Certificate | None:
+def certified_upper(problem: Problem, outcome: Solution) -> Certificate | None:
     """The exact λ_max, started from the basis in which the float solution ended.
 
     Parameters
@@ -85,7 +85,7 @@ def rests_on_round_off(rows: Constraints, slip: FloatArray, load_factor: float) 
     return bool(np.finfo(float).eps * terms.max() > DEFAULT.stored_digits * forces.max())
 
 
-def starts_safe(problem: Problem, outcome: Outcome) -> bool | None:
+def starts_safe(problem: Problem, outcome: Solution) -> bool | None:
     """Whether there is a safe slip at load factor 0, exactly; None where that stays open.
 
     ``outcome`` is the end of the linear program min λ subject to every row.
@@ -99,7 +99,7 @@ def starts_safe(problem: Problem, outcome: Outcome) -> bool | None:
     return None if rests_on_round_off(constraints(problem), slip, 0.0) else True
 
 
-def certified_lower(problem: Problem, outcomes: list[Outcome], first: int) -> tuple[int, Certificate] | None:
+def certified_lower(problem: Problem, outcomes: list[Solution], first: int) -> tuple[int, Certificate] | None:
     """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
 
     Parameters
@@ -131,7 +131,7 @@ def certified_lower(problem: Problem, outcomes: list[Outcome], first: int) -> tu
     return None if certificate is None else (first, certificate)
 
 
-def _accepted(certificate: Certificate, problem: Problem, outcome: Outcome) -> Certificate | None:
+def _accepted(certificate: Certificate, problem: Problem, outcome: Solution) -> Certificate | None:
     """The certificate, unless it contradicts the floats and rests on the round-off of the stiffness."""
     if certificate.status == "infeasible":
         return certificate
@@ -158,7 +158,7 @@ def _collapse_program(rows: ExactRows, node: int) -> ExactProgram:
     return replace(program, matrix=matrix, right=right, cost=[-x for x in program.cost])
 
 
-def _start(program: ExactProgram, outcome: Outcome) -> tuple[list[int], list[int]]:
+def _start(program: ExactProgram, outcome: Solution) -> tuple[list[int], list[int]]:
     """Active rows and free columns; where λ is at its bound 0, the last row is active."""
     active, free = outcome.active.tolist(), outcome.free.tolist()
     last_row, last_column = len(program.matrix) - 1, len(program.cost) - 1

@@ -11,9 +11,9 @@ import cvxpy as cp
 import numpy as np
 
 from shakedown.constraints import Constraints, constraints
-from shakedown.linear_program import equilibration, typical_size
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
+from shakedown.scaling import equilibration, typical_size
 from shakedown.tolerances import DEFAULT
 
 _SHARP = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}

@@ -1,5 +1,6 @@
 """Results as JSON-ready dictionaries, with the field names that other programs rely on."""
 
+import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,11 @@ def plain(value: Any) -> Any:
     return value
 
 
+def as_text(document: dict[str, Any]) -> str:
+    """A JSON document as it is written to files and to stdout."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+
+
 def problem_document(problem: Problem) -> dict[str, Any]:
     """Name and size of a problem."""
     return {"name": problem.name, "n": problem.n, "m": problem.m}
@@ -52,9 +58,9 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     lower, upper = bounds.lower, bounds.upper
     lower_keys = (
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
-        "certified residual"
+        "lift_off_bound certified residual"
     )
-    upper_keys = "status load_factor slip active certified reason residual"
+    upper_keys = "status load_factor least_load_factor slip direction active certified exact reason residual"
     return plain(
         {
             "problem": problem_document(problem),
@@ -116,7 +122,8 @@ def simulation_document(run: "Simulation") -> dict[str, Any]:
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
         "dissipation_per_cycle cycles_simulated method events residual"
     )
-    return plain({key: getattr(run, key) for key in keys.split()})
+    jumps = [{"cycle": jump.cycle, "energy_released": jump.energy_released} for jump in run.jumps]
+    return plain({key: getattr(run, key) for key in keys.split()} | {"jumps": jumps})
 
 
 def critical_document(critical: "CriticalLoadFactors") -> dict[str, Any]:

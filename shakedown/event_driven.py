@@ -18,11 +18,10 @@ of a cycle can be followed: between events it is constant, because the rates do
 not depend on the state, and at an event at time τ it changes by (u̇⁻ − u̇⁺) ∂τ.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.active_set import (
     FRESH,
@@ -32,80 +31,18 @@ from shakedown.active_set import (
     solve,
 )
 from shakedown.gauss_seidel import OPEN, STICK
-from shakedown.problem import FloatArray
+from shakedown.motion import (
+    CLOSES,
+    LOAD_STEP,
+    OPENS,
+    REACHES_BACKWARD_LIMIT,
+    REACHES_FORWARD_LIMIT,
+)
 from shakedown.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, locate
 from shakedown.rate_search import SOLVED, solve_rates
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED = range(6)
-LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
-
-
-class Precision(NamedTuple):
-    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
-
-    force: float
-    length: float
-    rate: float
-    settled: float
-
-
-class Motion(NamedTuple):
-    """The moving state, its derivative and what has been counted since the last reset."""
-
-    u: FloatArray  # (2n,) slips and gaps
-    r: FloatArray  # (2n,) reactions q, p
-    time: FloatArray  # (2,) share of the load step done; 1 while ``delay`` is half applied
-    slip: FloatArray  # (n,) Σ|Δv| in contact
-    work: FloatArray  # (2,) dissipation; largest correction of a settled equation [force]
-    opened: NDArray[np.bool_]  # (n,) whether the node was open
-    # (5,) events; node concerned when stopped; node and kind of the last event; load steps done
-    counts: NDArray[np.int64]
-    signature: NDArray[np.uint64]  # (2,) of the sequence of states; of the last state in it
-    tangent: FloatArray  # (2n, t) ∂u/∂(state at the start); t = 0 where it is not followed
-    delay: FloatArray  # (t,) ∂(time of the last event)
-
-
-class Record(NamedTuple):
-    """Room for the states at events; ``rows[0]`` of them are filled. No room: nothing is recorded."""
-
-    time: FloatArray
-    u: FloatArray
-    r: FloatArray
-    state: NDArray[np.int64]
-    node: NDArray[np.int64]
-    kind: NDArray[np.int64]
-    rows: NDArray[np.int64]
-
-
-def motion(n: int, tangent: FloatArray | None = None) -> Motion:
-    """A state at rest at the origin."""
-    tangent = np.zeros((2 * n, 0)) if tangent is None else np.ascontiguousarray(tangent, dtype=float)
-    return Motion(
-        u=np.zeros(2 * n),
-        r=np.zeros(2 * n),
-        time=np.zeros(2),
-        slip=np.zeros(n),
-        work=np.zeros(2),
-        opened=np.zeros(n, dtype=np.bool_),
-        counts=np.array([0, -1, -1, LOAD_STEP, 0], dtype=np.int64),
-        signature=np.zeros(2, dtype=np.uint64),
-        tangent=tangent,
-        delay=np.zeros(tangent.shape[1]),
-    )
-
-
-def record(rows: int, n: int) -> Record:
-    """Room for so many states of n nodes."""
-    return Record(
-        time=np.zeros(rows),
-        u=np.zeros((rows, 2 * n)),
-        r=np.zeros((rows, 2 * n)),
-        state=np.zeros((rows, n), dtype=np.int64),
-        node=np.full(rows, -1, dtype=np.int64),
-        kind=np.zeros(rows, dtype=np.int64),
-        rows=np.zeros(1, dtype=np.int64),
-    )
 
 
 @numba.njit(cache=True)
@@ -180,8 +117,10 @@ def place_event(rate: Any, node: int, kind: int) -> None:
     """Put the node of the last event at the limit that it has reached, whatever round-off says."""
     if kind in (OPENS, CLOSES):
         rate.place[node] = APEX
-    elif kind != LOAD_STEP and rate.place[node] != APEX:
-        rate.place[node] = ON_BACKWARD if kind == REACHES_BACKWARD_LIMIT else ON_FORWARD
+    elif kind == REACHES_BACKWARD_LIMIT and rate.place[node] != APEX:
+        rate.place[node] = ON_BACKWARD
+    elif kind == REACHES_FORWARD_LIMIT and rate.place[node] != APEX:
+        rate.place[node] = ON_FORWARD
 
 
 @numba.njit(cache=True)

@@ -6,7 +6,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.event_driven import (
+from shakedown.motion import (
     CLOSES,
     JUMPS,
     LOAD_STEP,

@@ -13,6 +13,7 @@ from shakedown.gauss_seidel import BACKWARD_SLIP, OPEN
 from shakedown.initial_state import checked_initial_slip, ramp_start
 from shakedown.jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.loading import loading
+from shakedown.motion import JUMPS, LOAD_STEP, Motion, Precision, Record, motion_at_rest, room_for
 from shakedown.problem import FloatArray, Problem
 from shakedown.rate_problem import rates
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -63,7 +64,7 @@ class Evolution:
         self.scale = scales(problem, load_factor)
         self.load = np.hstack(loading(problem).at(load_factor))
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
-        self.motion = kernel.motion(n)
+        self.motion = motion_at_rest(n)
         self.precision = self._precision(start)
         self.done = 0  # cycles
         self.pieces: list[EventHistory] = []
@@ -73,12 +74,12 @@ class Evolution:
         self.left: bool  # whether contact is lost for good
         self.state = State(np.concatenate([start, np.zeros(n)]), np.where(problem.f == 0.0, BACKWARD_SLIP, 0))
 
-    def _precision(self, start: FloatArray) -> kernel.Precision:
+    def _precision(self, start: FloatArray) -> Precision:
         """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""
         locked = np.abs(self.kappa[:, : self.problem.n]) @ np.abs(start)
         force = max(self.scale.force, float(locked.max()))
         t = self.tolerances
-        return kernel.Precision(
+        return Precision(
             t.limit * force, t.limit * self.scale.length, t.rate, 16 * np.finfo(float).eps * force
         )
 
@@ -127,7 +128,7 @@ class Evolution:
         path = np.vstack([self._approach if self.done == 0 else self.load[-1:], self.load])
         for counter in (motion.slip, motion.work, motion.opened, motion.signature, motion.time):
             counter[:] = 0
-        motion.counts[:] = 0, -1, -1, kernel.LOAD_STEP, 0
+        motion.counts[:] = 0, -1, -1, LOAD_STEP, 0
         self.jumps = []
         status = self._follow(motion, path, record)
         if status != kernel.DONE:
@@ -143,11 +144,11 @@ class Evolution:
             jumps=tuple(self.jumps),
         )
 
-    def _follow(self, motion: kernel.Motion, path: FloatArray, record: bool) -> int:
+    def _follow(self, motion: Motion, path: FloatArray, record: bool) -> int:
         """Run the compiled loop along a path, emptying the record whenever it is full."""
         n, first = self.problem.n, self.problem.m - len(path)
         separable = self.problem.C is not None
-        room = kernel.record(RECORD_ROWS if record else 0, n)
+        room = room_for(RECORD_ROWS if record else 0, n)
         while True:
             status = kernel.load_steps(
                 self.active, self.rates, motion, room, path, first, separable, self.precision
@@ -159,7 +160,7 @@ class Evolution:
             if status != kernel.RECORD_FULL and not jumped:
                 return int(status)
 
-    def _jump(self, motion: kernel.Motion, room: kernel.Record, path: FloatArray, first: int) -> bool:
+    def _jump(self, motion: Motion, room: Record, path: FloatArray, first: int) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
         if len(self.jumps) == MOST_JUMPS:
             return False
@@ -167,6 +168,8 @@ class Evolution:
         if len(room.time):
             kernel.note(self.active, motion, room, first + step, *motion.counts[2:4])
         rate = path[step + 1] - path[step]
+        if not rate.any():
+            return False
         nudge = NUDGE * self.scale.force * 4.0 ** len(self.jumps) / float(np.abs(rate).max())
         time = min(float(motion.time[0]) + nudge, 1.0)
         load, before = path[step] + time * rate, motion.u.copy()
@@ -182,7 +185,7 @@ class Evolution:
         contact_before = self.active.state.copy()
         self.state = State(rest.u, rest.contact)
         motion.time[0], motion.time[1] = time, 0.0
-        motion.counts[2:4] = -1, kernel.JUMPS
+        motion.counts[2:4] = -1, JUMPS
         motion.counts[0] += 1
         motion.work[0] += released
         closed = (contact_before != OPEN) & (rest.contact != OPEN)
@@ -194,7 +197,7 @@ class Evolution:
         )  # fmt: skip
         return True
 
-    def _history(self, room: kernel.Record, path: FloatArray, first: int) -> EventHistory:
+    def _history(self, room: Record, path: FloatArray, first: int) -> EventHistory:
         rows, n = int(room.rows[0]), self.problem.n
         steps = room.time[:rows]
         index = np.minimum((steps - first).astype(int), len(path) - 2)
@@ -221,7 +224,7 @@ class Evolution:
         reaction = welded + self.kappa @ self.motion.u
         last = EventHistory(
             cycle=np.array([self.done - 1 / self.problem.m]),
-            kind=np.array([kernel.LOAD_STEP]),
+            kind=np.array([LOAD_STEP]),
             node=np.array([-1]),
             v=self.motion.u[None, :n].copy(),
             w=self.motion.u[None, n:].copy(),

@@ -133,12 +133,13 @@ def three_node() -> Problem:
 def jump() -> Problem:
     """A two-node system above its threshold of uniqueness, whose state jumps (thesis chapter VI).
 
-    The printed matrices and loads, (6.45) and (6.48), are not at hand. κ and the
-    loads are reconstructed by inverse design from the published results alone:
-    the six friction thresholds, the slips (−20.727, 30.905) at which both nodes
-    are on their limits, and the end state (3.5640, −24.5639), w₂ = 3.3443 with
-    node 0 in forward slip and node 1 open. Unlike these data, the energy
-    released and the distance of the load from the jump are this system's own.
+    κ and the loads are not the printed (6.45) and (6.48). They are constructed to
+    have the results that follow from those: the six friction thresholds, the
+    slips (−20.727, 30.905) at which both nodes are on their limits, and the end
+    state (3.5640, −24.5639), w₂ = 3.3443 with node 0 in forward slip and node 1
+    open (the thesis prints (3.5459, −24.5192) and 3.33, from unrounded matrices).
+    The energy released and the distance of the load from the jump are this
+    system's own.
 
     The transient starts at q_w1 = 2.6, slightly inside both limits; both nodes
     would reach them at 2.5; the load stays at 2.2.
@@ -146,7 +147,7 @@ def jump() -> Problem:
     end, start = [2.2, 7.129786692], [2.6, 7.129786692]
     p_w = [21.256779174, 3.086571012]
     return Problem(
-        name="jump (chapter VI, reconstructed)",
+        name="jump (after chapter VI)",
         A=[[1.564954211097, 0.634685497787], [0.634685497787, 0.435045788903]],
         B=[[-0.370009270859, -0.079602950643], [-0.191764386522, 0.387120296230]],
         C=[[1.4, -0.064581505343], [-0.064581505343, 2.124846593854]],

@@ -170,7 +170,7 @@ def _mark_floor(axes: Sequence[Axes], floor: float) -> None:
         axis.axhline(floor, color="0.6", lw=0.8)
         axis.text(
             0.99,
-            floor * 1.3,
+            floor / 8,
             "no slip",
             transform=axis.get_yaxis_transform(),
             ha="right",

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.constraints import Constraints
-from shakedown.linear_program import equilibration
 from shakedown.problem import FloatArray
+from shakedown.scaling import equilibration
 from shakedown.tolerances import DEFAULT
 
 

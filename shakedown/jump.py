@@ -22,6 +22,7 @@ from shakedown import event_driven as kernel
 from shakedown.active_set import SIGN, ActiveSet, active_set, factorize, solve
 from shakedown.contact_law import Scales, law_violation
 from shakedown.gauss_seidel import OPEN
+from shakedown.motion import Precision, motion_at_rest, room_for
 from shakedown.problem import FloatArray
 from shakedown.rate_problem import rates
 
@@ -95,7 +96,7 @@ class ViscousMotion:
         reaction: FloatArray,
         load: FloatArray,
         damping: FloatArray,
-        precision: kernel.Precision,
+        precision: Precision,
         scale: Scales,
     ) -> None:
         self.kappa, self.f, self.load, self.damping = kappa, f, load, damping
@@ -109,7 +110,8 @@ class ViscousMotion:
         dt = 0.05 / float(np.max(np.diag(self.kappa) / self.damping))
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
-        while self.steps < MAX_STEPS and dt > shortest and np.abs(self.u - self.start).max() < far:
+        longest = FAR * FAR * dt
+        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
             if not self._step(dt):
                 dt *= 0.5
                 continue
@@ -124,14 +126,16 @@ class ViscousMotion:
         """One implicit step; False, and nothing changed, where it is too long."""
         n = len(self.f)
         stiffer = self.kappa + np.diag(self.damping / dt)
-        act, mo = active_set(stiffer, self.f), kernel.motion(n)
+        act, mo = active_set(stiffer, self.f), motion_at_rest(n)
         mo.u[:] = self.u
         act.state[:] = self.contact
         if not factorize(act) or act.meta[SIGN] < 0:
             return False
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
-        status = kernel.load_steps(act, rates(n), mo, kernel.record(0, n), path, 0, True, self.precision)
+        status = kernel.load_steps(act, rates(n), mo, room_for(0, n), path, 0, True, self.precision)
         if status != kernel.DONE:
+            return False
+        if not np.isfinite(mo.u).all():
             return False
         velocity = (mo.u - self.u) / dt
         motion = max(float(np.abs(mo.u - self.start).max()), 1e-9 * self.scale.length)

@@ -34,7 +34,7 @@ def lemke(M: Any, b: Any, max_pivots: int) -> Any:
     """
     k = len(b)
     z = np.zeros(k)
-    if b.min() >= 0.0:
+    if k == 0 or b.min() >= 0.0:
         return FOUND, z
     # Columns: y (k), z (k), covering variable, right-hand side. y − M z − z0 = b.
     table = np.zeros((k, 2 * k + 2))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.errors import SolverError
 from shakedown.problem import FloatArray
-from shakedown.tolerances import DEFAULT
+from shakedown.scaling import equilibration, power_of_two, typical_size
 
 INF = highspy.kHighsInf
 PRIMAL, DUAL = 4, 1
@@ -46,7 +46,7 @@ class Vertex:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Solution:
     """How a linear program ended.
 
     Attributes
@@ -134,7 +134,7 @@ class LinearProgram:
         for j in columns:
             self._highs.changeColBounds(int(j), self._columns[0][j], self._columns[1][j])
 
-    def solve(self) -> Outcome:
+    def solve(self) -> Solution:
         """Solve from the current basis.
 
         Raises
@@ -154,7 +154,7 @@ class LinearProgram:
         free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
         if status == "optimal":
             self._home = basis
-        return Outcome(status, active, free, self._vertex(active, free) if status == "optimal" else None)
+        return Solution(status, active, free, self._vertex(active, free) if status == "optimal" else None)
 
     def _warm(self) -> str | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
@@ -249,40 +249,6 @@ def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     return np.asarray(x + np.linalg.solve(matrix, residual.astype(float)))
 
 
-def power_of_two(size: float) -> float:
-    """The power of two next to a size; 1 for the size zero."""
-    return float(np.exp2(np.round(np.log2(size)))) if size > 0 else 1.0
-
-
-def typical_size(sizes: FloatArray) -> float:
-    """The power of two next to the median of the sizes that are neither zero nor infinite."""
-    finite = sizes[np.isfinite(sizes) & (sizes > 0)]
-    return power_of_two(float(np.median(finite)) if finite.size else 0.0)
-
-
-def equilibration(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Row and column scales, powers of two, that bring every row and column near the size 1.
-
-    Scaling by powers of two is free of round-off. Zero rows and columns keep the scale 1.
-    """
-    rows, columns = np.ones(matrix.shape[0]), np.ones(matrix.shape[1])
-    size = np.abs(matrix)
-    for _ in range(DEFAULT.equilibration_sweeps):
-        scaled = size * rows[:, None] * columns
-        rows /= _root(scaled.max(axis=1, initial=0.0))
-        columns /= _root(scaled.max(axis=0, initial=0.0))
-    rows /= _nonzero((size * rows[:, None] * columns).max(axis=1, initial=0.0))
-    return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns)))
-
-
-def _root(size: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(_nonzero(size)), dtype=float)
-
-
-def _nonzero(size: FloatArray) -> FloatArray:
-    return np.where(size > 0, size, 1.0)
-
-
 def _highs(
     matrix: FloatArray,
     cost: FloatArray,
@@ -290,7 +256,7 @@ def _highs(
     upper: FloatArray,
     column_lower: FloatArray,
     column_upper: FloatArray,
-) -> highspy._core._Highs:
+) -> highspy.Highs:
     rows, columns = matrix.shape
     model = highspy.HighsLp()
     model.num_row_, model.num_col_ = rows, columns
@@ -303,8 +269,10 @@ def _highs(
     model.a_matrix_.start_ = np.concatenate([[0], np.cumsum(nonzero.sum(axis=1))]).astype(np.int32)
     model.a_matrix_.index_ = np.nonzero(nonzero)[1].astype(np.int32)
     model.a_matrix_.value_ = transposed[nonzero]
-    highs = highspy._core._Highs()
+    highs = highspy.Highs()
     for name, value in _OPTIONS.items():
-        highs.setOptionValue(name, value)
-    highs.passModel(model)
+        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
+            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    if highs.passModel(model) == highspy.HighsStatus.kError:
+        raise SolverError(f"HiGHS refuses the linear program of shape {matrix.shape}")
     return highs

@@ -8,7 +8,7 @@ import numpy as np
 from shakedown.certificate import Certificate, certified_lower, certify_by_default, starts_safe
 from shakedown.constraints import Constraints, constraints
 from shakedown.guarantee import guarantee_status
-from shakedown.linear_program import INF, LinearProgram, Outcome
+from shakedown.linear_program import INF, LinearProgram, Solution
 from shakedown.margin import rows_named
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT
@@ -148,7 +148,7 @@ def _collapse(
     node: int,
     x: FloatArray,
     per_node: FloatArray,
-    outcome: Outcome,
+    outcome: Solution,
     certificate: Certificate | None,
 ) -> LowerBound:
     load_factor = float(x[-1])
@@ -221,7 +221,7 @@ def _no_collapse(
     )
 
 
-def _collapses(rows: Constraints, program: LinearProgram) -> list[Outcome]:
+def _collapses(rows: Constraints, program: LinearProgram) -> list[Solution]:
     """The end of every node's program: in one model the two rows of one node are reversed at a time."""
     outcomes = []
     free = np.full(2, INF)

@@ -1,15 +1,17 @@
 """What the bounds mean for the joint, in sentences that the command line and the report share."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound
-from shakedown.problem import Problem
-from shakedown.thresholds import FrictionThresholds, Threshold
-
 if TYPE_CHECKING:
+    from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound
+    from shakedown.curve import GuaranteeCurve
     from shakedown.enumeration import CriticalLoadFactors
+    from shakedown.problem import Problem
+    from shakedown.thresholds import FrictionThresholds, Threshold
     from shakedown.transient import TransientLimit
 
 
@@ -28,12 +30,9 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     lower, upper = bounds.lower, bounds.upper
     if "infeasible" in (upper.status, lower.status):
         return [f"No load factor is safe: {upper.reason or lower.reason}."]
-    between = [] if _coincide(lower, upper) else [_between(lower)]
+    gap = bounds.have_gap or (upper.status == "unbounded" and lower.status == "optimal")
+    between = [_between(lower)] if gap else []
     return [_below(lower), *between, _above(upper), _as_given(lower, upper)]
-
-
-def _coincide(lower: LowerBound, upper: UpperBound) -> bool:
-    return not lower.load_factor < upper.load_factor * (1 - 1e-9)
 
 
 def _below(lower: LowerBound) -> str:
@@ -69,9 +68,19 @@ def _as_given(lower: LowerBound, upper: UpperBound) -> str:
     return f"The loading as given (λ = 1) lies {place}."
 
 
-def critical_in_words(
-    critical: "CriticalLoadFactors | None", total: int, bounds: ShakedownBounds
-) -> list[str]:
+def curve_in_words(curve: GuaranteeCurve) -> str:
+    """How far the lower bound improves for initial states near the safe slip."""
+    points = ", ".join(
+        f"{load_factor:.5g} (R = {radius:g})"
+        for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
+    )
+    return (
+        f"For initial states within R of the safe slip the first collapse lies at λ_1(R) = {points}; "
+        f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
+    )
+
+
+def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: ShakedownBounds) -> list[str]:
     """How many subsets there are, the smallest values, and why these differ from the bounds."""
     if critical is None:
         return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]
@@ -97,7 +106,7 @@ def critical_in_words(
     return sentences
 
 
-def transient_in_words(limit: "TransientLimit") -> str:
+def transient_in_words(limit: TransientLimit) -> str:
     """Up to where one history shakes down, and what was scanned to say so."""
     scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
     if np.isnan(limit.load_factor):

@@ -112,7 +112,7 @@ def lemke_states(act: Any, rate: Any, before: Any, rate_tol: float) -> bool:
     status, z = lemke(M, b, 50 * k + 100)
     if status != FOUND:
         return False
-    largest = z.max()
+    largest = z.max() if k > 0 else 0.0
     for a in range(k):
         if z[a] > 1e-14 * largest and rate.wanted[node[a]] != OPEN:
             rate.wanted[node[a]] = kind[a]

@@ -2,7 +2,6 @@
 
 import datetime
 import io
-import json
 import os
 import platform
 from pathlib import Path
@@ -13,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 import shakedown
-from shakedown.documents import verification_document
+from shakedown.documents import as_text, verification_document
 from shakedown.errors import UsageError
 from shakedown.figures import (
     guarantee_curve_figure,
@@ -34,14 +33,24 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     UsageError
         If a file cannot be written.
     """
-    target = Path(path)
-    document = json.dumps(verification_document(verification), indent=1, ensure_ascii=False, allow_nan=False)
+    target = report_path(path)
+    document = as_text(verification_document(verification))
     for file_path, text in ((target, render(verification)), (target.with_suffix(".json"), document)):
         try:
             with atomic_write(file_path) as file:
                 file.write(text.encode())
         except OSError as error:
             raise UsageError(f"{file_path}: cannot be written ({error.strerror})") from None
+
+
+def report_path(path: str | os.PathLike[str]) -> Path:
+    """Where a report goes; ``UsageError`` where its JSON would go to the same file, or there is no folder."""
+    target = Path(path)
+    if target.suffix == ".json":
+        raise UsageError(f"{target}: expected the name of an HTML file; the JSON goes beside it")
+    if not target.parent.is_dir():
+        raise UsageError(f"{target}: cannot be written (no folder {target.parent})")
+    return target
 
 
 def render(verification: Verification) -> str:
@@ -82,20 +91,25 @@ RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
     "down, above λ_max none can, and the safe slip shakes down up to λ_max. Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "
-    "violation of the contact and friction law at any load step, re-computed from slips and gaps alone."
+    "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
+    "re-computed from slips and gaps alone."
 )
 
 
 def _verdict(v: Verification) -> str:
     judged = sum(run.agrees is not None for run in v.runs)
     if v.disagreements:
-        return f"Prediction and time integration DISAGREE ({len(v.disagreements)} finding(s))."
+        return f"DISAGREEMENT: {_count(len(v.disagreements), 'finding')}."
     if v.open_questions:
-        return f"Open: {len(v.open_questions)} simulation(s) reached no outcome."
+        return f"Open: {_count(len(v.open_questions), 'question')}."
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({len(v.runs)} runs in all)."
     )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _friction(f: np.ndarray) -> str:

@@ -11,6 +11,7 @@ from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
 from shakedown.evolution import Evolution
 from shakedown.initial_state import check_arguments, checked_initial_slip
+from shakedown.jump import Jump
 from shakedown.long_term import LongTermState, long_term_state
 from shakedown.npz import atomic_write
 from shakedown.outcome import Cycles, Outcome
@@ -52,6 +53,8 @@ class Simulation:
         Slip, dissipation and open nodes of the cycles from the start on.
     history
         The path, where it was asked for: events or load steps.
+    jumps
+        Discontinuities on the way, each with the energy that it releases.
     long_term
         The evidence for the long-term state; None with fixed load steps.
     """
@@ -71,6 +74,7 @@ class Simulation:
     residual: float
     cycles: Cycles
     history: EventHistory | History | None
+    jumps: tuple[Jump, ...]
     long_term: LongTermState | None
 
 
@@ -131,10 +135,12 @@ def _from_event_to_event(
     # The search leaps ahead; for the record the joint is followed from the start once more.
     evolution = Evolution(problem, load_factor, start, tolerances)
     log = CycleLog(start)
+    jumps: tuple[Jump, ...] = ()
     for _ in range(min(max(state.cycles_simulated, 1), cycles)):
         done = evolution.cycle(record=record)
         if done is None:
             break
+        jumps += done.jumps
         log.append(evolution.state.u[: problem.n].copy(), done.slip, done.dissipation, done.opened)
     return Simulation(
         load_factor=float(load_factor),
@@ -152,6 +158,7 @@ def _from_event_to_event(
         residual=state.residual,
         cycles=log.last(len(log.slip)),
         history=evolution.history if record else None,
+        jumps=jumps,
         long_term=state,
     )
 
@@ -179,6 +186,7 @@ def _at_fixed_steps(
         residual=stepping.residual,
         cycles=log,
         history=stepping.history,
+        jumps=(),
         long_term=None,
     )
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from shakedown.intersection import ScaledRows, solve_subsets
 from shakedown.piece import NONE, Piece, batch_piece, joined
-from shakedown.subset_tree import REGULAR, STORED, SUSPECTS, walk
+from shakedown.subset_leaves import REGULAR, STORED, SUSPECTS
+from shakedown.subset_tree import walk
 from shakedown.tolerances import DEFAULT
 
 TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard

@@ -22,6 +22,7 @@ from shakedown.wedging import Wedging, wedging_threshold
 
 EXACT_IN_CONTACT, EXACT_WITH_SEPARATION = 8, 6  # nodes up to which all sets are tried
 LARGEST_SET = 8  # moving nodes up to which sets grow
+NEIGHBOURS = 8  # nodes that each one is paired with
 REAL = 1e-9  # imaginary part of an eigenvalue, relative to its size, that counts as round-off
 SINGULAR = 1e-12  # smallest eigenvalue, relative to the largest, that counts as zero
 HUGE = 1e12
@@ -103,11 +104,16 @@ def friction_thresholds(problem: Problem) -> FrictionThresholds:
     phi = problem.f if factor else np.ones(problem.n)
     with np.errstate(divide="ignore", invalid="ignore"):
         single = np.diag(problem.A) / np.abs(np.diag(problem.B))
+    contact, anywhere = _uniqueness(problem, phi, separation=False), None
+    if problem.C is not None:
+        anywhere = _uniqueness(problem, phi, separation=True)
+        if contact.high < anywhere.high:  # no node open is one of the sets
+            anywhere = replace(contact, low=min(anywhere.low, contact.high))
     return FrictionThresholds(
         single_node=single,
         factor=factor,
-        uniqueness_in_contact=_uniqueness(problem, phi, separation=False),
-        uniqueness=None if problem.C is None else _uniqueness(problem, phi, separation=True),
+        uniqueness_in_contact=contact,
+        uniqueness=anywhere,
         wedging=wedging_threshold(problem, phi),
     )
 
@@ -248,13 +254,23 @@ def energy_bound(problem: Problem, phi: FloatArray, *, separation: bool) -> floa
     return 2.0 / largest if largest > 0 else np.inf
 
 
+def neighbours(problem: Problem) -> list[tuple[int, int]]:
+    """Ordered pairs of nodes, each node with those that it is coupled to most."""
+    size = np.sqrt(np.diag(problem.A))
+    coupling = (np.abs(problem.A) + np.abs(problem.B) + np.abs(problem.B.T)) / np.outer(size, size)
+    np.fill_diagonal(coupling, -1.0)
+    most = np.argsort(-coupling, axis=1)[:, : min(problem.n - 1, NEIGHBOURS)]
+    return [(i, int(j)) for i in range(problem.n) for j in most[i]]
+
+
 def grown_threshold(problem: Problem, phi: FloatArray, *, separation: bool) -> Threshold:
     """A small threshold found by letting moving sets grow, node by node, from the best ones of two nodes."""
     n = problem.n
+    near = neighbours(problem)
     starts: list[MovingSet] = [((i,), ()) for i in range(n)]
-    starts += [(pair, ()) for pair in combinations(range(n), 2)]
+    starts += [(pair, ()) for pair in sorted({(min(i, j), max(i, j)) for i, j in near})]
     if separation:
-        starts += [((i,), (j,)) for i in range(n) for j in range(n) if i != j]
+        starts += [((i,), (j,)) for i, j in near]
     best = smallest_threshold(problem, phi, starts)
     while len(best.slipping) + len(best.separated) < LARGEST_SET:
         rest = [i for i in range(n) if i not in best.slipping and i not in best.separated]

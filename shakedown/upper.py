@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.certificate import Certificate, certified_upper, certify_by_default
 from shakedown.constraints import Constraints, constraints
-from shakedown.linear_program import INF, LinearProgram, Outcome
+from shakedown.linear_program import INF, LinearProgram, Solution
 from shakedown.margin import rows_named, widest
 from shakedown.problem import FloatArray, Problem
 
@@ -117,7 +117,7 @@ def load_factor_program(rows: Constraints, towards: float) -> LinearProgram:
     )
 
 
-def _optimal(rows: Constraints, outcome: Outcome, certificate: Certificate | None) -> UpperBound:
+def _optimal(rows: Constraints, outcome: Solution, certificate: Certificate | None) -> UpperBound:
     if certificate is not None:
         slip, load_factor, y = certificate.slip, certificate.load_factor, certificate.multipliers
         active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)

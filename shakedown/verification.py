@@ -3,24 +3,21 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import comb
 
 import numpy as np
 
 from shakedown.bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
 from shakedown.conic import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.curve import GuaranteeCurve, guarantee_curve
-from shakedown.enumeration import CriticalLoadFactors, critical_load_factors
+from shakedown.enumeration import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.errors import UsageError
-from shakedown.loading import loading
-from shakedown.margin import safe_slip
 from shakedown.outcome import Outcome
-from shakedown.problem import FloatArray, Problem
+from shakedown.problem import Problem
 from shakedown.simulation import Simulation, simulate
 from shakedown.thresholds import FrictionThresholds, friction_thresholds
 from shakedown.transient import TransientLimit, transient_limit
+from shakedown.verification_plan import BELOW, Case, planned_cases
 
-BELOW, BETWEEN, ABOVE = "below λ_1", "between", "above λ_max"
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SCANNED = 20  # load factors scanned for the transient limit
 ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
@@ -79,9 +76,11 @@ class Verification:
     runs
         Every simulation.
     disagreements
-        One sentence each; empty where prediction and simulation agree.
+        One sentence each; empty where prediction and simulation agree, and both
+        roads to the bounds.
     open_questions
-        One sentence for each simulation without an outcome.
+        One sentence for each simulation without an outcome, and for a bound that
+        the second road does not reach.
     """
 
     problem: Problem
@@ -150,16 +149,14 @@ def verify(
         raise UsageError(f"random states: expected at least 0, found {random_states}")
     bounds = shakedown_bounds(problem)
     lower, upper = bounds.lower, bounds.upper
-    subsets = comb(2 * problem.n, problem.n + 1)
-    plan = list(_plan(problem, lower, upper, load_factors, random_states, seed))
-    simulate(
-        problem, 0.0, cycles=1, method=method
-    )  # loads the compiled code, which no run's time should count
+    subsets = subset_count(problem.n)
+    cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed))
+    simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     runs = []
-    for done, (region, load_factor, initial, start) in enumerate(plan, 1):
-        runs.append(_run(problem, region, load_factor, initial, start, cycles, method))
+    for done, case in enumerate(cases, 1):
+        runs.append(_run(problem, case, cycles, method))
         if progress is not None:
-            progress(done, len(plan))
+            progress(done, len(cases))
     second_lower, second_upper = conic_lower_bound(problem), conic_upper_bound(problem)
     roads = list(_road_findings(bounds, second_lower, second_upper))
     return Verification(
@@ -171,26 +168,11 @@ def verify(
         subsets=subsets,
         friction=friction_thresholds(problem),
         transient=_transient(problem, upper),
-        curve=guarantee_curve(problem, CURVE_RADII) if has_gap(bounds) else None,
+        curve=guarantee_curve(problem, CURVE_RADII) if bounds.have_gap else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
     )
-
-
-def default_load_factors(lower: LowerBound, upper: UpperBound) -> list[float]:
-    """One load factor a little inside every region that exists."""
-    first, last = lower.load_factor, upper.load_factor
-    if upper.status == "infeasible":
-        return [1.0]
-    if np.isinf(first):  # nothing ever collapses
-        return [1.0, 10.0]
-    factors = [0.95 * first] if first > 0 else []
-    if np.isinf(last):
-        return [*factors, 1.5 * first or 1.0]
-    if last > first * (1 + 1e-6):
-        factors.append(first + 0.3 * (last - first))
-    return [*factors, 1.05 * last or 1.0]
 
 
 def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
@@ -200,72 +182,14 @@ def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
     return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6)
 
 
-def has_gap(bounds: ShakedownBounds) -> bool:
-    """Whether there are load factors between the bounds, with a safe slip to be near to."""
-    first, last = bounds.lower.load_factor, bounds.upper.load_factor
-    return bounds.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
-
-
-def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:
-    """The region that a load factor lies in."""
-    if upper.status == "infeasible" or load_factor > upper.load_factor:
-        return ABOVE
-    return BELOW if load_factor < lower.load_factor else BETWEEN
-
-
-def _plan(
-    problem: Problem,
-    lower: LowerBound,
-    upper: UpperBound,
-    load_factors: Sequence[float] | None,
-    random_states: int,
-    seed: int,
-) -> Iterator[tuple[str, float, str, FloatArray]]:
-    """Region, load factor, name and initial slip of every simulation."""
-    generator = np.random.default_rng(seed)
-    randoms = generator.uniform(-1.0, 1.0, (random_states, problem.n))
-    centre = np.zeros(problem.n) if np.isnan(upper.slip).any() else upper.slip
-    given = problem.initial_slip if problem.initial_slip is not None else np.empty((0, problem.n))
-    for load_factor in default_load_factors(lower, upper) if load_factors is None else load_factors:
-        region = region_of(load_factor, lower, upper)
-        safe = upper.slip if region == ABOVE else safe_slip(problem, load_factor).slip
-        states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip}
-        states |= {f"given {k}": state for k, state in enumerate(given)}
-        half_width = random_half_width(problem, load_factor)
-        states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
-        for name, state in states.items():
-            if not np.isnan(state).any():
-                yield region, load_factor, name, state
-
-
-def random_half_width(problem: Problem, load_factor: float) -> FloatArray:
-    """Half-width of the box of random initial states: slips that a load step could cause, (n,) [length]."""
-    q_w, p_w = loading(problem).at(load_factor)
-    force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
-    stiffness = np.diag(problem.A)
-    return force / np.where(stiffness > 0, stiffness, np.inf)
-
-
-def _run(
-    problem: Problem,
-    region: str,
-    load_factor: float,
-    initial: str,
-    start: FloatArray,
-    cycles: int,
-    method: str,
-) -> Run:
+def _run(problem: Problem, case: Case, cycles: int, method: str) -> Run:
     began = time.perf_counter()
-    simulation = simulate(problem, load_factor, start, cycles=cycles, method=method, record=problem.n <= 2)
+    simulation = simulate(
+        problem, case.load_factor, case.start, cycles=cycles, method=method, record=problem.n <= 2
+    )
     seconds = time.perf_counter() - began
-    predicted = _prediction(region, initial)
-    return Run(region, initial, predicted, _agreement(predicted, simulation.outcome), simulation, seconds)
-
-
-def _prediction(region: str, initial: str) -> str:
-    if region == ABOVE:
-        return "no shakedown"
-    return "shakedown" if region == BELOW or initial == "safe" else "either"
+    agrees = _agreement(case.predicted, simulation.outcome)
+    return Run(case.region, case.initial, case.predicted, agrees, simulation, seconds)
 
 
 def _agreement(predicted: str, outcome: Outcome) -> bool | None:

@@ -154,6 +154,22 @@ def test_a_load_along_the_limit_itself_causes_no_slip(rounding):
     assert np.abs(run.history.w).max() <= 1e-14
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_corner_that_is_touched_causes_no_slip(seed):
+    """The load brings every node to one of its limits at the same instant, and retreats."""
+    rng = np.random.default_rng(seed)
+    problem = random_problem(rng, n=int(rng.integers(2, 7)))
+    n, side = problem.n, rng.choice([-1.0, 1.0], problem.n)
+    start = rng.normal(size=n)
+    p = rng.uniform(0.5, 2.0, n)
+    on_limits, inside = side * problem.f * p, 0.5 * side * problem.f * p
+    q_w = np.stack([inside, on_limits, inside, on_limits, -inside]) - problem.A @ start
+    corner = replace(problem, q_w=q_w, p_w=np.tile(p - problem.B @ start, (5, 1)))
+    run = shakedown.evolve(corner, 1.0, start, cycles=3)
+    assert np.abs(run.history.v - start).max() <= 1e-13 * np.abs(start).max()
+    assert shakedown.long_term_state(corner, 1.0, start).outcome == "shakedown"
+
+
 def test_symmetric_nodes_reach_their_limits_together():
     A, B = np.array([[2.0, 0.5], [0.5, 2.0]]), np.array([[0.3, 0.2], [0.2, 0.3]])
     t = np.arange(12) / 12

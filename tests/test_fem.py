@@ -400,16 +400,12 @@ def test_cantilevered_block_behaves_as_the_thesis_says():
     assert 0 < everything.smallest_positive.load_factor < 0.01 * upper
 
 
-def test_a_large_block_takes_seconds():
+def test_a_large_block_is_condensed():
     """200 × 50 elements, 201 contact nodes."""
-    import time
-
-    start = time.perf_counter()
     body = ElasticBody(block_mesh(4.0, 1.0, 200, 50), STEEL, loads=[Pressure(boundary="top", history=1.0)])
     problem = contact_problem(body, "bottom", 0.3)
     assert problem.n == 201
     assert problem.p_w.sum() == pytest.approx(4.0, rel=1e-10)
-    assert time.perf_counter() - start < 30
 
 
 def test_a_welded_corner_of_the_mesh_has_the_shear_ratio_of_the_theory():

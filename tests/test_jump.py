@@ -1,10 +1,11 @@
-"""Jumps of chapter VI: the published jump, its end state for several dampings, and its energy."""
+"""Jumps of chapter VI: a jump like the one published, its end state for several dampings, and its energy."""
 
 import numpy as np
 import pytest
 
 import shakedown
 from shakedown.active_set import active_set
+from shakedown.contact_law import law_violation, scales
 from shakedown.evolution import Evolution
 from shakedown.jump import potential_energy
 from shakedown.rate_problem import ON_BACKWARD, ON_FORWARD, rates
@@ -14,7 +15,7 @@ DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
-def test_published_jump_ends_in_its_end_state_whatever_the_damping(damping):
+def test_jump_ends_in_the_state_it_was_built_for_whatever_the_damping(damping):
     problem = shakedown.example("jump")
     run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
     assert run.stop is None
@@ -25,7 +26,7 @@ def test_published_jump_ends_in_its_end_state_whatever_the_damping(damping):
     assert list(run.history.state[-1]) == [-1, 2]
 
 
-def test_start_nearer_the_corner_jumps_nearer_the_published_point():
+def test_start_nearer_the_corner_jumps_nearer_the_point_it_was_built_for():
     problem = shakedown.example("jump")
     corner = np.array([-20.7269001, 30.9050566])
     for inside in (1e-3, 1e-5):
@@ -90,6 +91,34 @@ def test_cycles_with_jumps_are_periodic():
     for _ in range(40):
         assert again.cycle() is not None
     assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_random_joints_far_above_their_thresholds(seed):
+    """The law at every event, and the energy balance of load, friction and jumps."""
+    rng, jumps = np.random.default_rng(seed), 0
+    for _ in range(80):
+        n, m = int(rng.integers(1, 6)), int(rng.integers(2, 7))
+        G = rng.normal(size=(2 * n, 2 * n))
+        kappa = G @ G.T / (2 * n) + 0.1 * np.eye(2 * n)
+        p_w = rng.uniform(0.5, 3.0, n) + rng.normal(size=(m, n)) * rng.uniform(0.05, 1.2)
+        problem = shakedown.Problem(
+            A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.5, 3.0),
+            q_w=0.6 * rng.normal(size=(m, n)), p_w=p_w,
+        )  # fmt: skip
+        run = shakedown.evolve(problem, 1.0, cycles=3)
+        assert run.stop is None
+        h, scale = run.history, scales(problem, 1.0)
+        assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
+        u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
+        work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
+        stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+        lost = sum(cycle.dissipation for cycle in run.cycles)
+        assert lost == pytest.approx(work - stored, abs=1e-7 * scale.force * scale.length)
+        for cycle in run.cycles:
+            assert all(jump.energy_released > 0 for jump in cycle.jumps)
+            jumps += len(cycle.jumps)
+    assert jumps > 3
 
 
 def test_a_body_that_is_not_held_leaves():

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import claims
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 
@@ -55,3 +57,7 @@ def test_ci_calls_the_test_command_of_the_readme():
     script = (ROOT / ".ci" / "run").read_text()
     assert "<!-- test command -->" in script
     assert "pytest" not in script
+
+
+def test_the_figures_are_those_of_the_stored_results():
+    assert claims.current() == claims.section()

@@ -116,6 +116,8 @@ def test_block_gets_an_interval():
     assert np.isnan(interval.value)
     value, sides = set_threshold(shakedown.example("block-9"), np.ones(9), interval.slipping, ())
     assert (value, sides) == (interval.high, interval.sides)
+    assert limits.uniqueness.high <= interval.high
+    assert limits.uniqueness.low <= interval.low
 
 
 def test_individual_coefficients_give_a_common_factor():
