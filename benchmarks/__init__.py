@@ -23,8 +23,8 @@ STUDIES: tuple[str, ...] = (
     "long_term",
     "receding",
     "refinement",
-    "slow_approach",
     "siconos_agreement",
+    "slow_approach",
     "stability",
     "worked_examples",
 )
