@@ -84,7 +84,11 @@ def guarantee_curve(
     >>> curve.load_factors.round(4), curve.invariant
     (array([0.7391, 0.708 , 0.6574]), True)
     """
-    radius, rows = np.atleast_1d(np.asarray(radii, dtype=float)), constraints(problem)
+    rows = constraints(problem)
+    try:
+        radius = np.atleast_1d(np.asarray(radii, dtype=float))
+    except (TypeError, ValueError):
+        raise UsageError(f"radii: expected numbers >= 0, found {radii!r}") from None
     if radius.ndim != 1 or not np.all(radius >= 0):
         raise UsageError(f"radii: expected numbers >= 0, found {radius}")
     middle = _centre(problem) if centre is None else _vector("centre", centre, problem.n)

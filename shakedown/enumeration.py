@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from shakedown.constraints import Constraints, constraints
-from shakedown.errors import BudgetExceeded
+from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
 from shakedown.piece import NONE, Candidate, Piece, batch_piece, joined
 from shakedown.problem import FloatArray, Problem
@@ -69,6 +69,8 @@ def subset_count(n: int) -> int:
     >>> subset_count(9)
     43758
     """
+    if not isinstance(n, int) or n < 0:
+        raise UsageError(f"n: expected a number of nodes, found {n!r}")
     return comb(2 * n, n + 1)
 
 
@@ -109,6 +111,8 @@ def critical_load_factors(
     """
     rows = constraints(problem)
     total = subset_count(rows.n)
+    if not isinstance(budget, int):
+        raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
     known = NONE if total <= SMALL else _first_one_pair(rows, threads)
     found = [replace(joined([]), smallest_feasible=known)]

@@ -113,6 +113,8 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     ProblemError
         As :func:`import_problem`.
     """
+    if not isinstance(config_path, str | os.PathLike):
+        raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
     root, folder = read_toml(config_path), Path(config_path).parent
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
     f, sections = friction(root), {key: root.table(key) for key in ("stiffness", "contact")}

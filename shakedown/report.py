@@ -33,6 +33,8 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     UsageError
         If a file cannot be written.
     """
+    if not isinstance(verification, Verification):
+        raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
     document = as_text(verification_document(verification))
     for file_path, text in ((target, render(verification)), (target.with_suffix(".json"), document)):

@@ -202,6 +202,8 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     UsageError
         If the simulation was not recorded, or the file cannot be written.
     """
+    if not isinstance(run, Simulation):
+        raise UsageError(f"run: expected a Simulation, found {type(run).__name__}")
     if run.history is None:
         raise UsageError("nothing to write: simulate with record=True")
     arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
