@@ -6,6 +6,7 @@ from pathlib import Path
 
 from shakedown.condensation import Condensation, condensed_stiffness
 from shakedown.config_table import read_toml
+from shakedown.errors import ProblemError
 from shakedown.import_sections import (
     ContactSection,
     friction,
