@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 import shakedown
-from benchmarks.joints import chain
+from benchmarks.problems import chain
 from benchmarks.timing import median_time
 from shakedown.constraints import Constraints, constraints
 

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import shakedown
-from benchmarks.joints import random_joint
+from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown.constraints import constraints
 from shakedown.intersection import scaled_rows
@@ -32,7 +32,7 @@ def cases(short: bool) -> list[dict]:
 
 def measure(case: dict) -> dict:
     n, method = case["n"], case["method"]
-    problem, total = random_joint(n), comb(2 * n, n + 1)
+    problem, total = joint(0, n), comb(2 * n, n + 1)
     rows = scaled_rows(constraints(problem))
     if method == "numpy batches":
         seconds, subsets = batched(rows.matrix, rows.right, min(total, SAMPLE))

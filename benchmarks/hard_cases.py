@@ -11,32 +11,11 @@ import numpy as np
 from scipy.optimize import linprog
 
 import shakedown
+from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.constraints import Constraints, constraints
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
-
-
-def joint(seed: int = 0, n: int = 4, coupling: float = 0.3, m: int = 6, **changes) -> Problem:
-    """A random joint of moderate coupling, pressed together."""
-    rng = np.random.default_rng(seed)
-    root = coupling * rng.normal(size=(2 * n, 2 * n))
-    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
-    fields = {
-        "A": kappa[:n, :n],
-        "B": kappa[n:, :n],
-        "f": rng.uniform(0.1, 0.5, n),
-        "q_w": rng.normal(size=(m, n)),
-        "p_w": 4.0 + rng.normal(size=(m, n)),
-    }
-    return Problem(**{**fields, **changes})
-
-
-def in_units(problem: Problem, force: float, length: float) -> Problem:
-    k = force / length
-    return Problem(
-        A=problem.A * k, B=problem.B * k, f=problem.f, q_w=problem.q_w * force, p_w=problem.p_w * force
-    )
 
 
 def twins(tilt: float = 0.0) -> Problem:
@@ -64,7 +43,7 @@ def graded(decades: float) -> Problem:
     basis = np.linalg.qr(rng.normal(size=(5, 5)))[0]
     A = basis @ np.diag(10.0 ** -np.linspace(0, decades, 5)) @ basis.T
     A = 0.5 * (A + A.T)
-    return joint(5, 5, A=A, B=0.1 * A)
+    return replace(joint(5, 5), A=A, B=0.1 * A, C=None)
 
 
 def with_friction(factor: float) -> Problem:
@@ -77,20 +56,13 @@ def floating() -> Problem:
     """A chain held by the contact alone: A has a rigid translation."""
     A = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     A[0, 0] = A[-1, -1] = 1.0
-    return joint(7, 4, A=A, B=np.zeros((4, 4)))
+    return replace(joint(7, 4), A=A, B=np.zeros((4, 4)), C=None)
 
 
 def mixed_units() -> Problem:
     """Every node in units of its own, twelve decades apart."""
-    problem = joint(8, 4)
-    units = 10.0 ** np.array([-6.0, -2.0, 2.0, 6.0])
-    return Problem(
-        A=problem.A * units[:, None] * units,
-        B=problem.B * units[:, None] * units,
-        f=problem.f,
-        q_w=problem.q_w * units,
-        p_w=problem.p_w * units,
-    )
+    force = 10.0 ** np.array([-6.0, -2.0, 2.0, 6.0])
+    return joint(8, 4, units=(force, 1.0 / force))
 
 
 def amplitude(size: float) -> Problem:
@@ -146,7 +118,7 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
     "silent node": silent_node,
     "point loop": point_loop,
     "line loop": line_loop,
-    "frictionless": lambda: joint(1, 3, f=0.0),
+    "frictionless": lambda: replace(joint(1, 3), f=0.0),
     "one frictionless node": one_frictionless_node,
     "at critical friction": lambda: with_friction(1.0),
     "just below critical friction": lambda: with_friction(1.0 - 1e-12),
@@ -157,18 +129,18 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
     "condition 1e14": lambda: graded(14.0),
     "floating": floating,
     "mixed units": mixed_units,
-    "large forces": lambda: in_units(joint(4), 1e12, 1.0),
-    "small forces": lambda: in_units(joint(4), 1e-12, 1.0),
-    "large lengths": lambda: in_units(joint(4), 1.0, 1e12),
-    "small lengths": lambda: in_units(joint(4), 1.0, 1e-12),
-    "steel in newton and metre": lambda: in_units(joint(4), 1e3, 1e-8),
+    "large forces": lambda: joint(4, units=(1e12, 1.0)),
+    "small forces": lambda: joint(4, units=(1e-12, 1.0)),
+    "large lengths": lambda: joint(4, units=(1.0, 1e12)),
+    "small lengths": lambda: joint(4, units=(1.0, 1e-12)),
+    "steel in newton and metre": lambda: joint(4, units=(1e3, 1e-8)),
     "load factor 1e9": lambda: amplitude(1e-9),
     "load factor 1e-9": lambda: amplitude(1e9),
     "load factor 0": no_room,
-    "pulled off": lambda: joint(6, 3, p_w=-np.ones((6, 3))),
+    "pulled off": lambda: replace(joint(6, 3), p_w=-np.ones((6, 3))),
     "barely pulled off": lambda: replace(no_room(), p_w=[[-1e-12, 2.0]] * 2),
     "barely pressed": lambda: replace(no_room(), p_w=[[1e-12, 2.0]] * 2),
-    "wedged": lambda: joint(3, 3, f=4.0, B=np.full((3, 3), 0.3) + np.eye(3)),
+    "wedged": lambda: replace(joint(3, 3), f=4.0, B=np.full((3, 3), 0.3) + np.eye(3), C=None),
     "block-9": lambda: shakedown.example("block-9"),
     "block-9 at f = 0.2": lambda: replace(shakedown.example("block-9"), f=0.2),
 }

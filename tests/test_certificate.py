@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.problems import joint
 from shakedown import Problem, rational
 from shakedown.constraints import constraints
 
@@ -61,26 +62,16 @@ def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
     return min(value for value in feasible if value > 0), max(feasible)
 
 
-def random_problem(seed: int, n: int, decades: float = 0.0) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = 0.3 * rng.normal(size=(2 * n, 2 * n))
-    units = 10.0 ** rng.uniform(-decades, decades, 2 * n)
-    kappa = (root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)) * units[:, None] * units
-    A = 0.5 * (kappa + kappa.T)[:n, :n]
-    force = np.sqrt(np.diag(A))
-    return Problem(
-        A=A,
-        B=kappa[n:, :n] * (force / units[n:])[:, None],
-        f=rng.uniform(0.1, 0.4, n),
-        q_w=rng.normal(size=(5, n)) * force,
-        p_w=(4.0 + rng.normal(size=(5, n))) * force,
-    )
+def graded_joint(seed: int, n: int, decades: float) -> Problem:
+    """A joint in which every node has units of its own, up to so many decades up or down."""
+    force = 10.0 ** np.random.default_rng(seed).uniform(-decades, decades, n)
+    return joint(seed, n, m=5, units=(force, 1.0 / force))
 
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_enclosure_contains_the_exact_bounds(seed: int, n: int) -> None:
-    problem = random_problem(seed, n, decades=seed % 3)
+    problem = graded_joint(seed, n, decades=seed % 3)
     bounds, (collapse, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
     for bound, value in ((bounds.lower, collapse), (bounds.upper, largest)):
         low, high = bound.certified
