@@ -8,6 +8,7 @@ goes on slipping is a counter-example; whether it is allowed depends on the stat
 
 import numpy as np
 from numba import njit
+from shakedown.cli.output import table
 
 import shakedown
 from shakedown.constraints import constraints
@@ -209,27 +210,26 @@ def slip_by_cycle(G, room, v, cycles):
     return slips
 
 
+COUNTS = (
+    "joints",
+    "proved",
+    "excluded",
+    "runs",
+    "cycling",
+    "cycling_proved",
+    "cycling_excluded",
+    "lifted",
+    "lost",
+)
+
+
 def tables(rows: list[dict]) -> str:
-    keys = (
-        "joints",
-        "proved",
-        "excluded",
-        "runs",
-        "cycling",
-        "cycling_proved",
-        "cycling_excluded",
-        "lifted",
-        "lost",
-    )
+    headers = ["n", "coupling", *(key.replace("cycling_", "cyc. ") for key in COUNTS), "lowest / λ_1"]
     lines = [
-        "  n  coupling  "
-        + "".join(key.replace("cycling_", "cyc. ").rjust(15) for key in keys)
-        + "  lowest / λ_1"
+        [str(r["n"]), r["coupling"], *(str(r[key]) for key in COUNTS), f"{r['lowest_fraction']:.3f}"]
+        for r in rows
     ]
-    for r in rows:
-        cells = "".join(str(r[key]).rjust(15) for key in keys)
-        lines.append(f"{r['n']:3d}  {r['coupling']:10s}{cells}{r['lowest_fraction']:14.3f}")
-    return "\n".join(lines)
+    return table(headers, lines)
 
 
 def figures(rows: list[dict]) -> dict:

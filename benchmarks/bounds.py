@@ -1,26 +1,32 @@
 """Time of both bounds against the number of nodes, beside general-purpose solvers on the same programs."""
 
 from collections.abc import Callable, Iterable
+from functools import cache
 from time import perf_counter
 
 import cvxpy as cp
 import highspy
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.optimize import linprog
+from shakedown.cli.output import table
 
 import shakedown
-from benchmarks.joints import chain
+from benchmarks.problems import chain
 from benchmarks.timing import median_time
+from shakedown import Problem
 from shakedown.constraints import Constraints, constraints
 
 TITLE = "Upper and lower bound: time against the number of nodes"
+CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic takes minutes
+INTERIOR = (1e-11, 1e-10, 1e-9)  # tolerances of the interior points, the tightest that ends counts
 NODES_SAMPLED = 6  # a peer's n programs of the lower bound are timed on so many nodes, and scaled up
 
 Value = float
+Peer = Callable[[np.ndarray, np.ndarray, np.ndarray], Value]
 
 
-def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
+def highs_solved(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> highspy.Highs:
     """HiGHS as it comes, on the same arrays."""
     rows, columns = matrix.shape
     model = highspy.HighsLp()
@@ -37,6 +43,11 @@ def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Valu
     solver.setOptionValue("output_flag", False)
     solver.passModel(model)
     solver.run()
+    return solver
+
+
+def highspy_raw(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
+    solver = highs_solved(matrix, right, cost)
     return solver.getObjectiveValue() if solver.getModelStatus().name == "kOptimal" else np.nan
 
 
@@ -46,12 +57,14 @@ def scipy_linprog(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Va
     return float(end.fun) if end.status == 0 else np.nan
 
 
-def through_cvxpy(solver: str) -> Callable[[np.ndarray, np.ndarray, np.ndarray], Value]:
+def through_cvxpy(
+    solver: str, settings: dict | None = None
+) -> Callable[[np.ndarray, np.ndarray, np.ndarray], Value]:
     def solve(matrix: np.ndarray, right: np.ndarray, cost: np.ndarray) -> Value:
         x = cp.Variable(len(cost))
         program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
         try:
-            program.solve(solver=solver)
+            program.solve(solver=solver, **(settings or {}))
         except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
             return np.nan
         return float(program.value) if program.status == "optimal" else np.nan
@@ -80,33 +93,64 @@ def cases(short: bool) -> list[dict]:
 
 
 def measure(case: dict) -> dict:
-    problem = chain(case["n"])
-    solve = shakedown.upper_bound if case["bound"] == "upper" else shakedown.lower_bound
-    reference = solve(problem, certify=False).load_factor
-    if case["road"].startswith("shakedown"):
-        certify = case["road"].endswith("certified")
-        seconds, found = median_time(lambda: solve(problem, certify=certify))
-        return {"seconds": seconds, "load_factor": found.load_factor, "solved": 1.0, "error": 0.0}
-    rows, peer = constraints(problem), PEERS[case["road"]]
-    if case["bound"] == "upper":
-        seconds, value = median_time(lambda: -peer(*upper_program(rows)))
-        solved, share = float(np.isfinite(value)), 1.0
+    n, bound, road = case["n"], case["bound"], case["road"]
+    problem, programs = chain(n), 1 if bound == "upper" else n
+    if road in PEERS:
+        seconds, value, timed = _by_peer(problem, bound, PEERS[road])
     else:
-        nodes = [shakedown.lower_bound(problem, certify=False).node]
-        nodes += [
-            int(j) for j in np.linspace(0, case["n"] - 1, min(case["n"], NODES_SAMPLED)) if j not in nodes
-        ]
-        start = perf_counter()
-        values = [peer(*collapse_program(rows, node)) for node in nodes]
-        seconds, share = perf_counter() - start, case["n"] / len(nodes)
-        value, solved = values[0], float(np.isfinite(values[0]))
-    error = abs(value - reference) / reference if solved else None
+        solve = shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
+        certify, timed = road == "shakedown, certified", programs
+        seconds, found = median_time(lambda: solve(problem, certify=certify))
+        value = found.load_factor
+    low, high, against = reference(n, bound)
+    solved = bool(np.isfinite(value))
     return {
-        "seconds": seconds * share,
+        "seconds": seconds * programs / timed,
+        "programs_timed": timed,
         "load_factor": value if solved else None,
-        "solved": solved,
-        "error": error,
+        "solved": float(solved),
+        "error": max(abs(value - low) / low, abs(value - high) / high) if solved and low == low else None,
+        "against": against,
     }
+
+
+def _by_peer(problem: Problem, bound: str, peer: Peer) -> tuple[float, Value, int]:
+    """Seconds of the programs that were timed, the load factor, and how many they were."""
+    rows = constraints(problem)
+    if bound == "upper":
+        seconds, value = median_time(lambda: -peer(*upper_program(rows)))
+        return seconds, value, 1
+    nodes = [shakedown.lower_bound(problem, certify=False).node]
+    sample = np.linspace(0, problem.n - 1, min(problem.n, NODES_SAMPLED))
+    nodes += [int(j) for j in sample if j not in nodes]
+    start = perf_counter()
+    values = [peer(*collapse_program(rows, node)) for node in nodes]
+    return perf_counter() - start, values[0], len(nodes)
+
+
+@cache
+def reference(n: int, bound: str) -> tuple[float, float, str]:
+    """(low, high) around the load factor, and from where.
+
+    Exact arithmetic where it takes seconds; else interior points, which are no better
+    than their tolerance. For the lower bound these solve the program of the node that
+    collapses first, which checks the number, not the choice of the node. NaN where
+    they do not end.
+    """
+    problem, solve = chain(n), shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
+    if n <= CERTIFIED_UP_TO[bound]:
+        low, high = solve(problem, certify=True).certified
+        return low, high, "certified"
+    rows, sign, program = constraints(problem), -1.0, upper_program
+    if bound == "lower":
+        node = solve(problem, certify=False).node
+        sign, program = 1.0, lambda rows: collapse_program(rows, node)
+    for tolerance in INTERIOR:
+        sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)
+        value = sign * through_cvxpy("CLARABEL", sharp)(*program(rows))
+        if np.isfinite(value):
+            return value, value, f"interior {tolerance:.0e}"
+    return np.nan, np.nan, "none"
 
 
 def upper_program(rows: Constraints) -> Iterable[np.ndarray]:
@@ -121,20 +165,43 @@ def collapse_program(rows: Constraints, node: int) -> Iterable[np.ndarray]:
 
 def tables(rows: list[dict]) -> str:
     by = {(r["n"], r["bound"], r["road"]): r for r in rows}
-    lines = []
+    sizes = sorted({r["n"] for r in rows})
+    parts = []
     for bound in ("upper", "lower"):
-        lines.append(f"{bound} bound [s]".ljust(18) + "".join(road.rjust(22) for road in ROADS))
-        for n in sorted({r["n"] for r in rows}):
-            own = by[n, bound, "shakedown"]["seconds"]
+        times, errors = [], []
+        for n in sizes:
+            own = by[n, bound, "shakedown"]
             cells = [by.get((n, bound, road)) for road in ROADS]
-            shown = [f"{c['seconds']:.3g} (x{c['seconds'] / own:.3g})" if c else "-" for c in cells]
-            lines.append(f"n = {n}".ljust(18) + "".join(text.rjust(22) for text in shown))
-    lines.append(f"A peer's lower bound is timed on {NODES_SAMPLED} of the n programs and scaled up.")
-    return "\n".join(lines)
+            shown = [
+                f"{c['seconds']:.3g} (x{c['seconds'] / own['seconds']:.3g})" if c else "-" for c in cells
+            ]
+            times.append([str(n), *shown])
+            errors.append([str(n), own["against"], *map(_error, cells)])
+        parts.append(f"{bound} bound: time [s]\n" + table(["n", *ROADS], times))
+        parts.append(f"{bound} bound: relative error\n" + table(["n", "against", *ROADS], errors))
+    parts.append(
+        f"A peer's lower bound is timed on up to {NODES_SAMPLED + 1} of the n programs and scaled up;\n"
+        "its error is that of the program of the node that collapses first. The error of\n"
+        "the certified road is the width of its enclosure."
+    )
+    return "\n\n".join(parts)
+
+
+def _time(row: dict | None, own: float) -> str:
+    return "-" if row is None else f"{row['seconds']:.3g} (x{row['seconds'] / own:.3g})"
+
+
+def _error(row: dict | None) -> str:
+    if row is None:
+        return "-"
+    if row["error"] is None:
+        return "unsolved" if not row["solved"] else "unchecked"
+    return f"{row['error']:.1e}"
 
 
 def figures(rows: list[dict]) -> dict:
-    figure, axes = plt.subplots(1, 2, figsize=(9.5, 4), layout="constrained", sharey=True)
+    figure = Figure(figsize=(9.5, 4), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
     for panel, bound in zip(axes, ("upper", "lower"), strict=True):
         for road in ROADS:
             mine = sorted((r["n"], r["seconds"]) for r in rows if r["bound"] == bound and r["road"] == road)

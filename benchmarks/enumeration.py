@@ -3,11 +3,12 @@
 from itertools import combinations, islice
 from math import comb, inf
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
+from shakedown.cli.output import table
 
 import shakedown
-from benchmarks.joints import random_joint
+from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown.constraints import constraints
 from shakedown.intersection import scaled_rows
@@ -32,7 +33,7 @@ def cases(short: bool) -> list[dict]:
 
 def measure(case: dict) -> dict:
     n, method = case["n"], case["method"]
-    problem, total = random_joint(n), comb(2 * n, n + 1)
+    problem, total = joint(0, n), comb(2 * n, n + 1)
     rows = scaled_rows(constraints(problem))
     if method == "numpy batches":
         seconds, subsets = batched(rows.matrix, rows.right, min(total, SAMPLE))
@@ -64,26 +65,21 @@ def batched(matrix: np.ndarray, right: np.ndarray, count: int) -> tuple[float, i
 def tables(rows: list[dict]) -> str:
     by = {(r["n"], r["method"]): r for r in rows}
     sizes = sorted({r["n"] for r in rows})
-    lines = [
-        "  n      subsets"
-        + "".join(method.split(",")[-1].strip()[:22].rjust(24) for method in METHODS)
-        + "   ratio"
-    ]
+    headers = ["n", "subsets", *METHODS, "numpy / tree"]
+    lines = []
     for n in sizes:
-        times = [by[n, method]["nanoseconds"] for method in METHODS]
-        ratio = times[3] / times[0]
-        lines.append(
-            f"{n:3d} {by[n, METHODS[0]]['total']:12,}"
-            + "".join(f"{t:21.0f} ns" for t in times)
-            + f"{ratio:8.0f}"
-        )
+        times = {method: by[n, method]["nanoseconds"] for method in METHODS}
+        ratio = times["numpy batches"] / times["tree, one core"]
+        shown = [f"{times[method]:.0f} ns" for method in METHODS]
+        lines.append([str(n), f"{by[n, 'tree, one core']['total']:,}", *shown, f"{ratio:.0f}"])
     last = by[sizes[-1], "tree, all cores"]
-    lines.append(f"n = {sizes[-1]}: {last['total']:,} subsets in {last['seconds']:.2f} s on all cores")
-    return "\n".join(lines)
+    summary = f"n = {sizes[-1]}: {last['total']:,} subsets in {last['seconds']:.2f} s on all cores"
+    return f"{table(headers, lines)}\n{summary}"
 
 
 def figures(rows: list[dict]) -> dict:
-    figure, axes = plt.subplots(figsize=(6.5, 4), layout="constrained")
+    figure = Figure(figsize=(6.5, 4), layout="constrained")
+    axes = figure.subplots()
     for method in METHODS:
         mine = sorted((r["n"], r["nanoseconds"]) for r in rows if r["method"] == method)
         axes.semilogy(*zip(*mine, strict=True), "o-", ms=4, label=method)

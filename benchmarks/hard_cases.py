@@ -1,42 +1,29 @@
 """Problems on which float solvers go wrong, and how far each road to the bounds is off the exact answer."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cache
 from math import inf, isfinite, isnan, nan
 
 import cvxpy as cp
-import highspy
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.optimize import linprog
+from shakedown.cli.output import table
 
 import shakedown
+from benchmarks.bounds import highs_solved
+from benchmarks.problems import joint
+from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
 from shakedown.constraints import Constraints, constraints
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
 
-
-def joint(seed: int = 0, n: int = 4, coupling: float = 0.3, m: int = 6, **changes) -> Problem:
-    """A random joint of moderate coupling, pressed together."""
-    rng = np.random.default_rng(seed)
-    root = coupling * rng.normal(size=(2 * n, 2 * n))
-    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
-    fields = {
-        "A": kappa[:n, :n],
-        "B": kappa[n:, :n],
-        "f": rng.uniform(0.1, 0.5, n),
-        "q_w": rng.normal(size=(m, n)),
-        "p_w": 4.0 + rng.normal(size=(m, n)),
-    }
-    return Problem(**{**fields, **changes})
-
-
-def in_units(problem: Problem, force: float, length: float) -> Problem:
-    k = force / length
-    return Problem(
-        A=problem.A * k, B=problem.B * k, f=problem.f, q_w=problem.q_w * force, p_w=problem.p_w * force
-    )
+ENUMERATED_UP_TO = 6  # nodes whose subsets of rows are few enough for fractions
+RIGHT = 1e-9
+VERDICTS = ("right", "off", "wrong status", "open", "self")
+LABELS = {"wrong status": "wrong status", "open": "no answer", "self": "not checked"}
 
 
 def twins(tilt: float = 0.0) -> Problem:
@@ -64,7 +51,7 @@ def graded(decades: float) -> Problem:
     basis = np.linalg.qr(rng.normal(size=(5, 5)))[0]
     A = basis @ np.diag(10.0 ** -np.linspace(0, decades, 5)) @ basis.T
     A = 0.5 * (A + A.T)
-    return joint(5, 5, A=A, B=0.1 * A)
+    return replace(joint(5, 5), A=A, B=0.1 * A, C=None)
 
 
 def with_friction(factor: float) -> Problem:
@@ -77,20 +64,13 @@ def floating() -> Problem:
     """A chain held by the contact alone: A has a rigid translation."""
     A = 2 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     A[0, 0] = A[-1, -1] = 1.0
-    return joint(7, 4, A=A, B=np.zeros((4, 4)))
+    return replace(joint(7, 4), A=A, B=np.zeros((4, 4)), C=None)
 
 
 def mixed_units() -> Problem:
     """Every node in units of its own, twelve decades apart."""
-    problem = joint(8, 4)
-    units = 10.0 ** np.array([-6.0, -2.0, 2.0, 6.0])
-    return Problem(
-        A=problem.A * units[:, None] * units,
-        B=problem.B * units[:, None] * units,
-        f=problem.f,
-        q_w=problem.q_w * units,
-        p_w=problem.p_w * units,
-    )
+    force = 10.0 ** np.array([-6.0, -2.0, 2.0, 6.0])
+    return joint(8, 4, units=(force, 1.0 / force))
 
 
 def amplitude(size: float) -> Problem:
@@ -146,7 +126,7 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
     "silent node": silent_node,
     "point loop": point_loop,
     "line loop": line_loop,
-    "frictionless": lambda: joint(1, 3, f=0.0),
+    "frictionless": lambda: replace(joint(1, 3), f=0.0),
     "one frictionless node": one_frictionless_node,
     "at critical friction": lambda: with_friction(1.0),
     "just below critical friction": lambda: with_friction(1.0 - 1e-12),
@@ -157,18 +137,18 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
     "condition 1e14": lambda: graded(14.0),
     "floating": floating,
     "mixed units": mixed_units,
-    "large forces": lambda: in_units(joint(4), 1e12, 1.0),
-    "small forces": lambda: in_units(joint(4), 1e-12, 1.0),
-    "large lengths": lambda: in_units(joint(4), 1.0, 1e12),
-    "small lengths": lambda: in_units(joint(4), 1.0, 1e-12),
-    "steel in newton and metre": lambda: in_units(joint(4), 1e3, 1e-8),
+    "large forces": lambda: joint(4, units=(1e12, 1.0)),
+    "small forces": lambda: joint(4, units=(1e-12, 1.0)),
+    "large lengths": lambda: joint(4, units=(1.0, 1e12)),
+    "small lengths": lambda: joint(4, units=(1.0, 1e-12)),
+    "steel in newton and metre": lambda: joint(4, units=(1e3, 1e-8)),
     "load factor 1e9": lambda: amplitude(1e-9),
     "load factor 1e-9": lambda: amplitude(1e9),
     "load factor 0": no_room,
-    "pulled off": lambda: joint(6, 3, p_w=-np.ones((6, 3))),
+    "pulled off": lambda: replace(joint(6, 3), p_w=-np.ones((6, 3))),
     "barely pulled off": lambda: replace(no_room(), p_w=[[-1e-12, 2.0]] * 2),
     "barely pressed": lambda: replace(no_room(), p_w=[[1e-12, 2.0]] * 2),
-    "wedged": lambda: joint(3, 3, f=4.0, B=np.full((3, 3), 0.3) + np.eye(3)),
+    "wedged": lambda: replace(joint(3, 3), f=4.0, B=np.full((3, 3), 0.3) + np.eye(3), C=None),
     "block-9": lambda: shakedown.example("block-9"),
     "block-9 at f = 0.2": lambda: replace(shakedown.example("block-9"), f=0.2),
 }
@@ -177,18 +157,10 @@ HARD_CASES: dict[str, Callable[[], Problem]] = {
 Answer = tuple[str, float]
 
 
-def exact_upper(problem: Problem) -> Answer:
-    upper = shakedown.upper_bound(problem, certify=True)
-    return (upper.status, upper.load_factor) if upper.exact else ("unknown", nan)
-
-
-def exact_lower(problem: Problem) -> Answer:
-    lower = shakedown.lower_bound(problem, certify=True)
-    return (
-        (lower.status, lower.load_factor)
-        if lower.certified or lower.status != "optimal"
-        else ("unknown", nan)
-    )
+def default_upper(problem: Problem) -> Answer:
+    """As a user calls it."""
+    upper = shakedown.upper_bound(problem)
+    return upper.status, upper.load_factor
 
 
 def plain_upper(problem: Problem) -> Answer:
@@ -203,20 +175,11 @@ def conic_upper(problem: Problem) -> Answer:
 
 def raw_highs_upper(problem: Problem) -> Answer:
     """HiGHS as it comes, through highspy, on the data as they are."""
-    rows, solver = constraints(problem), highspy.Highs()
-    solver.setOptionValue("output_flag", False)
-    free = highspy.kHighsInf
-    v = [solver.addVariable(lb=-free) for _ in range(rows.n)]
-    load_factor = solver.addVariable(lb=0.0)
-    try:
-        for G, d, g in zip(rows.G, rows.d, rows.g, strict=True):
-            solver.addConstr(sum(a * x for a, x in zip(G, v, strict=True)) + d * load_factor <= g)
-    except Exception:  # what highspy raises where HiGHS drops a coefficient as too small
-        return "undecided", nan
-    solver.maximize(load_factor)
+    rows = constraints(problem)
+    solver = highs_solved(np.column_stack([rows.G, rows.d]), rows.g, np.append(np.zeros(rows.n), -1.0))
     names = {"kOptimal": "optimal", "kInfeasible": "infeasible", "kUnbounded": "unbounded"}
     status = names.get(solver.getModelStatus().name, "undecided")
-    return status, float(solver.val(load_factor)) if status == "optimal" else _nothing(status)
+    return status, -solver.getObjectiveValue() if status == "optimal" else _nothing(status)
 
 
 def scipy_upper(problem: Problem) -> Answer:
@@ -254,8 +217,9 @@ def _nothing(status: str) -> float:
     return inf if status == "unbounded" else nan
 
 
+OWN = "shakedown"
 ROADS: dict[str, Callable[[Problem], Answer]] = {
-    "shakedown": exact_upper,
+    OWN: default_upper,
     "shakedown, floats only": plain_upper,
     "shakedown, conic": conic_upper,
     "highspy": raw_highs_upper,
@@ -270,20 +234,13 @@ def cases(short: bool) -> list[dict]:
 
 
 def measure(case: dict) -> dict:
-    problem = HARD_CASES[case["problem"]]()
-    expected, value = exact_upper(problem)
-    status, found = ROADS[case["road"]](problem)
-    if status != expected:
-        verdict = "open" if status == "undecided" else "wrong status"
-        error = nan
-    elif status != "optimal":
-        verdict, error = "right", 0.0
-    else:
-        error = abs(found - value) / value if value > 0 else abs(found)
-        verdict = "right" if error <= 1e-9 else "off"
+    reference = reference_upper(case["problem"])
+    status, found = ROADS[case["road"]](HARD_CASES[case["problem"]]())
+    verdict, error = judged(case["road"], reference, status, found)
     return {
-        "exact_status": expected,
-        "exact": _plain(value),
+        "exact_status": reference.status,
+        "exact": _plain(reference.load_factor),
+        "reference": reference.kind,
         "status": status,
         "value": _plain(found),
         "error": _plain(error),
@@ -291,49 +248,92 @@ def measure(case: dict) -> dict:
     }
 
 
+@dataclass(frozen=True)
+class Reference:
+    """The answer that every road is held against.
+
+    ``kind`` is "rational" (an enumeration in fractions, complete) or "certificate"
+    (the package's own exact arithmetic, where the enumeration would take too long).
+    """
+
+    kind: str
+    status: str
+    load_factor: float
+
+
+@cache
+def reference_upper(name: str) -> Reference:
+    problem = HARD_CASES[name]()
+    if problem.n > ENUMERATED_UP_TO:
+        upper = shakedown.upper_bound(problem, certify=True)
+        return Reference("certificate", upper.status, upper.load_factor)
+    found = load_factor_range(*fraction_rows(problem))
+    if found is None:
+        return Reference("rational", "infeasible", nan)
+    return Reference("rational", "unbounded" if found[1] == inf else "optimal", float(found[1]))
+
+
+def judged(road: str, reference: Reference, status: str, found: float) -> tuple[str, float]:
+    """The verdict on an answer, and its relative error.
+
+    "right", "off" (by more than 1e-9), "wrong status", "open" (no answer given), or
+    "self": the package's answer where there is only its own certificate to compare with.
+    """
+    if road == OWN and reference.kind == "certificate":
+        return "self", nan
+    if status in ("undecided", "unknown"):
+        return "open", nan
+    if status != reference.status:
+        return "wrong status", nan
+    if status != "optimal":
+        return "right", 0.0
+    value = reference.load_factor
+    error = abs(found - value) / value if value > 0 else abs(found)
+    return "right" if error <= RIGHT else "off", error
+
+
 def _plain(value: float) -> float | str | None:
     return None if isnan(value) else value if isfinite(value) else "inf"
 
 
 def tables(rows: list[dict]) -> str:
-    names, roads = list(dict.fromkeys(r["problem"] for r in rows)), list(ROADS)
+    names = list(dict.fromkeys(r["problem"] for r in rows))
     cell = {(r["problem"], r["road"]): r for r in rows}
-    lines = [
-        " " * 30
-        + "exact".rjust(12)
-        + "".join(road.replace("shakedown", "sd")[-16:].rjust(17) for road in roads)
-    ]
+    headers = ["", "reference", "exact", *(road.replace("shakedown", "sd") for road in ROADS)]
+    lines = []
     for name in names:
-        first = cell[name, roads[0]]
-        exact = first["exact"] if isinstance(first["exact"], float) else first["exact_status"]
-        shown = f"{exact:.5g}" if isinstance(exact, float) else exact
-        lines.append(
-            name.ljust(30) + shown.rjust(12) + "".join(_cell(cell[name, r]).rjust(17) for r in roads)
-        )
-    right = [sum(cell[name, road]["verdict"] == "right" for name in names) for road in roads]
-    lines.append(f"right to 1e-9, of {len(names)}".ljust(42) + "".join(str(k).rjust(17) for k in right))
-    return "\n".join(lines)
+        first = cell[name, OWN]
+        exact = f"{first['exact']:.5g}" if first["exact_status"] == "optimal" else first["exact_status"]
+        lines.append([name, first["reference"], exact, *(_cell(cell[name, road]) for road in ROADS)])
+    for verdict in VERDICTS:
+        counts = [sum(cell[name, road]["verdict"] == verdict for name in names) for road in ROADS]
+        lines.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts)])
+    return table(headers, lines, longest=len(lines))
 
 
 def _cell(row: dict) -> str:
-    if row["verdict"] in ("wrong status", "open"):
-        return f"{'! ' if row['verdict'] == 'wrong status' else ''}{row['status']}"
+    if row["verdict"] == "wrong status":
+        return f"! {row['status']}"
+    if row["verdict"] in ("open", "self"):
+        return row["verdict"]
     return f"{row['error']:.1e}" if row["status"] == "optimal" else "right"
 
 
 def figures(rows: list[dict]) -> dict:
-    figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    figure = Figure(figsize=(8, 4), layout="constrained")
+    axes = figure.subplots()
     for k, road in enumerate(ROADS):
         mine = [r for r in rows if r["road"] == road]
         errors = [max(r["error"], 1e-17) for r in mine if r["verdict"] in ("right", "off")]
-        lost = sum(r["verdict"] in ("wrong status", "open") for r in mine)
-        axes.semilogx(
-            errors, np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors)), "o", ms=4, alpha=0.6
-        )
-        axes.text(1.5e-2, k, f"{lost} without the answer" if lost else "", va="center", fontsize=8)
-    axes.axvline(1e-9, color="k", lw=0.8, ls="--")
+        heights = np.full(len(errors), k) + np.linspace(-0.25, 0.25, len(errors))
+        axes.semilogx(errors, heights, "o", ms=4, alpha=0.6)
+        counts = {v: sum(r["verdict"] == v for r in mine) for v in ("wrong status", "open", "self")}
+        text = "\n".join(f"{LABELS[v]}: {count}" for v, count in counts.items() if count)
+        # Beside the axes, where no point can be.
+        axes.text(1.02, k, text, transform=axes.get_yaxis_transform(), va="center", fontsize=8)
+    axes.axvline(RIGHT, color="k", lw=0.8, ls="--")
     axes.set_yticks(range(len(ROADS)), list(ROADS))
     axes.set_xlim(3e-18, 10)
-    axes.set_xlabel("relative error of the upper bound")
+    axes.set_xlabel("relative error of the upper bound (0 drawn at 1e-17)")
     axes.invert_yaxis()
     return {"hard_cases": figure}

@@ -1,10 +1,63 @@
-"""Problems that several studies share: random ones with a unique evolution, refined loops."""
+"""Problems that several studies share: joints of any size, changed units, refined loops."""
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from shakedown.problem import FloatArray, Problem
+
+
+def joint(
+    seed: int = 0,
+    n: int = 4,
+    coupling: float = 0.3,
+    m: int = 6,
+    units: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
+) -> Problem:
+    """A random positive definite joint of moderate coupling, pressed together at the mean load.
+
+    ``units`` are the sizes of a force and of a length, of all nodes or of each.
+    """
+    rng = np.random.default_rng(seed)
+    root = coupling * rng.normal(size=(2 * n, 2 * n))
+    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
+    problem = Problem(
+        A=kappa[:n, :n],
+        B=kappa[n:, :n],
+        C=kappa[n:, n:],
+        f=rng.uniform(0.1, 0.5, n),
+        q_w=rng.normal(size=(m, n)),
+        p_w=4.0 + rng.normal(size=(m, n)),
+    )
+    return in_units(problem, *units)
+
+
+def in_units(problem: Problem, force: ArrayLike, length: ArrayLike) -> Problem:
+    """The same joint in other units; units of each node need force · length to be the same at all."""
+    forces, lengths = (np.broadcast_to(np.asarray(size, dtype=float), problem.n) for size in (force, length))
+    stiffness = forces[:, None] / lengths
+    stiffness = 0.5 * (stiffness + stiffness.T)  # what round-off leaves unsymmetric
+    return replace(
+        problem,
+        A=problem.A * stiffness,
+        B=problem.B * stiffness,
+        C=None if problem.C is None else problem.C * stiffness,
+        q_w=problem.q_w * forces,
+        p_w=problem.p_w * forces,
+    )
+
+
+def chain(n: int, f: float = 0.2, m: int = 50, seed: int = 0) -> Problem:
+    """A strip of n nodes: influence that decays with distance, antisymmetric coupling, a travelling load."""
+    rng = np.random.default_rng(seed)
+    x, node, t = np.linspace(0, 1, n), np.arange(n), 2 * np.pi * np.arange(m) / m
+    distance = np.abs(node[:, None] - node)
+    root = 2.0 * np.eye(n) - 0.15 * np.exp(-distance / 3.0)
+    side = np.sign(node - node[:, None]) * (1 + 0.1 * rng.normal(size=(n, n)))
+    q = np.cos(t)[:, None] * (0.5 + 0.5 * np.sin(3 * x)) + 0.2 * np.sin(2 * t)[:, None] * x
+    p = 6 + np.sin(t + 0.7)[:, None] * (1 - x) + 0.5 * rng.random(n)
+    return Problem(A=root @ root, B=0.3 * side * np.exp(-distance / 4.0), f=f, q_w=q, p_w=p)
 
 
 def random_problem(n: int, seed: int, *, m: int = 24, coupling: float = 0.5, f: float = 0.4) -> Problem:

@@ -9,25 +9,11 @@ import pytest
 from hypothesis import given, settings
 
 import shakedown
+from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.constraints import constraints
 
 LAW = settings(derandomize=True, deadline=None, max_examples=25)
-
-
-def random_problem(seed: int, n: int, coupling: float = 0.3, m: int = 6) -> Problem:
-    """A positive definite system of moderate coupling, pressed together at the mean load."""
-    rng = np.random.default_rng(seed)
-    root = rng.normal(size=(2 * n, 2 * n)) * coupling
-    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
-    return Problem(
-        A=kappa[:n, :n],
-        B=kappa[n:, :n],
-        C=kappa[n:, n:],
-        f=rng.uniform(0.1, 0.5, n),
-        q_w=rng.normal(size=(m, n)),
-        p_w=4.0 + rng.normal(size=(m, n)),
-    )
 
 
 def collapse_by_brute_force(problem: Problem) -> float:
@@ -87,7 +73,7 @@ def test_known_systems(name: str, f: float, lower: float, upper: float) -> None:
 @pytest.mark.parametrize("n", range(1, 7))
 @pytest.mark.parametrize("seed", range(5))
 def test_lower_bound_is_the_smallest_feasible_intersection(n: int, seed: int) -> None:
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     lower = shakedown.lower_bound(problem)
     assert lower.load_factor > 0
     brute = collapse_by_brute_force(problem)
@@ -109,7 +95,7 @@ def test_bounds_coincide_without_coupling_and_for_one_node() -> None:
 def test_constructed_optimum_is_found(seed: int) -> None:
     """Build the loads backwards from a chosen vertex and its multipliers."""
     rng = np.random.default_rng(seed)
-    problem = random_problem(seed, 4)
+    problem = joint(seed, 4)
     rows = constraints(problem)
     slip, load_factor = rng.normal(size=4), 0.7
     subset, y = positive_combination(rows.G, pair=2)
@@ -184,7 +170,7 @@ def test_loads_safe_only_away_from_the_mean_have_a_least_load_factor() -> None:
 @LAW
 @given(seed=st.integers(0, 999), n=st.integers(1, 5), force=st.floats(-12, 12), length=st.floats(-12, 12))
 def test_units_change_nothing_but_the_scale(seed: int, n: int, force: float, length: float) -> None:
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     F, L = 10.0**force, 10.0**length
     scaled = Problem(
         A=problem.A * (F / L),
@@ -205,7 +191,7 @@ def test_units_change_nothing_but_the_scale(seed: int, n: int, force: float, len
 @LAW
 @given(seed=st.integers(0, 999), n=st.integers(2, 5))
 def test_relabelling_nodes_relabels_the_answer(seed: int, n: int) -> None:
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     order = np.random.default_rng(seed).permutation(n)
     shuffled = Problem(
         A=problem.A[np.ix_(order, order)],
@@ -224,7 +210,7 @@ def test_relabelling_nodes_relabels_the_answer(seed: int, n: int) -> None:
 @LAW
 @given(seed=st.integers(0, 999), n=st.integers(1, 5))
 def test_mirroring_reverses_the_slips(seed: int, n: int) -> None:
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     mirrored = replace(problem, B=-problem.B, q_w=-problem.q_w)
     here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(mirrored)
     assert there.upper.load_factor == pytest.approx(here.upper.load_factor, rel=1e-12)

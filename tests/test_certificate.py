@@ -8,44 +8,10 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.problems import joint
+from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem, rational
 from shakedown.constraints import constraints
-
-
-def fraction_rows(problem: Problem) -> tuple[list[list[Fraction]], list[Fraction]]:
-    """[G | d] and g of the problem as stored, straight from the definition, in fractions."""
-
-    def exact(array: np.ndarray) -> list:
-        return [exact(a) for a in array] if np.ndim(array) else Fraction(float(array))
-
-    n, m = problem.n, problem.m
-    A, B, f, q, p = (exact(a) for a in (problem.A, problem.B, problem.f, problem.q_w, problem.p_w))
-    q0 = [sum(q[k][j] for k in range(m)) / m for j in range(n)]
-    p0 = [sum(p[k][j] for k in range(m)) / m for j in range(n)]
-    if problem.q_mean is not None:
-        q0, p0 = exact(problem.q_mean), exact(problem.p_mean)
-    matrix, right = [], []
-    for j in range(n):
-        for side in (+1, -1):
-            d = max(side * (q[k][j] - q0[j]) - f[j] * (p[k][j] - p0[j]) for k in range(m))
-            matrix.append([side * A[j][i] - f[j] * B[j][i] for i in range(n)] + [d])
-            right.append(f[j] * p0[j] - side * q0[j])
-    return matrix, right
-
-
-def solve_fractions(matrix: list, right: list) -> list | None:
-    rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
-    n = len(rows)
-    for k in range(n):
-        pivot = next((i for i in range(k, n) if rows[i][k]), None)
-        if pivot is None:
-            return None
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        rows[k] = [x / rows[k][k] for x in rows[k]]
-        for i in range(n):
-            if i != k:
-                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
-    return [row[-1] for row in rows]
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
@@ -61,26 +27,16 @@ def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
     return min(value for value in feasible if value > 0), max(feasible)
 
 
-def random_problem(seed: int, n: int, decades: float = 0.0) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = 0.3 * rng.normal(size=(2 * n, 2 * n))
-    units = 10.0 ** rng.uniform(-decades, decades, 2 * n)
-    kappa = (root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)) * units[:, None] * units
-    A = 0.5 * (kappa + kappa.T)[:n, :n]
-    force = np.sqrt(np.diag(A))
-    return Problem(
-        A=A,
-        B=kappa[n:, :n] * (force / units[n:])[:, None],
-        f=rng.uniform(0.1, 0.4, n),
-        q_w=rng.normal(size=(5, n)) * force,
-        p_w=(4.0 + rng.normal(size=(5, n))) * force,
-    )
+def graded_joint(seed: int, n: int, decades: float) -> Problem:
+    """A joint in which every node has units of its own, up to so many decades up or down."""
+    force = 10.0 ** np.random.default_rng(seed).uniform(-decades, decades, n)
+    return joint(seed, n, m=5, units=(force, 1.0 / force))
 
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_enclosure_contains_the_exact_bounds(seed: int, n: int) -> None:
-    problem = random_problem(seed, n, decades=seed % 3)
+    problem = graded_joint(seed, n, decades=seed % 3)
     bounds, (collapse, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
     for bound, value in ((bounds.lower, collapse), (bounds.upper, largest)):
         low, high = bound.certified

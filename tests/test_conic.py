@@ -2,29 +2,17 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem
+from benchmarks.problems import joint
 
-
-def random_problem(seed: int, n: int) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = 0.3 * rng.normal(size=(2 * n, 2 * n))
-    kappa = 2e5 * (root @ root.T / np.sqrt(2 * n) + np.eye(2 * n))
-    return Problem(
-        A=kappa[:n, :n],
-        B=kappa[n:, :n],
-        f=rng.uniform(0.1, 0.5, n),
-        q_w=500 * rng.normal(size=(6, n)),
-        p_w=2000 + 500 * rng.normal(size=(6, n)),
-    )
+UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_both_roads_lead_to_the_same_bounds(seed: int) -> None:
-    problem = random_problem(seed, n=2 + seed % 5)
+    problem = joint(seed, 2 + seed % 5, units=UNITS)
     bounds = shakedown.shakedown_bounds(problem)
     upper, lower = shakedown.conic_upper_bound(problem), shakedown.conic_lower_bound(problem)
     assert upper.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-9)

@@ -1,48 +1,48 @@
 """The named collection of hard cases: the default road is exact, or says what it is."""
 
-from fractions import Fraction
-from itertools import combinations
+from math import inf, isnan, nan
 
 import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.hard_cases import HARD_CASES
-from shakedown.rational import exact_rows, solve_integers
+from benchmarks.hard_cases import HARD_CASES, OWN, Reference, judged
+from benchmarks.rational_reference import best_intersection, fraction_rows, load_factor_range
 
 SENSITIVE = {"condition 1e8", "condition 1e12", "condition 1e14"}  # the rounded rows have another optimum
 DECIDED_EXACTLY = {"barely pulled off"}
+WITHOUT_CORNERS = {"floating", "point loop"}  # safe along a whole line: no n + 1 rows meet in a point
+SMALL = sorted(name for name, make in HARD_CASES.items() if make().n <= 6)
+ROWS = {name: fraction_rows(HARD_CASES[name]()) for name in SMALL}
 
 
-def best_intersection(problem: shakedown.Problem) -> Fraction | None:
-    """The largest λ of the exact intersections on the safe region: an enumeration, no simplex."""
-    rows, best = exact_rows(problem), None
-    for subset in combinations(range(2 * problem.n), problem.n + 1):
-        solved = solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset])
-        if solved is None:
-            continue
-        x, scale = solved
-        fits = all(
-            sum(a * b for a, b in zip(row, x, strict=True)) <= g * scale
-            for row, g in zip(rows.matrix, rows.right, strict=True)
-        )
-        if fits and x[-1] >= 0:
-            value = Fraction(x[-1], scale)
-            best = value if best is None else max(best, value)
-    return best
-
-
-@pytest.mark.parametrize("name", [n for n, make in HARD_CASES.items() if make().n <= 5])
+@pytest.mark.parametrize("name", SMALL)
 def test_upper_bound_is_the_exact_optimum(name: str) -> None:
-    problem = HARD_CASES[name]()
-    upper, expected = shakedown.upper_bound(problem), best_intersection(problem)
+    upper, safe = shakedown.upper_bound(HARD_CASES[name]()), load_factor_range(*ROWS[name])
     assert upper.exact
-    if upper.status == "optimal" and expected is not None:
-        low, high = upper.certified
-        assert Fraction(low) <= expected <= Fraction(high)
-        assert upper.load_factor == pytest.approx(float(expected), rel=1e-15)
-    if upper.status == "infeasible":
-        assert expected is None
+    assert (safe is None) == (upper.status == "infeasible")
+    if safe is None:
+        return
+    assert (safe[1] == inf) == (upper.status == "unbounded")
+    low, high = upper.certified
+    assert low <= safe[1] <= high
+    assert upper.load_factor == pytest.approx(float(safe[1]), rel=1e-15)
+
+
+@pytest.mark.parametrize("name", [n for n in SMALL if n not in WITHOUT_CORNERS])
+def test_the_references_agree(name: str) -> None:
+    """The best safe intersection is the optimum wherever there is one; there is none where nothing is safe."""
+    safe, best = load_factor_range(*ROWS[name]), best_intersection(*ROWS[name])
+    assert (safe is None) == (best is None)
+    if safe is not None:
+        assert best <= safe[1]
+        assert best == safe[1] or safe[1] == inf
+
+
+@pytest.mark.parametrize("name", sorted(WITHOUT_CORNERS))
+def test_safe_along_a_line_has_no_corners(name: str) -> None:
+    assert best_intersection(*ROWS[name]) is None
+    assert load_factor_range(*ROWS[name]) is not None
 
 
 @pytest.mark.parametrize("name", sorted(set(HARD_CASES) - SENSITIVE - DECIDED_EXACTLY))
@@ -84,12 +84,29 @@ def test_conic_road_follows_through_scales(name: str) -> None:
     assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", sorted(HARD_CASES))
+@pytest.mark.parametrize("name", SMALL)
 def test_every_case_has_critical_load_factors_or_says_why_not(name: str) -> None:
     problem = HARD_CASES[name]()
-    if problem.n > 6:
-        pytest.skip("counted elsewhere")
     critical = shakedown.critical_load_factors(problem, values=True)
     assert critical.regular + critical.degenerate == critical.total
     assert np.all(np.isfinite(critical.load_factors))
     assert len(critical.load_factors) == critical.regular
+
+
+@pytest.mark.parametrize(
+    ("road", "kind", "status", "found", "verdict"),
+    [
+        (OWN, "rational", "optimal", 2.0, "right"),
+        (OWN, "rational", "optimal", 2.0 + 1e-8, "off"),
+        (OWN, "rational", "unknown", nan, "open"),
+        (OWN, "rational", "infeasible", nan, "wrong status"),
+        (OWN, "certificate", "optimal", 2.0, "self"),
+        ("highspy", "certificate", "optimal", 2.0, "right"),
+        ("highspy", "certificate", "undecided", nan, "open"),
+        ("highspy", "rational", "unbounded", inf, "wrong status"),
+    ],
+)
+def test_verdicts_of_the_study(road: str, kind: str, status: str, found: float, verdict: str) -> None:
+    given, error = judged(road, Reference(kind, "optimal", 2.0), status, found)
+    assert given == verdict
+    assert isnan(error) == (verdict not in ("right", "off"))

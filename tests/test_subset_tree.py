@@ -6,25 +6,13 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.problems import joint
 from shakedown import Problem, enumeration, subset_walk
-
-
-def random_problem(seed: int, n: int) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = 0.3 * rng.normal(size=(2 * n, 2 * n))
-    kappa = root @ root.T / np.sqrt(2 * n) + np.eye(2 * n)
-    return Problem(
-        A=kappa[:n, :n],
-        B=kappa[n:, :n],
-        f=rng.uniform(0.1, 0.5, n),
-        q_w=rng.normal(size=(6, n)),
-        p_w=4.0 + rng.normal(size=(6, n)),
-    )
 
 
 def half_coupled(seed: int, n: int) -> Problem:
     """Nodes 0 and 1 coupled, the others on their own, node n − 1 without load: many singular subsets."""
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     A, B, q, p = np.diag(np.diag(problem.A)), np.zeros((n, n)), problem.q_w.copy(), problem.p_w.copy()
     A[:2, :2], B[:2, :2] = problem.A[:2, :2], problem.B[:2, :2]
     q[:, -1], p[:, -1] = 0.0, 4.0
@@ -33,7 +21,7 @@ def half_coupled(seed: int, n: int) -> Problem:
 
 def twins(seed: int, n: int) -> Problem:
     """Neighbouring nodes load and couple alike: parallel planes in slip space, ties everywhere."""
-    problem = random_problem(seed, n)
+    problem = joint(seed, n)
     A = np.eye(n) + 0.2 * (np.eye(n, k=1) + np.eye(n, k=-1))
     same = np.ones((1, n))
     return Problem(A=A, B=0.3 * A, f=0.3, q_w=problem.q_w[:, :1] * same, p_w=problem.p_w[:, :1] * same)
@@ -53,7 +41,7 @@ def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
-@pytest.mark.parametrize("make", [random_problem, half_coupled, twins])
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
 @pytest.mark.parametrize("n", [1, 2, 4, 6])
 def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = make(n, max(n, 2) if make is half_coupled else n)
@@ -85,7 +73,7 @@ def test_block_9_by_the_tree() -> None:
 
 @pytest.mark.usefixtures("by_tree")
 def test_streams_above_a_cut() -> None:
-    problem = random_problem(3, 5)
+    problem = joint(3, 5)
     everything = shakedown.critical_load_factors(problem, values=True).load_factors
     streamed = np.sort(np.concatenate(list(shakedown.load_factors_above(problem, 1.0))))
     np.testing.assert_allclose(streamed, everything[everything > 1.0], rtol=1e-12)
@@ -93,7 +81,7 @@ def test_streams_above_a_cut() -> None:
 
 @pytest.mark.parametrize("n", [2, 5, 9, 13])
 def test_one_pair_family_is_the_first_collapse(n: int) -> None:
-    problem = random_problem(n, n)
+    problem = joint(n, n)
     collapse, lower = shakedown.collapse_by_enumeration(problem), shakedown.lower_bound(problem)
     assert collapse.load_factor == pytest.approx(lower.load_factor, rel=1e-11)
     assert collapse.excess <= 1e-12
@@ -102,14 +90,14 @@ def test_one_pair_family_is_the_first_collapse(n: int) -> None:
 
 @pytest.mark.usefixtures("by_tree")
 def test_threads_do_not_change_the_answer() -> None:
-    problem = random_problem(8, 7)
+    problem = joint(8, 7)
     one, two = (shakedown.critical_load_factors(problem, threads=k, values=True) for k in (1, 2))
     np.testing.assert_array_equal(one.load_factors, two.load_factors)
     assert one.smallest_positive.rows == two.smallest_positive.rows
 
 
 def test_scaling_of_units_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = random_problem(4, 5)
+    problem = joint(4, 5)
     scaled = Problem(
         A=problem.A * 1e21, B=problem.B * 1e21, f=problem.f, q_w=problem.q_w * 1e9, p_w=problem.p_w * 1e9
     )

@@ -1,0 +1,106 @@
+"""The exact upper bound by enumeration in fractions: no simplex, nothing of the package but the data."""
+
+from fractions import Fraction
+from itertools import combinations
+from math import inf
+
+import numpy as np
+
+from shakedown import Problem
+
+Row = list[Fraction]
+
+
+def fraction_rows(problem: Problem) -> tuple[list[Row], Row]:
+    """[G | d] and g of the problem as stored, straight from the definition."""
+
+    def exact(array: np.ndarray) -> list:
+        return [exact(a) for a in array] if np.ndim(array) else Fraction(float(array))
+
+    n, m = problem.n, problem.m
+    A, B, f, q, p = (exact(a) for a in (problem.A, problem.B, problem.f, problem.q_w, problem.p_w))
+    q0 = [sum(q[k][j] for k in range(m)) / m for j in range(n)]
+    p0 = [sum(p[k][j] for k in range(m)) / m for j in range(n)]
+    if problem.q_mean is not None:
+        q0, p0 = exact(problem.q_mean), exact(problem.p_mean)
+    matrix, right = [], []
+    for j in range(n):
+        for side in (+1, -1):
+            d = max(side * (q[k][j] - q0[j]) - f[j] * (p[k][j] - p0[j]) for k in range(m))
+            matrix.append([side * A[j][i] - f[j] * B[j][i] for i in range(n)] + [d])
+            right.append(f[j] * p0[j] - side * q0[j])
+    return matrix, right
+
+
+def load_factor_range(matrix: list[Row], right: Row) -> tuple[Fraction, Fraction | float] | None:
+    """The load factors ≥ 0 with a safe slip, [low, high], or None: Gv + λd ≤ g with v eliminated.
+
+    What remains is λ yᵀd ≤ yᵀg for every y ≥ 0 of smallest support with yᵀG = 0
+    (Farkas); of rank at most n, no support has more than n + 1 rows. All of them
+    are tried, so degenerate and singular problems need no care of their own.
+    """
+    low, high = Fraction(0), inf
+    n = len(matrix[0]) - 1
+    for size in range(1, n + 2):
+        for subset in combinations(range(len(matrix)), size):
+            y = positive_dependence([matrix[i][:n] for i in subset])
+            if y is None:
+                continue
+            d = sum(a * matrix[i][n] for a, i in zip(y, subset, strict=True))
+            g = sum(a * right[i] for a, i in zip(y, subset, strict=True))
+            if d > 0:
+                high = min(high, g / d)
+            elif d < 0:
+                low = max(low, g / d)
+            elif g < 0:
+                return None
+    return (low, high) if low <= high else None
+
+
+def positive_dependence(rows: list[Row]) -> Row | None:
+    """The only y > 0 (up to a factor) with Σ y_i rows_i = 0; None where there is none, or more than one."""
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    rank, size = 0, len(rows)
+    for k in range(size - 1):
+        pivot = next((i for i in range(rank, len(columns)) if columns[i][k]), None)
+        if pivot is None:
+            return None
+        columns[rank], columns[pivot] = columns[pivot], columns[rank]
+        columns[rank] = [x / columns[rank][k] for x in columns[rank]]
+        for i in range(len(columns)):
+            if i != rank and columns[i][k]:
+                columns[i] = [x - columns[i][k] * y for x, y in zip(columns[i], columns[rank], strict=True)]
+        rank += 1
+    if any(column[-1] for column in columns[rank:]):
+        return None
+    y = [-column[-1] for column in columns[:rank]] + [Fraction(1)]
+    return y if min(y) > 0 else None
+
+
+def best_intersection(matrix: list[Row], right: Row) -> Fraction | None:
+    """The largest λ ≥ 0 of the intersections of n + 1 rows that are safe; None without any."""
+    best = None
+    for subset in combinations(range(len(matrix)), len(matrix[0])):
+        x = solve_fractions([matrix[i] for i in subset], [right[i] for i in subset])
+        if x is None or x[-1] < 0 or (best is not None and x[-1] <= best):
+            continue
+        values = (sum(a * b for a, b in zip(row, x, strict=True)) for row in matrix)
+        if all(value <= g for value, g in zip(values, right, strict=True)):
+            best = x[-1]
+    return best
+
+
+def solve_fractions(matrix: list[Row], right: Row) -> Row | None:
+    """The solution of a square system; None where it is singular."""
+    rows = [[*row, x] for row, x in zip(matrix, right, strict=True)]
+    n = len(rows)
+    for k in range(n):
+        pivot = next((i for i in range(k, n) if rows[i][k]), None)
+        if pivot is None:
+            return None
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(n):
+            if i != k:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[-1] for row in rows]
