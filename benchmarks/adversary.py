@@ -8,9 +8,9 @@ goes on slipping is a counter-example; whether it is allowed depends on the stat
 
 import numpy as np
 from numba import njit
-from shakedown.cli.output import table
 
 import shakedown
+from shakedown.cli.output import table
 from shakedown.constraints import constraints
 from shakedown.coupling import coupling, unique_in_contact
 from shakedown.loading import loading

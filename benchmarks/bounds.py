@@ -9,12 +9,12 @@ import highspy
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linprog
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.problems import chain
 from benchmarks.timing import median_time
 from shakedown import Problem
+from shakedown.cli.output import table
 from shakedown.constraints import Constraints, constraints
 
 TITLE = "Upper and lower bound: time against the number of nodes"

@@ -5,11 +5,11 @@ from math import comb, inf
 
 import numpy as np
 from matplotlib.figure import Figure
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
+from shakedown.cli.output import table
 from shakedown.constraints import constraints
 from shakedown.intersection import scaled_rows
 from shakedown.subset_walk import Tree, pieces

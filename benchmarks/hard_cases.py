@@ -9,13 +9,13 @@ import cvxpy as cp
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linprog
-from shakedown.cli.output import table
 
 import shakedown
 from benchmarks.bounds import highs_solved
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
+from shakedown.cli.output import table
 from shakedown.constraints import Constraints, constraints
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
