@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from shakedown.arguments import check_count
 from shakedown.constraints import Constraints, constraints
 from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
@@ -101,6 +102,8 @@ def critical_load_factors(
     ------
     BudgetExceeded
         If there are more subsets than the budget; says how long they would take.
+    UsageError
+        If the number of threads is not a whole number ≥ 1.
 
     Examples
     --------
@@ -109,6 +112,7 @@ def critical_load_factors(
     >>> critical.total, critical.degenerate, critical.load_factors.round(6)
     (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
     """
+    _check_threads(threads)
     rows = constraints(problem)
     total = subset_count(rows.n)
     if not isinstance(budget, int):
@@ -143,6 +147,7 @@ def load_factors_above(problem: Problem, cut: float, *, threads: int | None = No
     >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
     array([1.05252, 2.93485])
     """
+    _check_threads(threads)
     for piece in _walk(constraints(problem), cut, 0.0, threads):
         if piece.load_factors.size:
             yield piece.load_factors
@@ -159,6 +164,7 @@ def collapse_by_enumeration(problem: Problem, *, threads: int | None = None) -> 
     >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
     0.657373
     """
+    _check_threads(threads)
     rows = constraints(problem)
     return intersection(rows, _first_one_pair(rows, threads)[1])
 
@@ -215,6 +221,11 @@ def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
         solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset]) is None
         for subset in subsets
     )
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        check_count("threads", threads)
 
 
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:

@@ -10,7 +10,7 @@ from shakedown.cycle_record import CycleRecord, State, Stop
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory
 from shakedown.gauss_seidel import BACKWARD_SLIP, OPEN
-from shakedown.initial_state import checked_initial_slip, ramp_start
+from shakedown.initial_state import checked_damping, checked_initial_slip, ramp_start
 from shakedown.jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.loading import loading
 from shakedown.motion import JUMPS, LOAD_STEP, Motion, Precision, Record, motion_at_rest, room_for
@@ -60,7 +60,8 @@ class Evolution:
         n = problem.n
         C = np.zeros((n, n)) if problem.C is None else problem.C
         self.kappa = np.block([[problem.A, problem.B.T], [problem.B, C]])
-        self.damping = checked_damping(self.kappa, damping)
+        given = checked_damping(problem, damping)
+        self.damping = default_damping(self.kappa) if given is None else given
         self.scale = scales(problem, load_factor)
         self.load = np.hstack(loading(problem).at(load_factor))
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
@@ -252,13 +253,3 @@ class Evolution:
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         self.stop = Stop(f"{reasons[status]} at time {time:.6g} cycles", time, node)
-
-
-def checked_damping(kappa: FloatArray, damping: ArrayLike | None) -> FloatArray:
-    """The diagonal of D, (2n,), positive; by default in proportion to that of κ."""
-    if damping is None:
-        return default_damping(kappa)
-    D = np.array(damping, dtype=float)
-    if D.shape != (len(kappa),) or not (np.isfinite(D) & (D > 0)).all():
-        raise UsageError(f"damping: expected {len(kappa)} positive numbers, found {damping}")
-    return D

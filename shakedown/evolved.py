@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from shakedown.cycle_record import CycleRecord, Stop
 from shakedown.event_history import EventHistory
 from shakedown.evolution import Evolution
-from shakedown.initial_state import check_arguments, checked_initial_slip, ramp_start
+from shakedown.initial_state import check_arguments, checked_damping, checked_initial_slip, ramp_start
 from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 from shakedown.scene import Scene, reduced_scene
@@ -83,6 +83,7 @@ def evolve(
     (True, 3)
     """
     check_arguments(load_factor, cycles)
+    damping = checked_damping(problem, damping)
     if reduce:
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]

@@ -1,18 +1,17 @@
-"""What every simulation is asked for and where it starts: load factor, cycles, initial slip, initial ramp."""
+"""What every simulation is asked for and where it starts: load factor, cycles, slip, damping, ramp."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.arguments import check_count, check_load_factor
 from shakedown.errors import UsageError
 from shakedown.problem import FloatArray, Problem
 
 
 def check_arguments(load_factor: float, cycles: int) -> None:
     """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
-    if not (np.isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {load_factor}")
-    if cycles < 1:
-        raise UsageError(f"cycles: expected at least 1, found {cycles}")
+    check_load_factor(load_factor)
+    check_count("cycles", cycles)
 
 
 def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
@@ -23,6 +22,16 @@ def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> Fl
     if not np.isfinite(slip).all():
         raise UsageError(f"initial slip: expected finite numbers, found {slip[~np.isfinite(slip)][0]}")
     return slip
+
+
+def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray | None:
+    """The diagonal of D as a private array (2n,); raises ``UsageError`` unless it is positive throughout."""
+    if damping is None:
+        return None
+    D = np.array(damping, dtype=float)
+    if D.shape != (2 * problem.n,) or not (np.isfinite(D) & (D > 0)).all():
+        raise UsageError(f"damping: expected {2 * problem.n} positive numbers, found {damping}")
+    return D
 
 
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
+from shakedown.arguments import check_count
 from shakedown.event_history import EventKind
 from shakedown.evolved import expanded_history
 from shakedown.initial_state import check_arguments
@@ -63,6 +64,7 @@ def long_term_state(
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
     check_arguments(load_factor, max_cycles)
+    check_count("longest_period", longest_period)
     if reduce:
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]

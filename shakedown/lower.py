@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.certificate import Certificate, certified_lower, certify_by_default, starts_safe
 from shakedown.constraints import Constraints, constraints
-from shakedown.guarantee import guarantee_status
+from shakedown.guarantee import GuaranteeStatus, guarantee_status
 from shakedown.linear_program import INF, LinearProgram, Solution
 from shakedown.margin import rows_named
 from shakedown.problem import FloatArray, Problem
@@ -116,7 +116,7 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     if safe is None:
         safe = start.vertex is not None and start.vertex.x[-1] <= 0
     if not safe:
-        return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE)
+        return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE, None)
     outcomes = _collapses(rows, program)
     per_node = np.array([inf if o.vertex is None else o.vertex.x[-1] for o in outcomes])
     node, certificate = int(np.argmin(per_node)), None
@@ -134,7 +134,7 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
             return _vanishing(problem, rows, upper)
         status = guarantee_status(problem, inf)
         reason = f"no node ever collapses; {status.reason}"
-        return _no_collapse(rows, "unbounded", inf, reason, status.guarantee)
+        return _no_collapse(rows, "unbounded", inf, reason, status)
     if has_free_motion(rows):  # else λ_max has both rows of some node active, and λ_1 ≤ λ_max
         upper = upper_bound(problem, certify=certify)
         if upper.status == "optimal" and upper.load_factor < x[-1]:
@@ -188,21 +188,21 @@ def _vanishing(problem: Problem, rows: Constraints, upper: UpperBound) -> LowerB
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
     status = guarantee_status(problem, upper.load_factor)
     reason = f"all safe slips vanish together at λ_max, before any node collapses; {status.reason}"
-    answer = _no_collapse(rows, "optimal", upper.load_factor, reason, status.guarantee)
+    answer = _no_collapse(rows, "optimal", upper.load_factor, reason, status)
     return replace(
         answer,
         per_node=np.full(rows.n, inf),
         active=upper.active,
         multipliers=upper.multipliers,
-        coupling_ratio=status.coupling_ratio,
         residual=upper.residual,
         certified=upper.certified,
     )
 
 
 def _no_collapse(
-    rows: Constraints, status: str, load_factor: float, reason: str, guarantee: str = "evidence"
+    rows: Constraints, status: str, load_factor: float, reason: str, proof: GuaranteeStatus | None
 ) -> LowerBound:
+    """The answer where no node collapses; without a safe slip (``proof`` None) nothing is guaranteed."""
     return LowerBound(
         status=status,
         load_factor=load_factor,
@@ -211,11 +211,11 @@ def _no_collapse(
         per_node=np.full(rows.n, load_factor),
         active=(),
         multipliers=np.zeros(2 * rows.n),
-        guarantee=guarantee,
+        guarantee="evidence" if proof is None else proof.guarantee,
         reason=reason,
-        coupling_ratio=nan,
-        single_node_bound=nan,
-        lift_off_bound=nan,
+        coupling_ratio=nan if proof is None else proof.coupling_ratio,
+        single_node_bound=nan if proof is None else proof.single_node_bound,
+        lift_off_bound=nan if proof is None else proof.lift_off_bound,
         residual=nan,
         certified=None,
     )

@@ -1,13 +1,13 @@
 """Safe slips: slips that satisfy every frictional constraint, with as much room as possible."""
 
 from dataclasses import dataclass
-from math import inf, isfinite, nan
+from math import inf, nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.arguments import check_load_factor
 from shakedown.constraints import Constraints, constraints
-from shakedown.errors import UsageError
 from shakedown.linear_program import INF, LinearProgram
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT
@@ -70,8 +70,7 @@ def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
     >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status
     'infeasible'
     """
-    if not (isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load_factor: expected a finite number >= 0, found {load_factor}")
+    check_load_factor(load_factor)
     rows = constraints(problem)
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)

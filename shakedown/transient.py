@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.arguments import check_count
 from shakedown.errors import UsageError
 from shakedown.initial_state import checked_initial_slip
 from shakedown.long_term import LongTermState, long_term_state
@@ -93,8 +94,9 @@ def transient_limit(
     top = _top(problem) if largest is None else float(largest)
     if not (np.isfinite(top) and top > 0):
         raise UsageError(f"largest: expected a positive load factor, found {top}")
-    if steps < 1 or not 0 < accuracy < 1:
-        raise UsageError(f"steps, accuracy: expected >= 1 and between 0 and 1, found {steps}, {accuracy}")
+    check_count("steps", steps)
+    if not 0 < accuracy < 1:
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
     runs: dict[float, LongTermState] = {}
 
     def shakes_down(load_factor: float) -> bool:

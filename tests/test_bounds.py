@@ -12,6 +12,7 @@ import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.constraints import constraints
+from shakedown.single_node import single_node_cycle
 
 LAW = settings(derandomize=True, deadline=None, max_examples=25)
 
@@ -155,6 +156,10 @@ def test_zero_amplitude_is_told_from_wedging() -> None:
     assert upper.reason.startswith("zero-amplitude loop")
     uncoupled = shakedown.lower_bound(replace(point, B=np.zeros((2, 2))))
     assert (uncoupled.status, uncoupled.load_factor, uncoupled.node) == ("unbounded", np.inf, -1)
+    A = problem.A
+    assert uncoupled.coupling_ratio == pytest.approx(abs(A[0, 1]) / np.sqrt(A[0, 0] * A[1, 1]))
+    assert uncoupled.single_node_bound == np.inf
+    assert uncoupled.guarantee == "proved"
 
 
 def test_loads_safe_only_away_from_the_mean_have_a_least_load_factor() -> None:
@@ -231,6 +236,8 @@ def test_a_floating_body_without_coupling_shakes_down_below_the_upper_bound() ->
     assert bounds.lower.load_factor == bounds.upper.load_factor
     assert (bounds.lower.node, bounds.lower.guarantee) == (-1, "proved")
     assert "vanish together" in bounds.lower.reason
+    assert bounds.lower.coupling_ratio == pytest.approx(1.0)
+    assert bounds.lower.single_node_bound == single_node_cycle(problem).load_factor
 
 
 def test_the_round_off_of_a_rigid_motion_is_no_answer() -> None:

@@ -97,3 +97,12 @@ def test_any_size_is_refused_with_an_estimate(n: int, count: str) -> None:
         shakedown.critical_load_factors(problem)
     assert str(refusal.value).startswith(f"{count} subsets of {n + 1} rows")
     assert "would take" in str(refusal.value)
+
+
+@pytest.mark.parametrize("threads", [-1, 0, 1.5])
+def test_threads_are_checked(threads: float) -> None:
+    problem = shakedown.example("two-node")
+    with pytest.raises(shakedown.UsageError, match="threads: expected"):
+        shakedown.critical_load_factors(problem, threads=threads)
+    with pytest.raises(shakedown.UsageError, match="threads: expected"):
+        list(shakedown.load_factors_above(problem, 1.0, threads=threads))

@@ -274,3 +274,13 @@ def test_load_factor_and_cycles_are_checked():
         shakedown.evolve(problem, 1.0, cycles=0)
     with pytest.raises(shakedown.UsageError, match="initial slip"):
         shakedown.evolve(problem, 1.0, [1.0, 2.0])
+    for cycles in (2.5, 2.0):
+        with pytest.raises(shakedown.UsageError, match=f"cycles: expected a whole number, found {cycles}"):
+            shakedown.evolve(problem, 1.0, cycles=cycles)
+    assert len(shakedown.evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
+
+
+@pytest.mark.parametrize("reduce", [False, True])
+def test_damping_is_checked_whether_or_not_it_is_needed(reduce):
+    with pytest.raises(shakedown.UsageError, match="damping: expected 2 positive numbers"):
+        shakedown.evolve(shakedown.example("one-node"), 1.0, damping=[-1.0], reduce=reduce)

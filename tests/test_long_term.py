@@ -148,3 +148,9 @@ def test_bounds_hold_for_the_two_node_system():
         below = shakedown.long_term_state(problem, 0.999 * bounds.lower.load_factor, start)
         above = shakedown.long_term_state(problem, 1.001 * bounds.upper.load_factor, start)
         assert (below.outcome, above.outcome) == ("shakedown", "cyclic-slip")
+
+
+@pytest.mark.parametrize("longest_period", [0, 1.5])
+def test_longest_period_is_checked(longest_period):
+    with pytest.raises(shakedown.UsageError, match="longest_period: expected"):
+        shakedown.long_term_state(shakedown.example("two-node"), 0.9, longest_period=longest_period)

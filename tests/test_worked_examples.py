@@ -67,3 +67,5 @@ def test_transient_limit_below_everything_is_nan_and_above_everything_open():
         shakedown.transient_limit(floating)
     with pytest.raises(shakedown.UsageError, match="steps"):
         shakedown.transient_limit(problem, steps=0)
+    with pytest.raises(shakedown.UsageError, match="accuracy"):
+        shakedown.transient_limit(problem, accuracy=0.0)
