@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.loading import loading, require_problem
+from shakedown.arguments import require_problem
+from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 
 BACKWARD, FORWARD = +1, -1

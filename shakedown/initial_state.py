@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.arguments import check_count, check_load_factor
+from shakedown.arguments import check_count, check_load_factor, real_array, require_problem
 from shakedown.errors import UsageError
 from shakedown.problem import FloatArray, Problem
 
@@ -16,11 +16,10 @@ def check_arguments(load_factor: float, cycles: int) -> None:
 
 def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
     """An initial slip as a private array (n,), zero by default; raises ``UsageError`` if mis-shaped."""
-    slip = np.zeros(problem.n) if initial_slip is None else np.array(initial_slip, dtype=float)
+    require_problem(problem)
+    slip = np.zeros(problem.n) if initial_slip is None else real_array("initial slip", initial_slip)
     if slip.shape != (problem.n,):
         raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
-    if not np.isfinite(slip).all():
-        raise UsageError(f"initial slip: expected finite numbers, found {slip[~np.isfinite(slip)][0]}")
     return slip
 
 
@@ -28,8 +27,8 @@ def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray |
     """The diagonal of D as a private array (2n,); raises ``UsageError`` unless it is positive throughout."""
     if damping is None:
         return None
-    D = np.array(damping, dtype=float)
-    if D.shape != (2 * problem.n,) or not (np.isfinite(D) & (D > 0)).all():
+    D = real_array("damping", damping)
+    if D.shape != (2 * problem.n,) or not (D > 0).all():
         raise UsageError(f"damping: expected {2 * problem.n} positive numbers, found {damping}")
     return D
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.arguments import require_problem
 from shakedown.errors import UsageError
 from shakedown.problem import FloatArray, Problem
 
@@ -54,12 +55,6 @@ def loading(problem: Problem) -> Loading:
     q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
     p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
-
-
-def require_problem(problem: object) -> None:
-    """Raise ``UsageError`` where something else is given as a problem."""
-    if not isinstance(problem, Problem):
-        raise UsageError(f"problem: expected a Problem, found {type(problem).__name__}")
 
 
 def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from shakedown.loading import require_problem
+from shakedown.arguments import require_problem
 from shakedown.problem import FloatArray, Problem
 from shakedown.wedging import Wedging, wedging_threshold
 
