@@ -252,4 +252,5 @@ class Evolution:
         }
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
-        self.stop = Stop(f"{reasons[status]} at time {time:.6g} cycles", time, node)
+        when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
+        self.stop = Stop(f"{reasons[status]} {when}", time, node)
