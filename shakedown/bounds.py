@@ -31,6 +31,11 @@ def shakedown_bounds(problem: Problem, *, certify: bool | None = None) -> Shaked
     certify
         Whether to check both in exact arithmetic; by default where that is quick.
 
+    Raises
+    ------
+    SolverError
+        If a linear program ends without an answer.
+
     Examples
     --------
     >>> import shakedown

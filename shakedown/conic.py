@@ -79,6 +79,13 @@ def conic_upper_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
 def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBound:
     """λ_1 from one program per node, its two rows reversed and every other row kept.
 
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    solver
+        Name of the cvxpy solver.
+
     Examples
     --------
     >>> import shakedown

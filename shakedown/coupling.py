@@ -8,8 +8,6 @@ import numpy as np
 
 from shakedown.problem import FloatArray, Problem
 
-EXHAUSTIVE_UP_TO = 10
-
 
 @dataclass(frozen=True)
 class Coupling:

@@ -76,6 +76,8 @@ def guarantee_curve(
     ------
     UsageError
         If a radius is negative or not a number, or a shape does not fit.
+    SolverError
+        If a linear program ends without an answer.
 
     Examples
     --------

@@ -35,7 +35,7 @@ class Evolution:
 
     Parameters
     ----------
-    problem, load_factor, initial_slip
+    problem, load_factor, initial_slip, tolerances, damping
         As for :func:`evolve`.
 
     Examples

@@ -69,6 +69,8 @@ def evolve(
     reduce
         Follow only the nodes that can move (:func:`reduced_scene`); the result
         is that of the full form, which is fallen back to where the state jumps.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
 
     Raises
     ------

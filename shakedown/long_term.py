@@ -49,6 +49,8 @@ def long_term_state(
         Longest period looked for, in cycles.
     reduce
         Follow only the nodes that can move (:func:`reduced_scene`).
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
 
     Raises
     ------

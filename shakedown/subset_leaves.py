@@ -17,6 +17,7 @@ REGULAR, SUSPECTS, STORED, BEST_FOUND, SAFEST_FOUND, VIOLATED = range(6)
 
 @njit(nogil=True, cache=True)
 def set_aside(path: IntArray, length: int, suspects: IntArray, lengths: IntArray, counters: IntArray) -> None:
+    """Store the first ``length`` rows of a path as a suspect, while there is room; count it in any case."""
     index = counters[SUSPECTS]
     if index < lengths.size:
         for t in range(length):

@@ -26,7 +26,7 @@ LARGEST_SET = 8  # moving nodes up to which sets grow
 NEIGHBOURS = 8  # nodes that each one is paired with
 REAL = 1e-9  # imaginary part of an eigenvalue, relative to its size, that counts as round-off
 SINGULAR = 1e-12  # smallest eigenvalue, relative to the largest, that counts as zero
-HUGE = 1e12
+HUGE = 1e12  # friction at which the search for a coupling ratio of 1 gives up: it is never reached
 
 MovingSet = tuple[tuple[int, ...], tuple[int, ...]]  # slipping nodes, separated nodes
 

@@ -1,4 +1,4 @@
-"""The one place where the toolkit says how close is close enough."""
+"""How close is close enough: the tolerances that decide answers. Guards of one algorithm stand with it."""
 
 from dataclasses import dataclass
 

@@ -76,6 +76,8 @@ def transient_limit(
         Number of load factors scanned, beside λ = 0.
     accuracy
         Width of the final interval, relative to ``largest``.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
 
     Raises
     ------
