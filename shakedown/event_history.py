@@ -6,6 +6,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.arguments import check_count
 from shakedown.motion import (
     CLOSES,
     JUMPS,
@@ -78,6 +79,7 @@ class EventHistory:
         >>> len(history) > len(history.thinned()) > len(history.thinned(10))
         True
         """
+        check_count("keep", keep)
         steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
         return self.rows(np.union1d(steps, [len(self) - 1]))
 

@@ -50,7 +50,9 @@ class Simulation:
     residual
         Largest relative violation of the friction law (:func:`law_violation`).
     cycles
-        Slip, dissipation and open nodes of the cycles from the start on.
+        Slip, dissipation and open nodes of the cycles from the start on. From event
+        to event the first cycle includes the transient load steps; with fixed load
+        steps these come before it and are not counted.
     history
         The path, where it was asked for: events or load steps.
     jumps

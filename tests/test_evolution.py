@@ -284,3 +284,14 @@ def test_load_factor_and_cycles_are_checked():
 def test_damping_is_checked_whether_or_not_it_is_needed(reduce):
     with pytest.raises(shakedown.UsageError, match="damping: expected 2 positive numbers"):
         shakedown.evolve(shakedown.example("one-node"), 1.0, damping=[-1.0], reduce=reduce)
+
+
+def test_a_thinned_history_keeps_load_steps_and_the_last_state():
+    history = shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=2).history
+    thinned = history.thinned(5)
+    steps = history.kind == shakedown.EventKind.LOAD_STEP
+    assert len(thinned) == len(np.arange(steps.sum())[::5]) + (not steps[-1] or (steps.sum() - 1) % 5 != 0)
+    assert np.array_equal(thinned.v[-1], history.v[-1])
+    assert np.isin(thinned.cycle, history.cycle).all()
+    with pytest.raises(shakedown.UsageError, match="keep"):
+        history.thinned(0)
