@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 import shakedown
+from shakedown.constraints import SIDE_NAMES
 from shakedown.documents import critical_document
 from shakedown.meaning import critical_in_words
 from shakedown.problem import Problem
@@ -43,8 +44,7 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
     lines += [paragraph(sentence) for sentence in critical_in_words(result, result.total, bounds)]
     smallest = result.smallest_positive
     if smallest.rows:
-        names = {+1: "backward", -1: "forward"}
-        limits = ", ".join(f"{node} {names[side]}" for node, side in smallest.rows)
+        limits = ", ".join(f"{node} {SIDE_NAMES[side]}" for node, side in smallest.rows)
         lines += [
             "",
             paragraph(f"It is where these limits meet (node, limit): {limits}."),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 import shakedown
+from shakedown.constraints import SIDE_NAMES
 from shakedown.documents import bounds_document, curve_document, friction_document
 from shakedown.meaning import bounds_in_words, curve_in_words, friction_in_words
 from shakedown.problem import Problem
@@ -80,5 +81,4 @@ def _certified(interval: tuple[float, float] | None) -> str:
 
 def _sides(upper: shakedown.UpperBound, node: int) -> str:
     """Which limits of a node are reached at λ_max."""
-    names = {+1: "backward", -1: "forward"}
-    return "+".join(names[side] for at, side in upper.active if at == node) or "-"
+    return "+".join(SIDE_NAMES[side] for at, side in upper.active if at == node) or "-"

@@ -10,6 +10,7 @@ from shakedown.loading import loading
 from shakedown.problem import FloatArray, Problem
 
 BACKWARD, FORWARD = +1, -1
+SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward"}
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.constraints import BACKWARD, Constraints, constraints
+from shakedown.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
 from shakedown.problem import FloatArray
 from shakedown.verification import Run, Verification
 
@@ -207,7 +207,7 @@ def _draw_row(axis: Axes, rows: Constraints, i: int, load_factor: float, window:
     centre = window.mean(axis=1)
     foot = centre + normal * (limit - normal @ centre) / size
     along = np.array([-normal[1], normal[0]]) / np.sqrt(size) * 2 * span
-    side = "backward" if rows.side[i] == BACKWARD else "forward"
+    side = SIDE_NAMES[int(rows.side[i])]
     colour = ("#56B4E9", "#E69F00")[rows.node[i]]
     dashes = "-" if rows.side[i] == BACKWARD else "--"
     line = np.array([foot - along, foot + along])

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from shakedown.constraints import SIDE_NAMES
 from shakedown.errors import UsageError
 from shakedown.event_history import EventHistory, EventKind
 from shakedown.problem import FloatArray, Problem
@@ -121,11 +122,9 @@ def _rows(
             axes.add_patch(Polygon(forbidden, closed=True, fc=colour, alpha=0.12, ec="none"))
         line = np.array(_crossings(corners, normal, limit))
         if len(line) == 2:
-            axes.plot(*line.T, color=colour, lw=1.3, label=f"{names[k]}: node {node}, {_side(side)}")
-
-
-def _side(side: int) -> str:
-    return "backward" if side > 0 else "forward"
+            axes.plot(
+                *line.T, color=colour, lw=1.3, label=f"{names[k]}: node {node}, {SIDE_NAMES[int(side)]}"
+            )
 
 
 def _crossings(corners: FloatArray, normal: FloatArray, limit: float) -> list[FloatArray]:

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 import shakedown
+from shakedown.constraints import SIDE_NAMES
 from shakedown.documents import as_text, verification_document
 from shakedown.errors import UsageError
 from shakedown.figures import (
@@ -161,10 +162,9 @@ def _run_row(run: Run) -> dict[str, str]:
 
 def _node_rows(v: Verification) -> list[tuple[str, str, str, str, str]]:
     upper, lower = v.bounds.upper, v.bounds.lower
-    sides = {+1: "backward", -1: "forward"}
     rows = []
     for j in range(v.problem.n):
-        active = " and ".join(sides[side] for node, side in upper.active if node == j) or "–"
+        active = " and ".join(SIDE_NAMES[side] for node, side in upper.active if node == j) or "–"
         threshold = _number(v.friction.single_node[j], 5)
         rows.append((str(j), _number(upper.slip[j]), _number(lower.slip[j]), active, threshold))
     return rows
