@@ -9,7 +9,7 @@ from shakedown.cycle_record import CycleRecord, State
 from shakedown.event_history import EventHistory, EventKind
 from shakedown.evolution import Evolution
 from shakedown.long_term_record import LongTermState
-from shakedown.outcome import Outcome
+from shakedown.outcome import Outcome, cycles_in_words
 from shakedown.problem import FloatArray, Problem
 from shakedown.tolerances import Tolerances
 
@@ -150,7 +150,7 @@ class LimitSearch:
         drift = cycle_map.basis[: len(self.start)] @ end.drift
         text = (
             f"limit of the affine cycle map of a sequence of contact states that repeats every "
-            f"{_cycles(period)}"
+            f"{cycles_in_words(period)}"
         )
         factor = end.contraction ** (1.0 / period)
         return self._confirmed(cycle_map.displaced(end.change), period, drift, factor, text)
@@ -250,7 +250,3 @@ class LimitSearch:
             return_error=np.nan,
             history=history,
         )
-
-
-def _cycles(period: int) -> str:
-    return "cycle" if period == 1 else f"{period} cycles"

@@ -99,13 +99,15 @@ def _periodic(cycles: Cycles, period: int, threshold: float) -> Verdict | None:
     if slip <= 1e3 * threshold:
         return None
     if max(np.abs(step).max() for step in steps) <= threshold:
-        reason = f"the same slip every {_cycles(period)}"
+        reason = f"the same slip every {cycles_in_words(period)}"
         return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason)
     change = max(np.abs(step - steps[0]).max() for step in steps[1:])
     if change <= threshold and np.abs(steps[0]).max() > 1e3 * threshold:
-        return Verdict(Outcome.RATCHETTING, period, steps[0], f"the same drift every {_cycles(period)}")
+        reason = f"the same drift every {cycles_in_words(period)}"
+        return Verdict(Outcome.RATCHETTING, period, steps[0], reason)
     return None
 
 
-def _cycles(period: int) -> str:
+def cycles_in_words(period: int) -> str:
+    """A period after the word "every"."""
     return "cycle" if period == 1 else f"{period} cycles"
