@@ -10,11 +10,11 @@ import numpy as np
 from numba import njit
 
 import shakedown
+from shakedown.bounds.coupling import coupling, unique_in_contact
+from shakedown.bounds.single_node_cycle import single_node_cycle
 from shakedown.cli.output import table
-from shakedown.constraints import constraints
-from shakedown.coupling import coupling, unique_in_contact
-from shakedown.loading import loading
-from shakedown.single_node import single_node_cycle
+from shakedown.model.constraints import constraints
+from shakedown.model.loading import loading
 
 TITLE = "Cyclic slip below the first collapse, by status of the guarantee"
 CYCLES = 400

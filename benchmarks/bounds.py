@@ -15,7 +15,7 @@ from benchmarks.problems import chain
 from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.cli.output import table
-from shakedown.constraints import Constraints, constraints
+from shakedown.model.constraints import Constraints, constraints
 
 TITLE = "Upper and lower bound: time against the number of nodes"
 CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic takes minutes

@@ -10,9 +10,9 @@ import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown.cli.output import table
-from shakedown.constraints import constraints
-from shakedown.intersection import scaled_rows
-from shakedown.subset_walk import Tree, pieces
+from shakedown.enumeration.intersection import scaled_rows
+from shakedown.enumeration.tasks import Tree, pieces
+from shakedown.model.constraints import constraints
 
 TITLE = "Critical load factors: time per subset"
 SAMPLE = 20_000

@@ -11,9 +11,9 @@ from benchmarks import siconos_peer
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import median_time
 from shakedown.cli.output import table
-from shakedown.contact_law import law_violation, reactions, scales
-from shakedown.loading import loading
-from shakedown.stepping import Stepping
+from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.long_term.fixed_steps import Stepping
+from shakedown.model.loading import loading
 from shakedown.tolerances import DEFAULT
 
 TITLE = "Time integration: time per cycle against error of the path"

@@ -16,7 +16,7 @@ from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
 from shakedown.cli.output import table
-from shakedown.constraints import Constraints, constraints
+from shakedown.model.constraints import Constraints, constraints
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
 

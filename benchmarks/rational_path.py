@@ -12,8 +12,8 @@ from itertools import product
 
 import numpy as np
 
-from shakedown.loading import loading
-from shakedown.problem import FloatArray, Problem
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
 
 STICK, BACKWARD, FORWARD, OPEN = "stick", "backward", "forward", "open"
 SIDE = {BACKWARD: 1, FORWARD: -1}

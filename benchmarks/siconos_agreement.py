@@ -26,11 +26,11 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
 from shakedown.cli.output import table
-from shakedown.contact_law import law_violation, reactions, scales
-from shakedown.event_history import EventHistory
-from shakedown.gauss_seidel import OPEN
-from shakedown.loading import loading
-from shakedown.problem import FloatArray, Problem
+from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.evolution.event_history import EventHistory
+from shakedown.kernels.gauss_seidel import OPEN
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
 
 TITLE = "Siconos against the event-driven path: agreements, and why the others differ"
 CYCLES = 2

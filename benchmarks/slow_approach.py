@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.timing import median_time
 from shakedown.cli.output import table
-from shakedown.evolution import Evolution
+from shakedown.evolution.integrator import Evolution
 
 TITLE = "Slow approach to shakedown: the closed form against plain cycling"
 LOAD_FACTOR = 0.9

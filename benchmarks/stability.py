@@ -25,10 +25,10 @@ from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
 from shakedown.cli.output import table
-from shakedown.contact_law import law_violation, reactions, scales
-from shakedown.gauss_seidel import Stiffness, load_steps
-from shakedown.problem import FloatArray, Problem
-from shakedown.stepping import MAX_SWEEPS
+from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.long_term.fixed_steps import MAX_SWEEPS
+from shakedown.model.problem import FloatArray, Problem
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {

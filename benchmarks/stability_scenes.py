@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown.contact_law import Scales, scales
-from shakedown.loading import loading
-from shakedown.problem import FloatArray, Problem
+from shakedown.evolution.contact_law import Scales, scales
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
 
 
 @dataclass(frozen=True)

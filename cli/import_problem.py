@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.documents import plain, problem_document
+from shakedown.report.json_documents import plain, problem_document
 
 from .options import json_option
 from .output import echo_json, headline, number, paragraph

@@ -9,8 +9,8 @@ from typing import Any
 
 import click
 
-from shakedown.documents import as_text
-from shakedown.problem import Problem
+from shakedown.model.problem import Problem
+from shakedown.report.json_documents import as_text
 
 LONGEST_LISTING = 40
 

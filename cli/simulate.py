@@ -8,8 +8,8 @@ import click
 import numpy as np
 
 import shakedown
-from shakedown.documents import simulation_document
-from shakedown.problem import FloatArray, Problem
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.report.json_documents import simulation_document
 
 from .options import cycles_option, json_option, method_option, problem_argument
 from .output import echo_json, headline, listing, number, paragraph, table, tiny

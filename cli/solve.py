@@ -5,10 +5,10 @@ from __future__ import annotations
 import click
 
 import shakedown
-from shakedown.constraints import SIDE_NAMES
-from shakedown.documents import bounds_document, curve_document, friction_document
-from shakedown.meaning import bounds_in_words, curve_in_words, friction_in_words
-from shakedown.problem import Problem
+from shakedown.model.constraints import SIDE_NAMES
+from shakedown.model.problem import Problem
+from shakedown.report.json_documents import bounds_document, curve_document, friction_document
+from shakedown.report.words import bounds_in_words, curve_in_words, friction_in_words
 
 from .options import json_option, problem_argument
 from .output import echo_json, headline, listing, number, paragraph, table

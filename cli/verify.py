@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.documents import verification_document
-from shakedown.meaning import bounds_in_words, friction_in_words, transient_in_words
-from shakedown.problem import Problem
+from shakedown.model.problem import Problem
+from shakedown.report.json_documents import verification_document
+from shakedown.report.words import bounds_in_words, friction_in_words, transient_in_words
 
 from .options import cycles_option, json_option, method_option, problem_argument
 from .output import echo_json, headline, number, paragraph, progress, table, tiny

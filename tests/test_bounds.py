@@ -11,8 +11,8 @@ from hypothesis import given, settings
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
-from shakedown.constraints import constraints
-from shakedown.single_node import single_node_cycle
+from shakedown.bounds.single_node_cycle import single_node_cycle
+from shakedown.model.constraints import constraints
 
 LAW = settings(derandomize=True, deadline=None, max_examples=25)
 

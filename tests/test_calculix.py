@@ -10,9 +10,9 @@ from test_importing import BLOCK
 
 import shakedown
 from shakedown import ProblemError, condensed_stiffness, import_problem
+from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.readers import read_stiffness
-from shakedown.stiffness_checks import check_condensed
 
 CCX = shutil.which("ccx")
 needs_ccx = pytest.mark.skipif(CCX is None, reason="ccx (Debian: calculix-ccx) is not installed")

@@ -10,8 +10,9 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
-from shakedown import Problem, rational
-from shakedown.constraints import constraints
+from shakedown import Problem
+from shakedown.model.constraints import constraints
+from shakedown.programs import rational
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:

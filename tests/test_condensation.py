@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from shakedown import LoadCase, ProblemError, condense, condensed_stiffness
-from shakedown.load_case import histories
-from shakedown.stiffness_checks import check_against_run, check_condensed
+from shakedown.condensation.load_case import histories
+from shakedown.condensation.stiffness_checks import check_against_run, check_condensed
 
 NODES = 6
 DOFS = np.array([(10 * k, d) for k in range(NODES) for d in (1, 2)])

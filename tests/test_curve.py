@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.loading import loading
+from shakedown.model.loading import loading
 
 
 def step(problem: Problem, q: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.constraints import constraints
+from shakedown.model.constraints import constraints
 
 
 def test_two_node_system_has_the_thesis_values() -> None:

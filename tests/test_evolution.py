@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import shakedown
-from shakedown.contact_law import law_violation, scales
-from shakedown.lemke import FOUND, lemke
-from shakedown.loading import loading
+from shakedown.evolution.contact_law import law_violation, scales
+from shakedown.kernels.lemke import FOUND, lemke
+from shakedown.model.loading import loading
 
 SEEDS = range(4)
 

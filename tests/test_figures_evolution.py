@@ -3,7 +3,7 @@
 import pytest
 
 import shakedown
-from shakedown.figures_evolution import load_plane, slip_space
+from shakedown.report.evolution_figures import load_plane, slip_space
 
 
 def texts(figure):

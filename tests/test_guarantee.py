@@ -7,11 +7,11 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.coupling import coupling, unique_in_contact
-from shakedown.guarantee import WEAK, guarantee_status
-from shakedown.lift_off import lift_off_bound
-from shakedown.loading import loading
-from shakedown.single_node import single_node_cycle
+from shakedown.bounds.coupling import coupling, unique_in_contact
+from shakedown.bounds.lift_off import lift_off_bound
+from shakedown.bounds.proof_status import WEAK, guarantee_status
+from shakedown.bounds.single_node_cycle import single_node_cycle
+from shakedown.model.loading import loading
 
 
 def coupled_joint(seed: int, n: int, strength: float) -> Problem:

@@ -12,9 +12,9 @@ from test_fem import pair
 
 import shakedown
 from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
-from shakedown.config_table import Table
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
-from shakedown.time_function import time_function
+from shakedown.importing.time_function import time_function
+from shakedown.importing.toml_table import Table
 
 BLOCK = Path(__file__).parent / "data" / "calculix_9"
 

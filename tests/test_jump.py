@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.active_set import active_set
-from shakedown.contact_law import law_violation, scales
-from shakedown.evolution import Evolution
-from shakedown.jump import potential_energy
-from shakedown.rate_problem import ON_BACKWARD, ON_FORWARD, rates
-from shakedown.rate_search import NO_RATES, solve_rates
+from shakedown.evolution.contact_law import law_violation, scales
+from shakedown.evolution.integrator import Evolution
+from shakedown.evolution.viscous_jump import potential_energy
+from shakedown.kernels.active_set import active_set
+from shakedown.kernels.rate_problem import ON_BACKWARD, ON_FORWARD, rates
+from shakedown.kernels.rate_search import NO_RATES, solve_rates
 
 DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]
 

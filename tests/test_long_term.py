@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.cycle_map import follow_period
-from shakedown.evolution import Evolution
+from shakedown.evolution.integrator import Evolution
+from shakedown.long_term.cycle_map import follow_period
 
 FAMILY = [  # a (A₁₂), f B, impulses, load factor, initial slip, the two dissipations
     (0.039343246055341285,

@@ -3,9 +3,23 @@
 import numpy as np
 import pytest
 
-from shakedown.active_set import active_set, change_states, factorize, largest_residual, solve
-from shakedown.rate_problem import AIR, APEX, INSIDE, ON_BACKWARD, ON_FORWARD, pivot_to_solution, rates
-from shakedown.rate_search import SOLVED, admissible_start, enumerate_states, lemke_states, solve_rates
+from shakedown.kernels.active_set import active_set, change_states, factorize, largest_residual, solve
+from shakedown.kernels.rate_problem import (
+    AIR,
+    APEX,
+    INSIDE,
+    ON_BACKWARD,
+    ON_FORWARD,
+    pivot_to_solution,
+    rates,
+)
+from shakedown.kernels.rate_search import (
+    SOLVED,
+    admissible_start,
+    enumerate_states,
+    lemke_states,
+    solve_rates,
+)
 
 TOLERANCE = 1e-12
 

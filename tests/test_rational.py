@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from shakedown.exact_program import ExactProgram, exact_vertex
-from shakedown.rational import _solve_flint, enclosure, solve_bareiss
+from shakedown.programs.exact_program import ExactProgram, exact_vertex
+from shakedown.programs.rational import _solve_flint, enclosure, solve_bareiss
 
 LAW = settings(derandomize=True, deadline=None, max_examples=40)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.scene import reduced_scene
+from shakedown.evolution.reduced_scene import reduced_scene
 
 TIMES = np.linspace(0.0, 1.5, 37)
 

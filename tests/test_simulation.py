@@ -9,8 +9,16 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.contact_law import law_violation, reactions, scales
-from shakedown.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, NO_STATE, OPEN, STICK, Stiffness, nodal_state
+from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.kernels.gauss_seidel import (
+    BACKWARD_SLIP,
+    FORWARD_SLIP,
+    NO_STATE,
+    OPEN,
+    STICK,
+    Stiffness,
+    nodal_state,
+)
 
 TWO_NODE = shakedown.example("two-node")
 LOWER, UPPER = shakedown.lower_bound(TWO_NODE), shakedown.upper_bound(TWO_NODE)
@@ -59,7 +67,7 @@ def test_the_counter_example_cycles_below_the_first_collapse(load_factor, slip, 
 
 def recorded_violation(problem, run):
     """The friction law over the recorded load steps, from slips, gaps and the loading alone."""
-    loop = shakedown.loading.loading(problem)
+    loop = shakedown.model.loading.loading(problem)
     q_w, p_w = loop.at(run.load_factor)
     times = len(run.history.v) // problem.m
     q, p = reactions(
@@ -200,7 +208,7 @@ class TestNodalState:
         assert state != NO_STATE
         new = np.array([q + a * v + b * w]), np.array([p + b * v + c * w])
         slip = np.array([0.0 if state == OPEN else v])
-        scale = shakedown.contact_law.Scales(1.0, 1.0)
+        scale = shakedown.evolution.contact_law.Scales(1.0, 1.0)
         assert law_violation(np.array([f]), *new, np.array([w]), slip, scale).max() <= 1e-12
 
     def test_a_unit_in_the_last_place_never_opens_a_node(self):

@@ -7,7 +7,8 @@ import pytest
 
 import shakedown
 from benchmarks.problems import joint
-from shakedown import Problem, enumeration, subset_walk
+from shakedown import Problem
+from shakedown.enumeration import critical, tasks
 
 
 def half_coupled(seed: int, n: int) -> Problem:
@@ -29,15 +30,15 @@ def twins(seed: int, n: int) -> Problem:
 
 @pytest.fixture
 def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(enumeration, "SMALL", 0)
-    monkeypatch.setattr(subset_walk, "TASK", 300)
+    monkeypatch.setattr(critical, "SMALL", 0)
+    monkeypatch.setattr(tasks, "TASK", 300)
 
 
 def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
     plain = shakedown.critical_load_factors(problem, values=True)
-    monkeypatch.setattr(enumeration, "SMALL", 0)
-    monkeypatch.setattr(subset_walk, "TASK", 300)
-    monkeypatch.setattr(subset_walk, "SUSPECTS_EXPECTED", 4)
+    monkeypatch.setattr(critical, "SMALL", 0)
+    monkeypatch.setattr(tasks, "TASK", 300)
+    monkeypatch.setattr(tasks, "SUSPECTS_EXPECTED", 4)
     return plain, shakedown.critical_load_factors(problem, values=True)
 
 
@@ -101,6 +102,6 @@ def test_scaling_of_units_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     scaled = Problem(
         A=problem.A * 1e21, B=problem.B * 1e21, f=problem.f, q_w=problem.q_w * 1e9, p_w=problem.p_w * 1e9
     )
-    monkeypatch.setattr(enumeration, "SMALL", 0)
+    monkeypatch.setattr(critical, "SMALL", 0)
     here, there = (shakedown.critical_load_factors(p, values=True) for p in (problem, scaled))
     np.testing.assert_allclose(there.load_factors, here.load_factors, rtol=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.thresholds import (
+from shakedown.friction.thresholds import (
     coupling_bound,
     energy_bound,
     grown_threshold,
@@ -15,7 +15,7 @@ from shakedown.thresholds import (
     set_threshold,
     smallest_threshold,
 )
-from shakedown.wedging import friction_used, wedged_slip, wedging_threshold
+from shakedown.friction.wedging import friction_used, wedged_slip, wedging_threshold
 
 
 def test_cited_thresholds_of_the_two_node_system():

@@ -9,7 +9,7 @@ from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
-from shakedown.problem import Problem
+from shakedown.model.problem import Problem
 
 
 def receding_block(
@@ -143,11 +143,11 @@ def cantilevered_block(
 def shipped_blocks() -> dict[str, Problem]:
     """The built-in problems that come from these blocks, by name.
 
-    They are kept in ``shakedown/data``, so that scikit-fem need not be there to
+    They are kept in ``shakedown/files/data``, so that scikit-fem need not be there to
     use them; to make them again::
 
         for name, problem in shipped_blocks().items():
-            shakedown.save_problem(f"shakedown/data/{name}.npz", problem)
+            shakedown.save_problem(f"shakedown/files/data/{name}.npz", problem)
     """
     return {
         "receding-block": receding_block(2, steps=20, first_loading=10),

@@ -22,7 +22,7 @@ from skfem import (
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from shakedown.errors import ProblemError
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 
 if TYPE_CHECKING:
     from shakedown.fem.loads import Load

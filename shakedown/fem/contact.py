@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.condensation import Condensation, condensed_stiffness
+from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, IntArray
-from shakedown.problem import FloatArray, Problem
+from shakedown.model.problem import FloatArray, Problem
 
 
 def contact_problem(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from shakedown.errors import UsageError
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 
 
 @dataclass(frozen=True)

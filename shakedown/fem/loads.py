@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from skfem import LinearForm
 from skfem.helpers import dot
 
+from shakedown.condensation.load_case import LoadCase
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, Support
-from shakedown.load_case import LoadCase
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 
 Field = float | Callable[[FloatArray], FloatArray]
 History = ArrayLike | Callable[[FloatArray], FloatArray]

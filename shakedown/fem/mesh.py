@@ -12,7 +12,7 @@ import numpy as np
 from skfem import Mesh, MeshQuad, MeshTri
 
 from shakedown.errors import ProblemError
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 
 
 def block_mesh(

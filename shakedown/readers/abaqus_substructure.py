@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.contact_frame import checked_dofs
+from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, numbers, read_lines

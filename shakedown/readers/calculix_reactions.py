@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from shakedown.condensation.stiffness_checks import asymmetry
 from shakedown.errors import ProblemError
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, number, read_lines
-from shakedown.stiffness_checks import asymmetry
 from shakedown.tolerances import DEFAULT
 
 HEADING = re.compile(r"^\s*forces \(fx,fy,fz\) for set (\S+) and time\s+(\S+)", re.IGNORECASE)

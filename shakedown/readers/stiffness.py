@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from shakedown.contact_frame import checked_dofs
+from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
-from shakedown.problem import FloatArray
+from shakedown.model.problem import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

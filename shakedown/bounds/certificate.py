@@ -1,0 +1,197 @@
+"""Bounds in exact arithmetic: the optimum between two neighbouring floats, or the proof of a status."""
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import inf, nan
+
+import numpy as np
+
+from shakedown.model.constraints import Constraints, constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
+from shakedown.programs.linear_program import Solution
+from shakedown.programs.rational import HAS_FLINT, ExactRows, enclosure, exact_rows
+from shakedown.tolerances import DEFAULT
+
+CERTIFIED_UP_TO = 40
+CERTIFIED_UP_TO_WITHOUT_FLINT = 12
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What exact arithmetic says about a bound.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``, ``"infeasible"`` or ``"unbounded"``.
+    low, high
+        Neighbouring floats with the exact load factor between them, equal where it
+        is a float itself; NaN where infeasible, inf where unbounded.
+    load_factor
+        The float nearest to it.
+    slip : (n,)
+        The exact slip, or where unbounded the direction, rounded; NaN where infeasible.
+    multipliers : (2n,)
+        The exact multipliers ≥ 0 of the rows that prove it, rounded; where
+        infeasible (Farkas) the largest is 1.
+    rows
+        Indices of the rows that meet in the exact vertex, or that carry a multiplier.
+    """
+
+    status: str
+    low: float
+    high: float
+    load_factor: float
+    slip: FloatArray
+    multipliers: FloatArray
+    rows: tuple[int, ...]
+
+
+def certify_by_default(n: int) -> bool:
+    """Whether exact arithmetic on n nodes is quick enough not to be asked for."""
+    return n <= (CERTIFIED_UP_TO if HAS_FLINT else CERTIFIED_UP_TO_WITHOUT_FLINT)
+
+
+def certified_upper(problem: Problem, outcome: Solution) -> Certificate | None:
+    """The exact λ_max, started from the basis in which the float solution ended.
+
+    Parameters
+    ----------
+    problem
+        The problem as stored.
+    outcome
+        End of the linear program max λ over the columns (v, λ).
+
+    Returns
+    -------
+        The certificate, or None where no regular basis was found, or where the
+        answer rests on the round-off of the stored stiffness.
+    """
+    rows = exact_rows(problem)
+    program = _upper_program(rows)
+    end = exact_vertex(program, *_start(program, outcome))
+    return None if end is None else _accepted(_certificate(program, end, rows), problem, outcome)
+
+
+def rests_on_round_off(rows: Constraints, slip: FloatArray, load_factor: float) -> bool:
+    """Whether a slip is so large that the last digits of the stored stiffness make the answer.
+
+    A body held by the contact alone has rigid motions without resistance. Stored, they
+    have one of the size of round-off, and exact arithmetic would build on it.
+    """
+    terms = np.abs(rows.G) @ np.abs(slip)
+    forces = np.abs(rows.g) + (abs(load_factor) * np.abs(rows.d) if np.isfinite(load_factor) else 0.0)
+    return bool(np.finfo(float).eps * terms.max() > DEFAULT.stored_digits * forces.max())
+
+
+def starts_safe(problem: Problem, outcome: Solution) -> bool | None:
+    """Whether there is a safe slip at load factor 0, exactly; None where that stays open.
+
+    ``outcome`` is the end of the linear program min λ subject to every row.
+    """
+    rows = exact_rows(problem)
+    program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
+    end = exact_vertex(program, *_start(program, outcome))
+    if end is None or end.status != "optimal" or end.x[-1] != 0:
+        return None if end is None else False
+    slip = _rounded(end.x[:-1], end.x_scale)
+    return None if rests_on_round_off(constraints(problem), slip, 0.0) else True
+
+
+def certified_lower(problem: Problem, outcomes: list[Solution], first: int) -> tuple[int, Certificate] | None:
+    """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
+
+    Parameters
+    ----------
+    problem
+        The problem as stored.
+    outcomes
+        End of the linear program min λ of every node.
+    first
+        The node that collapses first in floats.
+    """
+    rows = exact_rows(problem)
+    programs = [_collapse_program(rows, j) for j in range(problem.n)]
+    best = exact_vertex(programs[first], *_start(programs[first], outcomes[first]))
+    if best is None or best.status != "optimal":
+        return None
+    for j, (program, outcome) in enumerate(zip(programs, outcomes, strict=True)):
+        if best.x[-1] == 0:
+            break
+        start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
+        if j == first or (outcome.status == "optimal" and proves_at_most(program, *start, value)):
+            continue
+        end = exact_vertex(program, *start)
+        if end is None or end.status == "unbounded":
+            return None
+        if end.status == "optimal" and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
+            best, first = end, j
+    certificate = _accepted(_certificate(programs[first], best, rows), problem, outcomes[first])
+    return None if certificate is None else (first, certificate)
+
+
+def _accepted(certificate: Certificate, problem: Problem, outcome: Solution) -> Certificate | None:
+    """The certificate, unless it contradicts the floats and rests on the round-off of the stiffness."""
+    if certificate.status == "infeasible":
+        return certificate
+    if outcome.vertex is not None and certificate.status == "optimal":
+        gap = abs(abs(outcome.vertex.x[-1]) - certificate.load_factor)
+        if gap <= DEFAULT.stored_digits * certificate.load_factor:
+            return certificate
+    doubtful = rests_on_round_off(constraints(problem), certificate.slip, certificate.load_factor)
+    return None if doubtful else certificate
+
+
+def _upper_program(rows: ExactRows) -> ExactProgram:
+    """Maximise λ subject to every row and −λ ≤ 0, the last row."""
+    n = len(rows.matrix[0]) - 1
+    return ExactProgram([*rows.matrix, [0] * n + [-1]], [*rows.right, 0], [0] * n + [1])
+
+
+def _collapse_program(rows: ExactRows, node: int) -> ExactProgram:
+    """Maximise −λ with the two rows of a node reversed."""
+    program = _upper_program(rows)
+    matrix, right = list(program.matrix), list(program.right)
+    for i in (2 * node, 2 * node + 1):
+        matrix[i], right[i] = [-x for x in matrix[i]], -right[i]
+    return replace(program, matrix=matrix, right=right, cost=[-x for x in program.cost])
+
+
+def _start(program: ExactProgram, outcome: Solution) -> tuple[list[int], list[int]]:
+    """Active rows and free columns; where λ is at its bound 0, the last row is active."""
+    active, free = outcome.active.tolist(), outcome.free.tolist()
+    last_row, last_column = len(program.matrix) - 1, len(program.cost) - 1
+    if last_column not in free:
+        return [*active, last_row], [*free, last_column]
+    return active, free
+
+
+def _certificate(program: ExactProgram, end: ExactVertex, rows: ExactRows) -> Certificate:
+    n, multipliers = len(program.cost) - 1, _multipliers(end, rows)
+    if end.status == "infeasible":
+        slip, low, high, near = np.full(n, nan), nan, nan, nan
+    elif end.status == "unbounded":
+        slip, low, high, near = _rounded(end.x[:-1], end.x[-1]), inf, inf, inf
+    else:
+        value = abs(end.x[-1])
+        slip = _rounded(end.x[:-1], end.x_scale)
+        low, high = enclosure(value, end.x_scale)
+        near = value / end.x_scale
+    return Certificate(
+        end.status, low, high, near, slip, multipliers, tuple(np.flatnonzero(multipliers).tolist())
+    )
+
+
+def _multipliers(end: ExactVertex, rows: ExactRows) -> FloatArray:
+    """The multipliers of the rows themselves, not of their integer multiples."""
+    values = np.zeros(len(rows.matrix))
+    lifted = {i: Fraction(y) * rows.factor(i) for i, y in end.y.items() if i < len(values)}
+    scale = max(lifted.values(), default=Fraction(1)) if end.status == "infeasible" else Fraction(end.y_scale)
+    for i, value in lifted.items():
+        values[i] = value / scale
+    return values
+
+
+def _rounded(numerators: list[int], denominator: int) -> FloatArray:
+    return np.array([x / denominator for x in numerators])

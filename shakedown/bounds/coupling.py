@@ -1,0 +1,76 @@
+"""How strongly slip of one node moves the limits of the others."""
+
+from dataclasses import dataclass
+from itertools import product
+from math import nan
+
+import numpy as np
+
+from shakedown.model.problem import FloatArray, Problem
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Slip-to-slip influence N and its spectral radius.
+
+    With every other slip fixed, node i may slip between L_i and U_i, where its
+    rows are met. If the other slips change by δ, both limits change by at most
+    N |δ|, N_ij = max over the sides of |A_ij ∓ f_i B_ij| / (A_ii ∓ f_i B_ii).
+
+    Attributes
+    ----------
+    ratio
+        ρ, the spectral radius of N; NaN where a node is at or above its own
+        critical friction A_ii / |B_ii|, where N is not defined.
+    bound
+        A number ≥ ρ with N d ≤ bound · d for the vector below (Collatz–Wielandt).
+    weights : (n,)
+        d > 0, the Perron vector of N, largest entry 1.
+    influence : (n, n)
+        N.
+    """
+
+    ratio: float
+    bound: float
+    weights: FloatArray
+    influence: FloatArray
+
+
+def coupling(problem: Problem) -> Coupling:
+    """The coupling ratio ρ of a problem.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(coupling(shakedown.example("two-node")).ratio, 4)
+    0.4274
+    """
+    fB, n = problem.f[:, None] * problem.B, problem.n
+    sides = np.stack([problem.A - fB, problem.A + fB])
+    own = np.diagonal(sides, axis1=1, axis2=2)
+    if np.any(own <= 0):
+        return Coupling(nan, nan, np.full(n, nan), np.full((n, n), nan))
+    influence = np.max(np.abs(sides) / own[:, :, None], axis=0)
+    np.fill_diagonal(influence, 0.0)
+    ratio = float(np.abs(np.linalg.eigvals(influence)).max())
+    # A trace of coupling between all nodes makes the Perron vector positive where N is reducible.
+    values, vectors = np.linalg.eig(influence + 1e-10 * max(ratio, 1e-300))
+    weights = np.abs(np.real(vectors[:, np.argmax(np.real(values))]))
+    weights = np.maximum(weights / weights.max(), 1e-12)
+    return Coupling(ratio, float(np.max(influence @ weights / weights)), weights, influence)
+
+
+def unique_in_contact(problem: Problem) -> bool:
+    """Whether every principal minor of A + S f B is positive for every diagonal S of signs ±1.
+
+    Then the quasi-static evolution with all nodes closed is unique. Exhaustive:
+    for a few nodes only.
+    """
+    fB = problem.f[:, None] * problem.B
+    for signs in product((-1.0, 1.0), repeat=problem.n):
+        matrix = problem.A + np.array(signs)[:, None] * fB
+        for chosen in product((False, True), repeat=problem.n):
+            index = np.flatnonzero(chosen)
+            if index.size and np.linalg.det(matrix[np.ix_(index, index)]) <= 0:
+                return False
+    return True

@@ -1,0 +1,167 @@
+"""First collapse seen from initial states near the safe slip: λ_1 against the radius of a box."""
+
+from dataclasses import dataclass
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.bounds.coupling import coupling
+from shakedown.bounds.safe_slip import safe_slip
+from shakedown.bounds.upper import load_factor_program, upper_bound
+from shakedown.errors import UsageError
+from shakedown.model.constraints import Constraints, constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.linear_program import INF, LinearProgram
+
+
+@dataclass(frozen=True)
+class GuaranteeCurve:
+    """λ_1(R): the first collapse with every other slip within R of the safe slip.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``, or ``"infeasible"`` where there is no safe slip to start from.
+    radii : (k,)
+        R, in multiples of ``unit``.
+    load_factors : (k,)
+        λ_1(R): falls from λ_max (R = 0) to λ_1 (R → ∞); inf where no node collapses.
+    nodes : (k,)
+        The node that collapses; −1 where none does.
+    slips : (k, n)
+        The witnesses [length].
+    centre : (n,)
+        The safe slip ṽ in the middle of the boxes [length].
+    weights : (n,)
+        d: the box is |v_i − ṽ_i| ≤ R d_i unit.
+    unit
+        max |ṽ|, or where ṽ = 0 the largest distance g / ‖G‖ of a row [length].
+    invariant
+        Whether slip never leads out of a box while all nodes stay closed and λ ≤ λ_max:
+        so it is for a coupling ratio ρ < 1 and d the Perron vector, N d ≤ d, because
+        every limit at a slip in the box differs from that at ṽ by at most N (R d) ≤ R d.
+    """
+
+    status: str
+    radii: FloatArray
+    load_factors: FloatArray
+    nodes: NDArray[np.intp]
+    slips: FloatArray
+    centre: FloatArray
+    weights: FloatArray
+    unit: float
+    invariant: bool
+
+
+def guarantee_curve(
+    problem: Problem, radii: ArrayLike, *, weights: ArrayLike | None = None, centre: ArrayLike | None = None
+) -> GuaranteeCurve:
+    """How the first collapse recedes when initial states keep near the safe slip.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    radii : (k,)
+        Half-widths of the box of slips, ≥ 0, in multiples of max |ṽ| (dimensionless).
+    weights : (n,), optional
+        Positive shape of the box; by default the Perron vector of the coupling where
+        its ratio is below 1 (then the box is invariant), else 1 for every node.
+    centre : (n,), optional
+        The slip in the middle [length]; by default the safe slip at λ_max, or at load
+        factor 1 where there is no λ_max.
+
+    Raises
+    ------
+    UsageError
+        If a radius is negative or not a number, or a shape does not fit.
+    SolverError
+        If a linear program ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> curve = shakedown.guarantee_curve(shakedown.example("two-node"), [0.0, 0.5, 100.0])
+    >>> curve.load_factors.round(4), curve.invariant
+    (array([0.7391, 0.708 , 0.6574]), True)
+    """
+    rows = constraints(problem)
+    try:
+        radius = np.atleast_1d(np.asarray(radii, dtype=float))
+    except (TypeError, ValueError):
+        raise UsageError(f"radii: expected numbers >= 0, found {radii!r}") from None
+    if radius.ndim != 1 or not np.all(radius >= 0):
+        raise UsageError(f"radii: expected numbers >= 0, found {radius}")
+    middle = _centre(problem) if centre is None else _vector("centre", centre, problem.n)
+    influence = coupling(problem)
+    perron = influence.bound < 1.0
+    shape = influence.weights if perron else np.ones(problem.n)
+    if weights is not None:
+        shape = _vector("weights", weights, problem.n)
+        if np.any(shape <= 0):
+            raise UsageError("weights: expected positive numbers")
+        perron = bool(np.isfinite(influence.ratio)) and bool(np.all(influence.influence @ shape <= shape))
+    unit = _unit(rows, middle)
+    found = [_first_collapse(rows, middle, r * unit * shape) for r in radius]
+    return GuaranteeCurve(
+        status="infeasible" if np.any(np.isnan(middle)) else "optimal",
+        radii=radius,
+        load_factors=np.array([f[0] for f in found]),
+        nodes=np.array([f[1] for f in found], dtype=np.intp),
+        slips=np.array([f[2] for f in found]),
+        centre=middle,
+        weights=shape,
+        unit=unit,
+        invariant=perron,
+    )
+
+
+def _centre(problem: Problem) -> FloatArray:
+    upper = upper_bound(problem, certify=False)
+    return upper.slip if upper.status != "unbounded" else safe_slip(problem, 1.0).slip
+
+
+def _vector(name: str, values: ArrayLike, n: int) -> FloatArray:
+    vector = np.asarray(values, dtype=float)
+    if vector.shape != (n,) or not np.all(np.isfinite(vector)):
+        raise UsageError(f"{name}: expected {n} finite numbers, found shape {vector.shape}")
+    return vector
+
+
+def _unit(rows: Constraints, centre: FloatArray) -> float:
+    largest = float(np.abs(centre).max())
+    if largest != 0.0:
+        return largest
+    norms = np.linalg.norm(rows.G, axis=1)
+    return float(np.max(np.abs(rows.g)[norms > 0] / norms[norms > 0], initial=0.0)) or 1.0
+
+
+def _first_collapse(
+    rows: Constraints, centre: FloatArray, reach: FloatArray
+) -> tuple[float, int, FloatArray]:
+    """(load factor, node, witness) of the first collapse with the other nodes' slips in a box."""
+    n, best = rows.n, (inf, -1, np.full(rows.n, nan))
+    if np.any(np.isnan(centre)):
+        return nan, -1, best[2]
+    program = load_factor_program(rows, towards=+1.0)
+    lower, upper = centre - reach, centre + reach
+    program.set_columns(np.arange(n), lower, upper)
+    for node in range(n):
+        vertex = _collapse_in_box(program, rows, node, lower[node], upper[node])
+        if vertex is not None and vertex[-1] < best[0]:
+            best = float(vertex[-1]), node, vertex[:-1]
+    return best
+
+
+def _collapse_in_box(
+    program: LinearProgram, rows: Constraints, node: int, lower: float, upper: float
+) -> FloatArray | None:
+    """Where one node collapses: its rows reversed, its own slip not confined."""
+    pair, free, column = np.array([2 * node, 2 * node + 1]), np.full(2, INF), np.array([node])
+    program.set_rows(pair, rows.g[pair], free)
+    program.set_columns(column, -free[:1], free[:1])
+    vertex = program.solve().vertex
+    program.set_rows(pair, -free, rows.g[pair])
+    program.set_columns(column, np.array([lower]), np.array([upper]))
+    return None if vertex is None else vertex.x

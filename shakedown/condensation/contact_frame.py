@@ -1,0 +1,209 @@
+"""Contact nodes of an elastic model and the change to slip and gap variables."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from shakedown.errors import ProblemError
+from shakedown.model.problem import FloatArray
+from shakedown.tolerances import DEFAULT
+
+IntArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class ContactFrame:
+    """Where the contact is, in rows of the stiffness matrix.
+
+    Attributes
+    ----------
+    labels : (n,) or (n, 2)
+        Contact node of the first body, or pairs (first body, second body).
+    rows : (n, b, 2)
+        Row of the stiffness matrix of node j, body b, direction (x, y); b is 1
+        against a rigid obstacle, 2 for two bodies.
+    normals : (n, 2)
+        Unit normals; they point into the first body, the way the gap opens.
+    tangents : (n, 2)
+        Unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0).
+    """
+
+    labels: IntArray
+    rows: IntArray
+    normals: FloatArray
+    tangents: FloatArray
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes (or pairs)."""
+        return len(self.rows)
+
+    def transformation(self, size: int) -> tuple[sparse.csr_array, sparse.csr_array, IntArray]:
+        """Express all displacements by slip and gap and by what is left, u = T_c (v, w) + T_r u_r.
+
+        Against a second body the relative displacement u₁ − u₂ takes the place
+        of u₁, so that u₁ = T_c (v, w) + u₂ and the second body is condensed with
+        the interior.
+
+        Parameters
+        ----------
+        size
+            Rows of the stiffness matrix.
+
+        Returns
+        -------
+        T_c : (size, 2n)
+            Columns v_1 … v_n, w_1 … w_n.
+        T_r : (size, r)
+            Columns for the rows that are not contact rows of the first body.
+        rest : (r,)
+            Those rows.
+        """
+        first = self.rows[:, 0, :]
+        columns = np.arange(2 * self.n).reshape(2, self.n)
+        entries = [
+            (first[:, a], columns[k], axis[:, a])
+            for k, axis in enumerate((self.tangents, self.normals))
+            for a in (0, 1)
+        ]
+        row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
+        T_c = sparse.csr_array((value, (row, column)), shape=(size, 2 * self.n))
+        rest = np.setdiff1d(np.arange(size), first)
+        row, column = rest, np.arange(len(rest))
+        if self.rows.shape[1] == 2:
+            follower, leader = first.ravel(), self.rows[:, 1, :].ravel()
+            row = np.concatenate([row, follower])
+            column = np.concatenate([column, np.searchsorted(rest, leader)])
+        T_r = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(size, len(rest)))
+        return T_c, T_r, rest
+
+    def to_local(self, vectors: FloatArray) -> FloatArray:
+        """Components (x, y) per node, (n, 2), in the local frame: (tangential…, normal…), (2n,)."""
+        return np.concatenate([(vectors * self.tangents).sum(axis=1), (vectors * self.normals).sum(axis=1)])
+
+
+def contact_frame(
+    dofs: ArrayLike, contact: ArrayLike, normals: ArrayLike, *, axes: tuple[int, int] = (1, 2)
+) -> ContactFrame:
+    """Find contact nodes in a (node, direction) map and set up their local frames.
+
+    Parameters
+    ----------
+    dofs : (N, 2)
+        Node label and direction (1, 2, 3 = x, y, z) of every row of the matrix.
+    contact : (n,) or (n, 2)
+        Labels of the contact nodes, or pairs (node of the first body, node of the second).
+    normals : (2,) or (n, 2)
+        Normals that point into the first body; any length.
+    axes
+        The two directions that span the plane of the problem.
+
+    Raises
+    ------
+    ProblemError
+        If a contact node has no row for one of the directions, occurs twice, or
+        a normal is zero or of the wrong shape.
+
+    Examples
+    --------
+    >>> frame = contact_frame([(7, 1), (7, 2), (9, 1), (9, 2)], [9], [0.0, 2.0])
+    >>> frame.rows.tolist(), frame.tangents.tolist()
+    ([[[2, 3]]], [[1.0, -0.0]])
+    """
+    table = checked_dofs(dofs)
+    labels = np.asarray(contact)
+    if (
+        labels.size == 0
+        or labels.dtype.kind not in "iu"
+        or not (labels.ndim == 1 or labels.shape[1:] == (2,))
+    ):
+        raise ProblemError(
+            "contact: expected node labels (n,) or pairs (n, 2), "
+            f"found {labels.dtype} of shape {labels.shape}"
+        )
+    _check_unique(labels)
+    index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(table)}
+    bodies = labels.reshape(len(labels), -1)
+    wanted = [(int(node), axis) for pair in bodies for node in pair for axis in axes]
+    missing = [key for key in wanted if key not in index]
+    if missing:
+        listed = ", ".join(f"({node}, {axis})" for node, axis in missing[:4])
+        raise ProblemError(
+            f"contact: expected a row for every contact node in directions {axes[0]} and {axes[1]}, "
+            f"found none for {len(missing)} of {len(wanted)}, first (node, direction) {listed} "
+            "(a direction that is constrained or tied has no row)"
+        )
+    rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], 2)
+    unit = _unit_normals(normals, len(labels))
+    return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
+
+
+def guided_nodes(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Contact nodes that are held along their tangent and free along their normal, (n,).
+
+    Raises
+    ------
+    ProblemError
+        If a contact node of the first body is held in any other way.
+    """
+    first = held[frame.rows[:, 0, :]]
+    guided = np.any(first & (np.abs(frame.normals) <= DEFAULT.symmetry), axis=1)
+    blocked = np.any(first, axis=1) & ~(guided & ~np.all(first, axis=1))
+    if blocked.any():
+        j = int(np.argmax(blocked))
+        node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
+        raise ProblemError(
+            f"contact: expected free contact nodes, found direction {direction} of node {node} held "
+            "(release the contact nodes in the model before the matrix is written)"
+        )
+    return guided
+
+
+def check_out_of_plane(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> None:
+    """Refuse contact nodes with a second tangential direction, one that ``held`` does not hold."""
+    third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
+    if third.any():
+        node, direction = table[np.argmax(third)]
+        raise ProblemError(
+            f"contact: expected one tangential direction per node, found node {node} free in direction "
+            f"{direction} too; hold it (fixed), or let it move without friction (free_out_of_plane)"
+        )
+
+
+def checked_dofs(dofs: ArrayLike) -> IntArray:
+    """A (node, direction) map as an (N, 2) integer array without repetition, or ``ProblemError``."""
+    table = np.asarray(dofs)
+    if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
+        raise ProblemError(
+            "dofs: expected integer pairs (node, direction) of shape (N, 2), "
+            f"found {table.dtype} of shape {table.shape}"
+        )
+    unique, count = np.unique(table, axis=0, return_counts=True)
+    if len(unique) < len(table):
+        node, direction = unique[np.argmax(count > 1)]
+        raise ProblemError(f"dofs: expected every (node, direction) once, found ({node}, {direction}) twice")
+    return table.astype(np.intp)
+
+
+def _check_unique(labels: IntArray) -> None:
+    unique, count = np.unique(labels, return_counts=True)
+    if len(unique) < labels.size:
+        raise ProblemError(
+            f"contact: expected every node once, found node {unique[np.argmax(count > 1)]} twice"
+        )
+
+
+def _unit_normals(normals: ArrayLike, n: int) -> FloatArray:
+    vectors = np.asarray(normals, dtype=np.float64)
+    if vectors.shape not in ((2,), (n, 2)):
+        raise ProblemError(f"normals: expected shape (2,) or ({n}, 2), found {vectors.shape}")
+    vectors = np.broadcast_to(vectors, (n, 2))
+    length = np.hypot(vectors[:, 0], vectors[:, 1])
+    if not np.all(np.isfinite(length) & (length > 0)):
+        j = int(np.argmin(np.isfinite(length) & (length > 0)))
+        raise ProblemError(f"normals: expected vectors of finite length > 0, found {vectors[j]} at node {j}")
+    return vectors / length[:, None]

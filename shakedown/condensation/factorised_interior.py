@@ -1,0 +1,108 @@
+"""The interior of an elastic model: one sparse factorization, many right-hand sides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from shakedown.condensation.contact_frame import ContactFrame
+from shakedown.condensation.load_case import LoadCase
+from shakedown.errors import ProblemError
+from shakedown.model.problem import FloatArray
+from shakedown.tolerances import DEFAULT
+
+_COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace to 64 vectors
+
+
+@dataclass(frozen=True, eq=False)
+class Interior:
+    """The model in the variables (v, w), interior, held, with its factorised interior.
+
+    Attributes
+    ----------
+    K : (N, N)
+        Stiffness of the model [force/length].
+    T_c, T_i, T_h : (N, 2n), (N, i), (N, h)
+        Displacements u = T_c (v, w) + T_i u_i + T_h u_h.
+    held : (h,)
+        Rows that are held.
+    lu
+        Factors of K_ii = T_iᵀ K T_i; None where nothing is condensed.
+    """
+
+    K: sparse.csr_array
+    T_c: sparse.csr_array
+    T_i: sparse.csr_array
+    T_h: sparse.csr_array
+    held: NDArray[np.intp]
+    lu: SuperLU | None
+
+    def schur(self) -> tuple[FloatArray, float]:
+        """κ, not yet made symmetric, and the largest relative force that is left on the interior."""
+        K_cc = (self.T_c.T @ self.K @ self.T_c).toarray()
+        if self.lu is None:
+            return K_cc, 0.0
+        K_ii, K_ic = self.T_i.T @ self.K @ self.T_i, (self.T_i.T @ self.K @ self.T_c).tocsc()
+        residual = 0.0
+        for start in range(0, K_cc.shape[1], _COLUMNS):
+            block = slice(start, start + _COLUMNS)
+            load = K_ic[:, block].toarray()
+            u = self.lu.solve(load)
+            residual = max(residual, float(np.abs(K_ii @ u - load).max()))
+            K_cc[:, block] -= K_ic.T @ u
+        return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
+
+    def reactions(self, case: LoadCase) -> FloatArray:
+        """Contact reactions T_cᵀ (K u − F) with slip and gap zero and the interior in equilibrium."""
+        size = self.K.shape[0]
+        force, displacement = np.zeros(size), np.zeros(size)
+        for key, target in (("force", force), ("displacement", displacement)):
+            given = getattr(case, key)
+            if given is None:
+                continue
+            if given.shape != (size,):
+                raise ProblemError(f"{case.name}: {key}: expected shape ({size},), found {given.shape}")
+            target[:] = given
+        moved = np.setdiff1d(np.flatnonzero(displacement), self.held)
+        if moved.size:
+            raise ProblemError(
+                f"{case.name}: displacement: expected it only at held rows, found free row {moved[0]}"
+            )
+        u = self.T_h @ displacement[self.held]
+        if self.lu is not None:
+            u = u + self.T_i @ self.lu.solve(self.T_i.T @ (force - self.K @ u))
+        return np.asarray(self.T_c.T @ (self.K @ u - force))
+
+
+def interior_of(
+    matrix: sparse.csr_array, frame: ContactFrame, held: NDArray[np.bool_], guided: NDArray[np.bool_]
+) -> Interior:
+    """Split a model into contact, interior and held rows and factorise its interior.
+
+    Raises
+    ------
+    ProblemError
+        If the interior can move without resistance.
+    """
+    T_c, T_r, rest = frame.transformation(matrix.shape[0])
+    T_c = T_c @ sparse.diags_array(np.concatenate([~guided, np.ones(frame.n, bool)]).astype(float))
+    T_i, T_h = T_r[:, ~held[rest]], T_r[:, held[rest]]
+    return Interior(matrix, T_c, T_i, T_h, rest[held[rest]], _factorised((T_i.T @ matrix @ T_i).tocsc()))
+
+
+def _factorised(K_ii: sparse.csc_array) -> SuperLU | None:
+    if K_ii.shape[0] == 0:
+        return None
+    loose = "K: expected an interior that the supports and the welded contact hold, found that it can move"
+    try:
+        lu = splu(K_ii, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        if "singular" not in str(error):
+            raise
+        raise ProblemError(loose) from None
+    pivots = np.abs(lu.U.diagonal())
+    if pivots.min() < DEFAULT.singular_pivot * pivots.max():
+        raise ProblemError(f"{loose} (pivot ratio {pivots.min() / pivots.max():.1e})")
+    return lu

@@ -1,0 +1,162 @@
+"""Load cases of an elastic model: what acts on it, and how much of it at each load step."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.errors import ProblemError
+from shakedown.model.problem import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoadCase:
+    """One load with its own time function, for :func:`shakedown.condense`.
+
+    At load step k the model carries ``history[k]`` times everything below.
+
+    Parameters
+    ----------
+    history : () or (m,)
+        Factor of the case at each load step of one period [–]; a single number
+        is a constant load. The period closes from the last step to the first.
+    force : (N,), optional
+        Nodal forces, one per row of the stiffness matrix [force].
+    displacement : (N,), optional
+        Prescribed displacements [length], one per row of the stiffness matrix;
+        other than zero only where the row is held.
+    reactions : (n, 2), optional
+        Nodal reactions (x, y) on the (first) body at the contact nodes while
+        all of them are clamped [force], for loads that were run elsewhere.
+    mean : float, optional
+        Factor of the case in the constant part of the loading, which the load
+        factor does not scale; by default the mean of ``history``.
+    transient : (k,), optional
+        Factors at the load steps before the first period [–].
+    name : str, optional
+        Shown in messages.
+
+    Raises
+    ------
+    ProblemError
+        If nothing acts, or an array is not real, finite and of its shape.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> case = LoadCase(history=np.cos(2 * np.pi * np.arange(8) / 8), force=[0.0, -3.0])
+    >>> case.history.shape
+    (8,)
+    """
+
+    history: FloatArray
+    force: FloatArray | None = None
+    displacement: FloatArray | None = None
+    reactions: FloatArray | None = None
+    mean: float | None = None
+    transient: FloatArray | None = None
+    name: str = "load case"
+
+    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
+
+        def __init__(
+            self,
+            *,
+            history: ArrayLike,
+            force: ArrayLike | None = None,
+            displacement: ArrayLike | None = None,
+            reactions: ArrayLike | None = None,
+            mean: float | None = None,
+            transient: ArrayLike | None = None,
+            name: str = "load case",
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        if self.force is None and self.displacement is None and self.reactions is None:
+            raise ProblemError(
+                f"{self.name}: expected a force, a displacement or clamped reactions, found none"
+            )
+        dimensions = {
+            "history": (0, 1),
+            "force": (1,),
+            "displacement": (1,),
+            "reactions": (2,),
+            "transient": (1,),
+        }
+        for key, allowed in dimensions.items():
+            if getattr(self, key) is not None:
+                object.__setattr__(self, key, _real(f"{self.name}: {key}", getattr(self, key), allowed))
+
+
+@dataclass(frozen=True)
+class Histories:
+    """The factors of all load cases, one column per case.
+
+    Attributes
+    ----------
+    period : (m, c)
+        Factors over one period [–].
+    mean : (c,) or None
+        Factors in the constant part, where a case states one [–].
+    transient : (k, c) or None
+        Factors before the first period, where a case states them [–].
+    """
+
+    period: FloatArray
+    mean: FloatArray | None
+    transient: FloatArray | None
+
+
+def histories(cases: Sequence[LoadCase]) -> Histories:
+    """Bring the time functions of all load cases to one length.
+
+    Raises
+    ------
+    ProblemError
+        If there is no case, or two cases have time functions of different lengths.
+
+    Examples
+    --------
+    >>> dead, live = LoadCase(history=1.0, force=[1.0]), LoadCase(history=[0.0, 2.0], force=[3.0])
+    >>> histories([dead, live]).period
+    array([[1., 0.],
+           [1., 2.]])
+    """
+    if not cases:
+        raise ProblemError("loads: expected at least one load case, found none")
+    period = _columns("history", [case.history for case in cases])
+    mean = None
+    if any(case.mean is not None for case in cases):
+        mean = np.array(
+            [h.mean() if c.mean is None else c.mean for c, h in zip(cases, period.T, strict=True)]
+        )
+    transient = None
+    if any(case.transient is not None for case in cases):
+        silent = np.zeros(())
+        transient = _columns("transient", [silent if c.transient is None else c.transient for c in cases])
+    return Histories(period, mean, transient)
+
+
+def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:
+    lengths = {len(f) for f in factors if f.ndim == 1}
+    if len(lengths) > 1:
+        raise ProblemError(
+            f"loads: expected every {key} of one length, found lengths {', '.join(map(str, sorted(lengths)))}"
+        )
+    steps = lengths.pop() if lengths else 1
+    return np.column_stack([np.broadcast_to(f, (steps,)) for f in factors])
+
+
+def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ProblemError(f"{label}: expected real numbers, found {type(value).__name__}") from None
+    if array.ndim not in dimensions:
+        raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
+    if not np.isfinite(array).all():
+        raise ProblemError(f"{label}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
+    array.setflags(write=False)
+    return array

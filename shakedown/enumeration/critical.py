@@ -1,0 +1,271 @@
+"""Critical load factors: every (n+1)-subset of the 2n rows taken as equalities (thesis (5.11), (5.12))."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
+from math import comb, inf
+from time import perf_counter
+
+import numpy as np
+
+from shakedown.enumeration.findings import NONE, Candidate, Piece, batch_piece, joined
+from shakedown.enumeration.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
+from shakedown.errors import BudgetExceeded, UsageError
+from shakedown.model.arguments import check_count
+from shakedown.model.constraints import Constraints, constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.rational import exact_rows, solve_integers
+
+Progress = Callable[[int, int], None]
+LISTED = 1000
+SMALL = 20_000  # up to here batches are done before compiled code is loaded
+BATCH = 4096
+COUNTABLE = 10**40  # so many subsets and more are not even sampled
+BUDGET = 200_000_000
+
+
+@dataclass(frozen=True)
+class CriticalLoadFactors:
+    """All critical load factors of a problem.
+
+    Attributes
+    ----------
+    total
+        Number of subsets, C(2n, n + 1) = ``regular`` + ``degenerate``.
+    regular
+        Subsets whose rows meet in one point.
+    degenerate
+        Subsets whose rows do not, to the tolerance ``degeneracy``: they have no load factor.
+    degenerate_rows
+        (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
+    exactly_singular
+        How many of these listed subsets are singular in exact arithmetic too, on the
+        problem as stored; the others are so nearly singular that floats tell nothing.
+    smallest_positive
+        The smallest positive critical load factor, the thesis's λ_min. For more
+        than two nodes it grossly underestimates the first collapse, because most
+        intersections lie outside the safe region.
+    smallest_feasible
+        The smallest positive one that lies on the safe region: the first collapse
+        λ_1, where that is positive.
+    load_factors : (regular,)
+        All of them, sorted, where asked for, else None.
+    """
+
+    total: int
+    regular: int
+    degenerate: int
+    degenerate_rows: tuple[tuple[tuple[int, int], ...], ...]
+    exactly_singular: int
+    smallest_positive: Intersection
+    smallest_feasible: Intersection
+    load_factors: FloatArray | None = None
+
+
+def subset_count(n: int) -> int:
+    """Number of (n+1)-subsets of 2n rows.
+
+    Examples
+    --------
+    >>> subset_count(9)
+    43758
+    """
+    if not isinstance(n, int) or n < 0:
+        raise UsageError(f"n: expected a number of nodes, found {n!r}")
+    return comb(2 * n, n + 1)
+
+
+def critical_load_factors(
+    problem: Problem,
+    *,
+    budget: int = BUDGET,
+    values: bool = False,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> CriticalLoadFactors:
+    """Every intersection of n + 1 frictional constraints (thesis (5.11), (5.12)).
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    budget
+        Largest number of subsets to work through.
+    values
+        Whether to keep, and sort, all load factors (8 bytes each).
+    progress
+        Called as ``progress(done, total)`` from time to time.
+    threads
+        Number of threads; all cores by default.
+
+    Raises
+    ------
+    BudgetExceeded
+        If there are more subsets than the budget; says how long they would take.
+    UsageError
+        If the number of threads is not a whole number ≥ 1.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> critical = shakedown.critical_load_factors(shakedown.example("two-node"), values=True)
+    >>> critical.total, critical.degenerate, critical.load_factors.round(6)
+    (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
+    """
+    _check_threads(threads)
+    rows = constraints(problem)
+    total = subset_count(rows.n)
+    if not isinstance(budget, int):
+        raise UsageError(f"budget: expected a whole number, found {budget!r}")
+    _check_budget(rows, total, budget)
+    known = NONE if total <= SMALL else _first_one_pair(rows, threads)
+    found = [replace(joined([]), smallest_feasible=known)]
+    done = 0
+    for piece in _walk(rows, -inf if values else inf, known[0], threads):
+        found.append(piece)
+        done += piece.subsets
+        if progress is not None:
+            progress(done, total)
+    return _report(problem, rows, joined(found), values)
+
+
+def load_factors_above(problem: Problem, cut: float, *, threads: int | None = None) -> Iterator[FloatArray]:
+    """The critical load factors above a value, piece by piece, unsorted, in constant memory.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    cut
+        Only load factors above it are given.
+    threads
+        Number of threads; all cores by default.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
+    array([1.05252, 2.93485])
+    """
+    _check_threads(threads)
+    for piece in _walk(constraints(problem), cut, 0.0, threads):
+        if piece.load_factors.size:
+            yield piece.load_factors
+
+
+def collapse_by_enumeration(problem: Problem, *, threads: int | None = None) -> Intersection:
+    """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
+
+    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
+    0.657373
+    """
+    _check_threads(threads)
+    rows = constraints(problem)
+    return intersection(rows, _first_one_pair(rows, threads)[1])
+
+
+def _first_one_pair(rows: Constraints, threads: int | None) -> Candidate:
+    from shakedown.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+
+    scaled, best = scaled_rows(rows), NONE
+    for node in range(rows.n):
+        order = np.roll(np.arange(2 * rows.n), -2 * node)  # the pair first, then the other nodes
+        turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
+        for piece in pieces(Tree(turned, one_pair=True, feasible_below=best[0]), threads):
+            value, subset = piece.smallest_feasible
+            if value < best[0]:
+                best = value, tuple(sorted(order[list(subset)].tolist()))
+    return best
+
+
+def _walk(rows: Constraints, cut: float, feasible_below: float, threads: int | None) -> Iterator[Piece]:
+    """All subsets: a few by batches, many by the compiled tree."""
+    scaled = scaled_rows(rows)
+    if subset_count(rows.n) <= SMALL:
+        candidates = combinations(range(2 * rows.n), rows.n + 1)
+        while chunk := list(islice(candidates, BATCH)):
+            yield batch_piece(solve_subsets(np.array(chunk), scaled), cut, LISTED)
+        return
+    from shakedown.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+
+    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED)
+    yield from pieces(tree, threads)
+
+
+def _report(problem: Problem, rows: Constraints, found: Piece, values: bool) -> CriticalLoadFactors:
+    listed = sorted(found.degenerate_rows)[:LISTED]
+    total = subset_count(rows.n)
+    return CriticalLoadFactors(
+        total=total,
+        regular=total - found.degenerate,
+        degenerate=found.degenerate,
+        degenerate_rows=tuple(named(rows, subset) for subset in listed),
+        exactly_singular=_singular(problem, listed),
+        smallest_positive=intersection(rows, found.smallest_positive[1]),
+        smallest_feasible=intersection(rows, found.smallest_feasible[1]),
+        load_factors=np.sort(found.load_factors) if values else None,
+    )
+
+
+def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
+    """How many subsets of rows have no point, or more than one, in common in exact arithmetic."""
+    if not subsets:
+        return 0
+    rows = exact_rows(problem)
+    return sum(
+        solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset]) is None
+        for subset in subsets
+    )
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        check_count("threads", threads)
+
+
+def _check_budget(rows: Constraints, total: int, budget: int) -> None:
+    """Refuse more subsets than the budget, with the time that a sample lets one expect."""
+    if total <= budget:
+        return
+    if total < COUNTABLE:
+        time = f"about {_duration(_time_each(rows, total) * total)} on one core of this machine"
+    else:
+        time = "for ever"
+    raise BudgetExceeded(
+        f"{_counted(total)} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
+        f"they would take {time}"
+    )
+
+
+def _time_each(rows: Constraints, total: int) -> float:
+    """Seconds per subset, from a sample."""
+    scaled = scaled_rows(rows)
+    if total <= SMALL:
+        subsets = np.array(list(islice(combinations(range(2 * rows.n), rows.n + 1), BATCH)))
+        start = perf_counter()
+        solve_subsets(subsets, scaled)
+        return (perf_counter() - start) / len(subsets)
+    from shakedown.enumeration.tasks import Tree, typical_task, walk_piece
+
+    tree = Tree(scaled, feasible_below=0.0)
+    task = typical_task(tree)
+    walk_piece(tree, *task)  # loads the compiled code
+    start = perf_counter()
+    walk_piece(tree, *task)
+    return (perf_counter() - start) / task[1]
+
+
+def _counted(total: int) -> str:
+    return f"{total:,}" if total < 10**21 else f"about 10^{len(str(total)) - 1}"
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.2g} seconds"

@@ -1,0 +1,123 @@
+"""Where n + 1 frictional constraints meet: subsets of rows solved in batches, with their condition."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.model.constraints import Constraints
+from shakedown.model.problem import FloatArray
+from shakedown.programs.equilibration import equilibration
+from shakedown.tolerances import DEFAULT
+
+
+@dataclass(frozen=True)
+class Intersection:
+    """The point in slip space and load factor where n + 1 rows meet.
+
+    Attributes
+    ----------
+    load_factor
+        λ; NaN where there is no such point.
+    slip : (n,)
+        v [length].
+    rows
+        (node, side) of the n + 1 rows.
+    residual
+        Largest distance from one of these rows, relative to its terms.
+    excess
+        Largest violation of any of the 2n rows, relative to its terms; ≤ 0 (to round-off)
+        where the point lies on the safe region.
+    """
+
+    load_factor: float
+    slip: FloatArray
+    rows: tuple[tuple[int, int], ...]
+    residual: float
+    excess: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some subsets and what they give: (b, n+1) row indices, (b,) values, (b, n) slips, (b,) verdicts."""
+
+    subsets: NDArray[np.intp]
+    load_factor: FloatArray
+    slip: FloatArray
+    regular: NDArray[np.bool_]
+    positive: NDArray[np.bool_]
+    feasible: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ScaledRows:
+    """The 2n rows with every row and column near the size 1.
+
+    Attributes
+    ----------
+    matrix : (2n, n + 1)
+        [G | d], equilibrated.
+    right : (2n,)
+        g, scaled like the rows.
+    column_scale : (n + 1,)
+        Unscaled unknowns = scaled ones times this.
+    """
+
+    matrix: FloatArray
+    right: FloatArray
+    column_scale: FloatArray
+
+
+def scaled_rows(rows: Constraints) -> ScaledRows:
+    """Equilibrate the rows of a problem by powers of two."""
+    matrix = np.column_stack([rows.G, rows.d])
+    row_scale, column_scale = equilibration(matrix)
+    return ScaledRows(matrix * row_scale[:, None] * column_scale, rows.g * row_scale, column_scale)
+
+
+def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows) -> Batch:
+    """Solve subsets (b, n + 1) of the rows; those that are singular to the tolerance are not regular."""
+    square, target = rows.matrix[subsets], rows.right[subsets]
+    spectrum = np.linalg.svd(square, compute_uv=False)
+    condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
+    regular = condition > DEFAULT.degeneracy
+    x = np.full(subsets.shape, nan)
+    x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = np.abs(x).max(axis=1)
+        blur = np.finfo(float).eps * size / condition  # what round-off leaves of a zero load factor
+        excess = (x @ rows.matrix.T - rows.right).max(axis=1)
+        reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
+    return Batch(
+        subsets=subsets,
+        load_factor=x[:, -1] * rows.column_scale[-1],
+        slip=x[:, :-1] * rows.column_scale[:-1],
+        regular=regular,
+        positive=regular & (x[:, -1] > blur),
+        feasible=regular & (excess <= DEFAULT.feasibility * reach),
+    )
+
+
+def intersection(rows: Constraints, subset: Iterable[int]) -> Intersection:
+    """One intersection, solved in its own scale, with its residuals; NaN for the empty subset."""
+    chosen = list(subset)
+    if not chosen:
+        return Intersection(nan, np.full(rows.n, nan), (), nan, nan)
+    matrix = np.column_stack([rows.G, rows.d])[chosen]
+    row_scale, column_scale = equilibration(matrix)
+    x = np.linalg.solve(matrix * row_scale[:, None] * column_scale, rows.g[chosen] * row_scale) * column_scale
+    excess = rows.relative_excess(x[:-1], x[-1])
+    return Intersection(
+        load_factor=float(x[-1]),
+        slip=x[:-1],
+        rows=named(rows, chosen),
+        residual=float(np.abs(excess[chosen]).max()),
+        excess=float(excess.max()),
+    )
+
+
+def named(rows: Constraints, subset: Iterable[int]) -> tuple[tuple[int, int], ...]:
+    """(node, side) of some rows."""
+    return tuple((int(rows.node[i]), int(rows.side[i])) for i in subset)

@@ -1,0 +1,111 @@
+"""What happened during an event-driven evolution: every event, and the state at it."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.kernels.moving_state import (
+    CLOSES,
+    JUMPS,
+    LOAD_STEP,
+    OPENS,
+    REACHES_BACKWARD_LIMIT,
+    REACHES_FORWARD_LIMIT,
+)
+from shakedown.model.arguments import check_count
+from shakedown.model.problem import FloatArray
+
+
+class EventKind(IntEnum):
+    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps."""
+
+    LOAD_STEP = LOAD_STEP
+    REACHES_BACKWARD_LIMIT = REACHES_BACKWARD_LIMIT
+    REACHES_FORWARD_LIMIT = REACHES_FORWARD_LIMIT
+    OPENS = OPENS
+    CLOSES = CLOSES
+    JUMPS = JUMPS
+
+
+@dataclass(frozen=True)
+class EventHistory:
+    """The path of an evolution, one row per event; between rows everything is linear in time.
+
+    Attributes
+    ----------
+    cycle : (s,)
+        Time in cycles; what precedes the first period has negative times.
+    kind : (s,)
+        What happened at that time (:class:`EventKind`).
+    node : (s,)
+        The node that it happened to; −1 where it concerns none.
+    v, w : (s, n)
+        Slips and gaps [length].
+    q, p : (s, n)
+        Reactions [force].
+    q_w, p_w : (s, n)
+        Welded reactions [force].
+    state : (s, n)
+        State from this time on: 0 stick, +1 backward slip, −1 forward slip, 2 open.
+    """
+
+    cycle: FloatArray
+    kind: NDArray[np.int64]
+    node: NDArray[np.int64]
+    v: FloatArray
+    w: FloatArray
+    q: FloatArray
+    p: FloatArray
+    q_w: FloatArray
+    p_w: FloatArray
+    state: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.cycle)
+
+    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "EventHistory":
+        """The history at chosen rows only."""
+        return EventHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
+
+    def thinned(self, keep: int = 1) -> "EventHistory":
+        """Only the load steps, every ``keep``-th of them, and the last state.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> history = shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=3).history
+        >>> len(history) > len(history.thinned()) > len(history.thinned(10))
+        True
+        """
+        check_count("keep", keep)
+        steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
+        return self.rows(np.union1d(steps, [len(self) - 1]))
+
+    def at(self, cycle: FloatArray) -> "EventHistory":
+        """The exact states at given times in cycles, by linear interpolation between events.
+
+        At a jump the state after it counts.
+        """
+        cycle = np.asarray(cycle, dtype=float)
+        right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)
+        left = right - 1
+        span = self.cycle[right] - self.cycle[left]
+        share = np.where(span > 0, (cycle - self.cycle[left]) / np.where(span > 0, span, 1.0), 1.0)[:, None]
+
+        def between(values: FloatArray) -> FloatArray:
+            return values[left] + share * (values[right] - values[left])
+
+        return EventHistory(
+            cycle=cycle,
+            kind=np.full(len(cycle), EventKind.LOAD_STEP, dtype=np.int64),
+            node=np.full(len(cycle), -1, dtype=np.int64),
+            v=between(self.v),
+            w=between(self.w),
+            q=between(self.q),
+            p=between(self.p),
+            q_w=between(self.q_w),
+            p_w=between(self.p_w),
+            state=self.state[left],
+        )

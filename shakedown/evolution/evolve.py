@@ -1,0 +1,157 @@
+"""The exact path of a joint over a number of cycles."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.evolution.cycle_record import CycleRecord, Stop
+from shakedown.evolution.event_history import EventHistory
+from shakedown.evolution.integrator import Evolution
+from shakedown.evolution.reduced_scene import Scene, reduced_scene
+from shakedown.model.arguments import check_arguments, checked_damping, checked_initial_slip
+from shakedown.model.loading import loading, ramp_start
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+
+@dataclass(frozen=True)
+class EvolutionResult:
+    """Result of :func:`evolve`.
+
+    Attributes
+    ----------
+    load_factor, initial_slip
+        What was simulated.
+    cycles
+        What every cycle did.
+    history
+        Every event.
+    stop
+        Why it ended before its time; None where it did not.
+    scene
+        What was left out, where that was asked for and could be done.
+    """
+
+    load_factor: float
+    initial_slip: FloatArray
+    cycles: tuple[CycleRecord, ...]
+    history: EventHistory
+    stop: Stop | None
+    scene: Scene | None = None
+
+
+def evolve(
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    *,
+    cycles: int = 1,
+    damping: ArrayLike | None = None,
+    reduce: bool = False,
+    tolerances: Tolerances = DEFAULT,
+) -> EvolutionResult:
+    """The exact path of a joint through its transient and a number of cycles (thesis (2.10), (2.3)–(2.9)).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, multiplies the periodic part of the loading.
+    initial_slip : (n,), optional
+        Slip at the start, all nodes closed [length]; zero by default.
+    cycles
+        How many.
+    damping : (2n,), optional
+        Diagonal of the matrix D that carries the state across jumps, only ratios
+        matter; by default in proportion to the diagonal of κ.
+    reduce
+        Follow only the nodes that can move (:func:`reduced_scene`); the result
+        is that of the full form, which is fallen back to where the state jumps.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> run = evolve(shakedown.example("three-node"), 2.6, [2.60902, -0.60226, -0.36541], cycles=2)
+    >>> run.stop is None, run.cycles[1].events
+    (True, 3)
+    """
+    check_arguments(load_factor, cycles)
+    damping = checked_damping(problem, damping)
+    if reduce:
+        scene = reduced_scene(problem, load_factor, initial_slip)
+        moving = scene.initial_slip[scene.moving]
+        small = evolve(scene.problem, load_factor, moving, cycles=cycles, tolerances=tolerances)
+        if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
+            return _expanded(problem, small, scene)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping)
+    records: list[CycleRecord] = []
+    while len(records) < cycles:
+        record = evolution.cycle(record=True)
+        if record is None:
+            break
+        records.append(record)
+    start = checked_initial_slip(problem, initial_slip)
+    return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
+
+
+def _expanded(problem: Problem, small: EvolutionResult, scene: Scene) -> EvolutionResult:
+    """A result of a reduced problem in terms of all nodes."""
+    cycles = tuple(
+        replace(cycle, slip=scene.spread(cycle.slip, 0.0), opened=scene.spread(cycle.opened, False))
+        for cycle in small.cycles
+    )
+    return EvolutionResult(
+        load_factor=small.load_factor,
+        initial_slip=scene.initial_slip,
+        cycles=cycles,
+        history=expanded_history(problem, small.load_factor, scene, small.history),
+        stop=None,
+        scene=scene,
+    )
+
+
+def expanded_history(
+    problem: Problem, load_factor: float, scene: Scene, history: EventHistory
+) -> EventHistory:
+    """The history of a reduced problem in terms of all nodes."""
+    n = problem.n
+    v, w = scene.spread(history.v, scene.initial_slip), scene.spread(history.w, 0.0)
+    welded = _welded_at(problem, load_factor, scene.initial_slip, history.cycle)
+    q, p = welded[:, :n] + v @ problem.A + w @ problem.B, welded[:, n:] + v @ problem.B.T
+    if problem.C is not None:
+        p = p + w @ problem.C
+    nodes = np.flatnonzero(scene.moving)
+    return EventHistory(
+        cycle=history.cycle,
+        kind=history.kind,
+        node=np.where(history.node < 0, -1, nodes[history.node]),
+        v=v,
+        w=w,
+        q=q,
+        p=p,
+        q_w=welded[:, :n],
+        p_w=welded[:, n:],
+        state=scene.spread(history.state, 0),
+    )
+
+
+def _welded_at(problem: Problem, load_factor: float, start: FloatArray, cycle: FloatArray) -> FloatArray:
+    """Welded reactions (s, 2n) at times in cycles; negative ones are those before the first period."""
+    loop = np.hstack(loading(problem).at(load_factor))
+    before = np.empty((0, 2 * problem.n))
+    if problem.q_transient is not None and problem.p_transient is not None:
+        before = np.hstack([problem.q_transient, problem.p_transient])
+    ramp = ramp_start(problem, np.vstack([before, loop])[0], start)
+    cycles = int(np.ceil(cycle.max(initial=0.0))) + 1
+    path = np.vstack([ramp, before, *[loop] * cycles])
+    times = (np.arange(len(path)) - 1 - len(before)) / problem.m
+    return np.stack([np.interp(cycle, times, column) for column in path.T], axis=1)

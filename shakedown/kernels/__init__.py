@@ -1,0 +1,6 @@
+"""Compiled loops of the evolution. They know arrays and small named states, no ``Problem``.
+
+Reading order: ``gauss_seidel`` (fixed load steps), ``active_set`` (systems of the moving nodes),
+``moving_state`` (the state between events), ``rate_problem`` and ``rate_search`` (rates at an
+event), ``event_loop`` (from event to event), ``lemke`` (last resort for the rates).
+"""

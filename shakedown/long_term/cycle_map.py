@@ -1,0 +1,147 @@
+"""The map from one cycle's start to the next, affine on a sequence of contact states, and its limit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import schur, solve_sylvester
+
+from shakedown.evolution.cycle_record import CycleRecord, State
+from shakedown.evolution.integrator import Evolution
+from shakedown.kernels.gauss_seidel import OPEN, STICK
+from shakedown.model.problem import FloatArray
+
+UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1
+
+
+@dataclass(frozen=True)
+class CycleMap:
+    """v ↦ v + d + J (v − v_start) for the slips v of the nodes stuck at the start of a period.
+
+    Attributes
+    ----------
+    start, end
+        State before and after the period.
+    records
+        What its cycles did.
+    stuck : (t,)
+        Nodes whose slips v parametrize the state.
+    basis : (2n, t)
+        ∂(v, w)/∂v_stuck at the start.
+    jacobian : (t, t)
+        J, the derivative of the slips of these nodes over the period.
+    increment : (t,)
+        d, what they gained over the period [length].
+    """
+
+    start: State
+    end: State
+    records: tuple[CycleRecord, ...]
+    stuck: np.ndarray
+    basis: FloatArray
+    jacobian: FloatArray
+    increment: FloatArray
+
+    @property
+    def signatures(self) -> tuple[int, ...]:
+        """The sequences of contact states of its cycles."""
+        return tuple(record.signature for record in self.records)
+
+    def displaced(self, change: FloatArray) -> State:
+        """The start state with the slips of the stuck nodes changed and the others in equilibrium."""
+        u = self.start.u + self.basis @ change
+        n = len(self.start.contact)
+        closed = np.concatenate([np.zeros(n, dtype=bool), self.start.contact != OPEN])
+        u[closed] = 0.0
+        return State(u, self.start.contact)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Limit of the iterated cycle map.
+
+    Attributes
+    ----------
+    change : (t,)
+        Slip from the start state to the limit, drift left out [length].
+    drift : (t,)
+        What the slips gain per period for ever [length].
+    decaying
+        Whether what remains dies out.
+    contraction
+        Factor by which it shrinks per period in the end; 0 where it ends after finitely many.
+    """
+
+    change: FloatArray
+    drift: FloatArray
+    decaying: bool
+    contraction: float
+
+
+def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
+    """Carry an evolution through a period, with the derivative of its cycle map; None where it stops."""
+    start = evolution.state
+    stuck = np.flatnonzero(start.contact == STICK)
+    basis = tangent_basis(evolution, stuck)
+    tangent, records = basis.copy(), []
+    for _ in range(period):
+        record = evolution.cycle(tangent=tangent)
+        if record is None:
+            return None
+        records.append(record)
+    end = evolution.state
+    return CycleMap(start, end, tuple(records), stuck, basis, tangent[stuck], end.u[stuck] - start.u[stuck])
+
+
+def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
+    """∂(v, w)/∂v_stuck: every other moving node follows by its equations."""
+    act, n = evolution.active, evolution.problem.n
+    size = int(act.meta[0])
+    basis = np.zeros((2 * n, len(stuck)))
+    basis[stuck, np.arange(len(stuck))] = 1.0
+    if size:
+        cols, coef = act.col[:size], act.coef[:size]
+        partner = np.where(cols < n, cols + n, cols)
+        rows = act.kappa[cols] - coef[:, None] * act.kappa[partner]
+        basis[cols] = -act.inverse[:size, :size] @ rows[:, stuck]
+    return basis
+
+
+def limit(cycle_map: CycleMap) -> Limit:
+    """Sum of the geometric series Σ Jᵏ d, split into what decays and what drifts.
+
+    The invariant subspace of the eigenvalue 1 (nodes that never move; drifts) is
+    separated by an ordered Schur form, which stays accurate where J is defective.
+    """
+    J, d = cycle_map.jacobian, cycle_map.increment
+    if not len(d):
+        return Limit(d, d, True, 0.0)
+    T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= UNIT**2)
+    rest = T[k:, k:]
+    Z = np.zeros((k, len(d) - k))
+    if 0 < k < len(d):
+        Z = solve_sylvester(T[:k, :k], -rest, -T[:k, k:])
+    c = Q.T @ d
+    unit, other = c[:k] - Z @ c[k:], c[k:]
+    total = np.linalg.solve(np.eye(len(other)) - rest, other)
+    contraction = asymptotic_factor(rest, other)
+    change = Q[:, :k] @ (Z @ total) + Q[:, k:] @ total
+    return Limit(change, Q[:, :k] @ unit, contraction < 1.0, contraction)
+
+
+def asymptotic_factor(matrix: FloatArray, vector: FloatArray) -> float:
+    """lim ‖Mᵏ⁺¹ x‖ / ‖Mᵏ x‖ as far as round-off lets it be seen, by repeated squaring of M."""
+    size = float(np.linalg.norm(vector))
+    if size == 0.0:
+        return 0.0
+    vector, factor, steps, log = vector / size, 0.0, 1, 0.0
+    for _ in range(40):  # vector = Mᵏ x / ‖Mᵏ x‖ with k = steps − 1; log = log ‖Mᵏ x‖
+        image = matrix @ vector
+        norm = float(np.linalg.norm(image))
+        log += np.log(norm) if norm > 0 else -np.inf
+        if log < np.log(1e-13):
+            return factor
+        factor = norm ** (1.0 / steps)
+        if log > np.log(1e6):
+            return factor
+        vector, matrix, steps = image / norm, matrix @ matrix, 2 * steps
+    return factor

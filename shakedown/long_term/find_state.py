@@ -1,0 +1,90 @@
+"""The state that a joint settles into under periodic loading, exactly (long-term state)."""
+
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from shakedown.evolution.event_history import EventKind
+from shakedown.evolution.evolve import expanded_history
+from shakedown.evolution.reduced_scene import Scene, reduced_scene
+from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.state import LongTermState
+from shakedown.model.arguments import check_arguments, check_count
+from shakedown.model.problem import Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+
+def long_term_state(
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None = None,
+    *,
+    max_cycles: int = 1000,
+    longest_period: int = 8,
+    reduce: bool = False,
+    tolerances: Tolerances = DEFAULT,
+) -> LongTermState:
+    """What becomes of a joint under its loading loop, decided exactly and not by waiting.
+
+    As soon as the cycles of a period (1, 2, … ``longest_period`` cycles) pass
+    through the same sequence of contact states as those before them, the map
+    from the start of a period to the next is affine there, v ↦ J v + c. Its
+    limit follows from the geometric series. It is accepted when the states
+    2, 4, 8, … periods ahead still pass through that sequence, and when one more
+    exact period from the limit returns to it.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, multiplies the periodic part of the loading.
+    initial_slip : (n,), optional
+        Slip at the start, all nodes closed [length]; zero by default. Transient
+        load steps, where the problem has them, come before the first period.
+    max_cycles
+        Give up after so many cycles, with the outcome "undecided".
+    longest_period
+        Longest period looked for, in cycles.
+    reduce
+        Follow only the nodes that can move (:func:`reduced_scene`).
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("three-node")
+    >>> state = long_term_state(joint, 2.6, joint.initial_slip[0])
+    >>> state.outcome.value, state.slip_per_cycle.round(6)
+    ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
+    """
+    check_arguments(load_factor, max_cycles)
+    check_count("longest_period", longest_period)
+    if reduce:
+        scene = reduced_scene(problem, load_factor, initial_slip)
+        moving = scene.initial_slip[scene.moving]
+        small = LimitSearch(scene.problem, load_factor, moving, tolerances, longest_period).run(max_cycles)
+        if small.period and EventKind.JUMPS not in small.history.kind:
+            return _expanded(problem, small, scene)
+    search = LimitSearch(problem, load_factor, initial_slip, tolerances, longest_period)
+    return search.run(max_cycles)
+
+
+def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
+    """The long-term state of a reduced problem in terms of all nodes."""
+    return replace(
+        small,
+        initial_slip=scene.initial_slip,
+        final_slip=scene.spread(small.final_slip, scene.initial_slip),
+        drift=scene.spread(small.drift, 0.0),
+        slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
+        open_nodes=scene.spread(small.open_nodes, False),
+        history=expanded_history(problem, small.load_factor, scene, small.history),
+        scene=scene,
+    )

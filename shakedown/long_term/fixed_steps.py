@@ -1,0 +1,142 @@
+"""Time integration at fixed load steps, cycle by cycle, by the thesis's Gauss–Seidel."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.long_term.outcome import WINDOW, Cycles, Outcome, Verdict, judge
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import Tolerances
+
+MAX_SWEEPS = 10_000
+
+
+@dataclass(frozen=True)
+class History:
+    """States after every load step, s of them in all.
+
+    Attributes
+    ----------
+    cycle : (s,)
+        Time in cycles; the transient, where there is one, has negative times.
+    v, w : (s, n)
+        Slips and gaps [length].
+    q, p : (s, n)
+        Reactions [force].
+    slip : (s, n)
+        Slip in contact during the step [length].
+    """
+
+    cycle: FloatArray
+    v: FloatArray
+    w: FloatArray
+    q: FloatArray
+    p: FloatArray
+    slip: FloatArray
+
+
+class Stepping:
+    """One simulation with fixed load steps: the state, and the record of what has happened."""
+
+    def __init__(self, problem: Problem, load_factor: float, tolerances: Tolerances, record: bool) -> None:
+        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
+        self.scale = scales(problem, load_factor)
+        self.loop = loading(problem).at(load_factor)
+        n = problem.n
+        C = np.zeros((n, n)) if problem.C is None else problem.C
+        tension = 16 * np.finfo(float).eps * self.scale.force
+        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, problem.C is not None, tension)
+        self.v, self.w = np.zeros(n), np.zeros(n)
+        self.residual = 0.0
+        self.pieces: list[History] | None = [] if record else None
+
+    def run(self, start: FloatArray, cycles: int) -> tuple[Cycles, Verdict]:
+        """Cycle until the outcome is clear, at most ``cycles`` times."""
+        self.v[:] = start
+        threshold = self.tolerances.steadiness * self.scale.length
+        q_transient, p_transient = self.problem.q_transient, self.problem.p_transient
+        failure, verdict = "", None
+        if q_transient is not None and p_transient is not None and len(q_transient):
+            _, failure = self._advance(q_transient, p_transient, None)
+        log = CycleLog(self.v.copy())
+        while not failure and verdict is None and len(log.slip) < cycles:
+            piece, failure = self._advance(*self.loop, len(log.slip))
+            slip, work = np.abs(piece.slip).sum(axis=0), float(-(piece.q * piece.slip).sum())
+            log.append(self.v.copy(), slip, work, (piece.w > 0).any(axis=0))
+            verdict = judge(log.last(WINDOW), threshold)
+        if failure or verdict is None:
+            reason = failure or f"no steady state within {cycles} cycles"
+            verdict = Verdict(Outcome.UNDECIDED, 0, np.full(self.problem.n, np.nan), reason)
+        return log.last(len(log.slip)), verdict
+
+    def _advance(self, q_w: FloatArray, p_w: FloatArray, cycle: int | None) -> tuple[History, str]:
+        """Solve load steps, re-check the law on them; says what failed, if anything did."""
+        v, w, slip = (np.zeros_like(q_w) for _ in range(3))
+        tolerance = self.tolerances.convergence * self.scale.length
+        _, change, step, node = load_steps(
+            self.stiffness, q_w, p_w, self.v, self.w, tolerance, MAX_SWEEPS, v, w, slip
+        )
+        q, p = reactions(self.problem, q_w, p_w, v, w)
+        m = len(q_w)
+        time = (np.arange(m) - m) / self.problem.m if cycle is None else cycle + np.arange(m) / m
+        piece = History(time, v, w, q, p, slip)
+        if self.pieces is not None:
+            self.pieces.append(piece)
+        if step < 0:
+            violation = float(law_violation(self.problem.f, q, p, w, slip, self.scale).max())
+            self.residual = max(self.residual, violation)
+            if violation <= self.tolerances.friction_law:
+                return piece, ""
+            return piece, f"the friction law is violated by {violation:.1e} after converged load steps"
+        self.residual = max(self.residual, float(change / self.scale.length))
+        if node >= 0 and not self.stiffness.separable:
+            return piece, f"node {node} lifts off at load step {step}, and the problem has no C"
+        if node >= 0:
+            cause = "friction above a threshold?"
+            return piece, f"no admissible state of node {node} at load step {step} ({cause})"
+        return piece, (
+            f"load step {step} not converged in {MAX_SWEEPS} sweeps "
+            f"(last relative change {change / self.scale.length:.1e})"
+        )
+
+    @property
+    def history(self) -> History | None:
+        """Every load step so far, where they were recorded."""
+        return None if self.pieces is None else _joined(self.pieces)
+
+
+class CycleLog:
+    """What each cycle did, as growing lists."""
+
+    def __init__(self, start: FloatArray) -> None:
+        self.end_slip = [start]
+        self.slip: list[FloatArray] = []
+        self.dissipation: list[float] = []
+        self.open_nodes: list[Any] = []
+
+    def append(self, end_slip: FloatArray, slip: FloatArray, dissipation: float, open_nodes: Any) -> None:
+        self.end_slip.append(end_slip)
+        self.slip.append(slip)
+        self.dissipation.append(dissipation)
+        self.open_nodes.append(open_nodes)
+
+    def last(self, count: int) -> Cycles:
+        """The last ``count`` cycles, or as many as there are."""
+        count = min(count, len(self.slip))
+        shape, first = (count, len(self.end_slip[0])), len(self.slip) - count
+        return Cycles(
+            end_slip=np.array(self.end_slip[first:]),
+            slip=np.reshape(self.slip[first:], shape),
+            dissipation=np.array(self.dissipation[first:]),
+            open_nodes=np.reshape(self.open_nodes[first:], shape).astype(bool),
+        )
+
+
+def _joined(pieces: list[History]) -> History:
+    return History(
+        *(np.concatenate([getattr(piece, key) for piece in pieces]) for key in History.__annotations__)
+    )

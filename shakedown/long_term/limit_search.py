@@ -1,0 +1,252 @@
+"""Search for the long-term state: cycle until the sequence of states repeats, then leap to the limit."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.evolution.contact_law import law_violation, reactions
+from shakedown.evolution.cycle_record import CycleRecord, State
+from shakedown.evolution.event_history import EventHistory, EventKind
+from shakedown.evolution.integrator import Evolution
+from shakedown.long_term.cycle_map import CycleMap, Limit, follow_period, limit
+from shakedown.long_term.outcome import Outcome, cycles_in_words
+from shakedown.long_term.state import LongTermState
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import Tolerances
+
+
+class LimitSearch:
+    """The evolution, and what has been seen of it."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        load_factor: float,
+        initial_slip: ArrayLike | None,
+        tolerances: Tolerances,
+        longest_period: int,
+    ) -> None:
+        self.evolution = Evolution(problem, load_factor, initial_slip, tolerances)
+        self.start = self.evolution.motion.u[: problem.n].copy()
+        self.longest_period = longest_period
+        self.near = tolerances.periodicity * self.evolution.scale.length
+        self.states: list[State] = []
+        self.signatures: list[int] = []
+        self.cycles = self.events = 0
+        self.patience = 0  # cycles to wait before the next extrapolation
+
+    def run(self, max_cycles: int) -> LongTermState:
+        while self.cycles < max_cycles:
+            record = self.evolution.cycle()
+            if record is None:
+                break
+            self._count([record])
+            self.states.append(self.evolution.state)
+            self.signatures.append(record.signature)
+            answer = self._returned() or self._extrapolated()
+            if answer is not None:
+                return answer
+            if self.evolution.stop is not None:
+                break
+        stop = self.evolution.stop
+        return self._unsettled(stop.reason if stop else f"no periodic state within {self.cycles} cycles")
+
+    def _count(self, records: list[CycleRecord] | tuple[CycleRecord, ...]) -> None:
+        self.cycles += len(records)
+        self.events += sum(record.events for record in records)
+
+    def _returned(self) -> LongTermState | None:
+        """The long-term state where the present state is that of some cycles ago, to round-off."""
+        for period in range(1, min(self.longest_period, len(self.states) - 1) + 1):
+            past, present = self.states[-1 - period], self.states[-1]
+            if np.abs(past.u - present.u).max() <= 1e-3 * self.near:
+                ago = f"{period} cycle{'s' * (period > 1)} before"
+                text = f"the state after {self.cycles} cycles is that of {ago}"
+                factor = self._observed_contraction(present, period)
+                return self._confirmed(present, period, np.zeros(len(self.start)), factor, text)
+        return None
+
+    def _observed_contraction(self, final: State, period: int) -> float:
+        """Factor per cycle between the last two distances to the final state that stand out of round-off."""
+        distances = [float(np.abs(state.u - final.u).max()) for state in self.states[-1 - period :: -period]]
+        seen = [distance for distance in distances if distance > 10 * self.near][:2]
+        return (seen[0] / seen[1]) ** (1.0 / period) if len(seen) == 2 else 0.0
+
+    def _extrapolated(self) -> LongTermState | None:
+        """The long-term state as the limit of the affine cycle map, where the sequence repeats."""
+        self.patience -= 1
+        if self.patience > 0:
+            return None
+        for period in range(1, self.longest_period + 1):
+            last, before = self.signatures[-period:], self.signatures[-2 * period : -period]
+            if len(before) < period or last != before:
+                continue
+            cycle_map = follow_period(self.evolution, period)
+            if cycle_map is None or any(record.jumps for record in cycle_map.records):
+                return None
+            self._count(cycle_map.records)
+            self.states.append(cycle_map.end)
+            self.signatures += cycle_map.signatures
+            if list(cycle_map.signatures) != last or not self._same_contact(cycle_map):
+                return None
+            answer = self._limit_of(cycle_map, period)
+            if answer is not None:
+                return answer
+        return None
+
+    @staticmethod
+    def _same_contact(cycle_map: CycleMap) -> bool:
+        return bool(np.array_equal(cycle_map.start.contact, cycle_map.end.contact))
+
+    def _limit_of(self, cycle_map: CycleMap, period: int) -> LongTermState | None:
+        """Approach the limit in doubling leaps; where the sequence changes on the way, go on from there."""
+        end = limit(cycle_map)
+        forever = self._is_free(cycle_map, end)
+        power, change = cycle_map.jacobian, cycle_map.increment.copy()
+        reached, leap = cycle_map.end, 1
+        for _ in range(60):
+            # change = Σ_{i < leap} Jⁱ d, power = J^leap
+            remaining = np.abs(change - leap * end.drift - end.change).max(initial=0.0)
+            if forever and end.decaying and remaining <= 1e3 * self.near:
+                answer = self._at_limit(cycle_map, end, period)
+                if answer is not None:
+                    return answer
+                break
+            change, power, leap = change + power @ change, power @ power, 2 * leap
+            state = cycle_map.displaced(change)
+            if not self._passes(state, cycle_map, period):
+                break
+            reached = state
+        self.evolution.state = reached
+        self.states = [reached]
+        self.signatures.clear()
+        self.patience = 2
+        return None
+
+    def _is_free(self, cycle_map: CycleMap, end: Limit) -> bool:
+        """Whether the drift leaves all reactions as they are, so that it can go on for ever."""
+        drift = cycle_map.basis @ end.drift
+        change = np.abs(self.evolution.kappa @ drift).max(initial=0.0)
+        stiffness = float(np.abs(self.evolution.kappa).max())
+        return bool(change <= 1e-3 * self.near * stiffness)
+
+    def _passes(self, state: State, cycle_map: CycleMap, period: int) -> bool:
+        """Whether this state is admissible and a period from it runs through the sequence of the map."""
+        if not (np.isfinite(state.u).all() and self._admissible(state)):
+            return False
+        self.evolution.state = state
+        signatures = []
+        for _ in range(period):
+            record = self.evolution.cycle()
+            if record is None:
+                return False
+            self._count([record])
+            signatures.append(record.signature)
+        return tuple(signatures) == cycle_map.signatures
+
+    def _admissible(self, state: State) -> bool:
+        return self.evolution.violation(state) <= self.evolution.tolerances.friction_law
+
+    def _at_limit(self, cycle_map: CycleMap, end: Limit, period: int) -> LongTermState | None:
+        drift = cycle_map.basis[: len(self.start)] @ end.drift
+        text = (
+            f"limit of the affine cycle map of a sequence of contact states that repeats every "
+            f"{cycles_in_words(period)}"
+        )
+        factor = end.contraction ** (1.0 / period)
+        return self._confirmed(cycle_map.displaced(end.change), period, drift, factor, text)
+
+    def _confirmed(
+        self, state: State, period: int, drift: FloatArray, contraction: float, text: str
+    ) -> LongTermState | None:
+        """The answer, if one exact period from this state returns to it."""
+        evolution, n = self.evolution, len(self.start)
+        if not self._admissible(state):
+            return None
+        evolution.state = state
+        evolution.pieces.clear()
+        records: list[CycleRecord] = []
+        while len(records) < period:
+            record = evolution.cycle(record=True)
+            if record is None:
+                return None
+            records.append(record)
+            self._count([record])
+            moved = evolution.state.u - state.u
+            moved[:n] -= drift * (len(records) / period)
+            error = float(np.abs(moved).max())
+            if period % len(records) == 0 and error <= self.near:  # the period may be a shorter one
+                share = drift * (len(records) / period)
+                return self._answer(records, share, contraction, error, text)
+        return None
+
+    def _answer(
+        self,
+        records: list[CycleRecord],
+        drift: FloatArray,
+        contraction: float,
+        error: float,
+        text: str,
+    ) -> LongTermState:
+        history = self.evolution.history
+        slip = np.sum([record.slip for record in records], axis=0)
+        opened = np.any([record.opened for record in records], axis=0)
+        dissipations = np.array([record.dissipation for record in records])
+        if slip.max() <= 4 * self.near:
+            outcome = Outcome.SEPARATION if opened.any() else Outcome.SHAKEDOWN
+        elif np.abs(drift).max() > self.near:
+            outcome = Outcome.RATCHETTING
+        else:
+            outcome = Outcome.CYCLIC_SLIP
+        return LongTermState(
+            load_factor=self.evolution.load_factor,
+            initial_slip=self.start,
+            outcome=outcome,
+            reason=text,
+            period=len(records),
+            final_slip=self.evolution.motion.u[: len(self.start)].copy(),
+            drift=drift,
+            slip_per_cycle=slip,
+            dissipation_per_cycle=float(dissipations.mean()),
+            dissipations=dissipations,
+            open_nodes=opened,
+            cycles_simulated=self.cycles,
+            events=self.events,
+            contraction=contraction,
+            residual=self._law_residual(history),
+            return_error=error / self.evolution.scale.length,
+            history=history,
+        )
+
+    def _law_residual(self, history: EventHistory) -> float:
+        """Friction law at every event, re-computed from slips and gaps; slip counts from the event before."""
+        problem, scale = self.evolution.problem, self.evolution.scale
+        open_at_all = (history.w[1:] > self.near) | (history.w[:-1] > self.near)
+        at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
+        slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
+        q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
+        at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
+        return float(at_end.max(initial=0.0))
+
+    def _unsettled(self, reason: str) -> LongTermState:
+        n = len(self.start)
+        nan = np.full(n, np.nan)
+        history = self.evolution.history
+        return LongTermState(
+            load_factor=self.evolution.load_factor,
+            initial_slip=self.start,
+            outcome=Outcome.SEPARATION if self.evolution.left else Outcome.UNDECIDED,
+            reason=reason,
+            period=0,
+            final_slip=self.evolution.motion.u[:n].copy(),
+            drift=nan,
+            slip_per_cycle=nan,
+            dissipation_per_cycle=np.nan,
+            dissipations=np.array([]),
+            open_nodes=np.full(n, self.evolution.left),
+            cycles_simulated=self.cycles,
+            events=self.events,
+            contraction=np.nan,
+            residual=np.nan,
+            return_error=np.nan,
+            history=history,
+        )

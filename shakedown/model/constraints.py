@@ -1,0 +1,91 @@
+"""The 2n frictional constraints in slip space and load factor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.model.arguments import require_problem
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
+
+BACKWARD, FORWARD = +1, -1
+SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward"}
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """Extremal frictional constraints G v + λ d ≤ g (thesis (5.3)–(5.7)).
+
+    Row 2j is the backward-slip limit of node j (side +1, q = f p), row 2j + 1
+    its forward-slip limit (side −1, q = −f p): the thesis's I, II, III, IV, …
+
+    Attributes
+    ----------
+    G : (2n, n)
+        Coefficients of the slip v [force/length].
+    d : (2n,)
+        Coefficients of the load factor λ, at the extreme load step [force].
+    g : (2n,)
+        Right-hand sides: the distance of the mean load from the limit [force].
+    node, side, step : (2n,)
+        Node, side (±1) and extreme load step of every row.
+    """
+
+    G: FloatArray
+    d: FloatArray
+    g: FloatArray
+    node: NDArray[np.intp]
+    side: NDArray[np.intp]
+    step: NDArray[np.intp]
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.G.shape[1]
+
+    def excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
+        """Violation (positive) or distance to the limit (negative) of every row, (2n,) [force]."""
+        return self.G @ slip + load_factor * self.d - self.g
+
+    def relative_excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
+        """``excess`` relative to the largest term of each row, (2n,)."""
+        terms = np.maximum(np.abs(self.G) @ np.abs(slip), np.abs(load_factor * self.d))
+        size = np.maximum(terms, np.abs(self.g))
+        return self.excess(slip, load_factor) / np.where(size > 0, size, 1.0)
+
+
+def constraints(problem: Problem) -> Constraints:
+    """The 2n extremal rows of a problem, with all nodes in contact.
+
+    Of the loading loop only the extreme samples enter, one per row: an LP over
+    every load step (thesis (5.16)) has the same solutions.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> rows = constraints(shakedown.example("two-node"))
+    >>> rows.G.shape, rows.node, rows.side
+    ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
+    """
+    require_problem(problem)
+    n, f, fB = problem.n, problem.f, problem.f[:, None] * problem.B
+    loop = loading(problem)
+    backward, forward = loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1
+    return Constraints(
+        G=_interleaved(problem.A - fB, -(problem.A + fB)),
+        d=_interleaved(backward.max(axis=0), forward.max(axis=0)),
+        g=_interleaved(f * loop.p0 - loop.q0, f * loop.p0 + loop.q0),
+        node=np.repeat(np.arange(n), 2),
+        side=np.tile([BACKWARD, FORWARD], n),
+        step=_interleaved(backward.argmax(axis=0), forward.argmax(axis=0)),
+    )
+
+
+def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
+    """(node, side) of some rows, in order."""
+    return tuple((int(rows.node[i]), int(rows.side[i])) for i in sorted(indices))
+
+
+def _interleaved(backward: NDArray, forward: NDArray) -> NDArray:
+    return np.stack([backward, forward], axis=1).reshape(2 * len(backward), *backward.shape[1:])

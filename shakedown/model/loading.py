@@ -1,0 +1,77 @@
+"""The loading loop: its constant part, its periodic part and the load factor."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.errors import UsageError
+from shakedown.model.arguments import require_problem
+from shakedown.model.problem import FloatArray, Problem
+
+LARGEST_FORCE = 1e150  # its square is still a number
+
+
+@dataclass(frozen=True)
+class Loading:
+    """Welded reactions r_w(λ) = r⁰ + λ r¹ over one period (thesis §5.1).
+
+    Attributes
+    ----------
+    q0, p0 : (n,)
+        Constant part r⁰ [force].
+    q1, p1 : (m, n)
+        Periodic part r¹ = r_w − r⁰ at load factor 1 [force].
+    """
+
+    q0: FloatArray
+    p0: FloatArray
+    q1: FloatArray
+    p1: FloatArray
+
+    def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
+        """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor.
+
+        Raises ``UsageError`` where they are too large for floating-point numbers.
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            q_w, p_w = self.q0 + load_factor * self.q1, self.p0 + load_factor * self.p1
+        largest = max(np.abs(q_w).max(), np.abs(p_w).max())
+        if not largest < LARGEST_FORCE:
+            raise UsageError(f"load factor: expected loads below {LARGEST_FORCE:g}, found {largest:g}")
+        return q_w, p_w
+
+
+def loading(problem: Problem) -> Loading:
+    """Split the loading loop of a problem into its constant and its periodic part.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> loop = loading(shakedown.example("two-node"))
+    >>> loop.q0.round(6), loop.p0.round(6)
+    (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
+    """
+    require_problem(problem)
+    q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
+    p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
+
+
+def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
+    """Welded reactions (2n,) from which the load rises to its first load step, all nodes stuck.
+
+    Tangential reactions are zero, normal ones those of the first load step (in
+    magnitude), so that an initial slip that is admissible there stays as it is.
+    """
+    n = problem.n
+    locked_q, locked_p = problem.A @ start, problem.B @ start
+    return np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
+
+
+def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
+    """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
+    periodic = samples - mean
+    size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
+    constant = np.abs(periodic).max(axis=0) <= 4 * np.finfo(float).eps * size
+    periodic[:, constant] = 0.0
+    return periodic

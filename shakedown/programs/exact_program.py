@@ -1,0 +1,200 @@
+"""Linear programs in exact arithmetic, started from the active rows of a float solution."""
+
+from dataclasses import dataclass, replace
+
+from shakedown.programs.rational import IntegerRows, solve_integers
+
+MAX_PIVOTS = 500
+
+
+@dataclass(frozen=True)
+class ExactProgram:
+    """Maximise cost · x subject to matrix · x ≤ right, in integers."""
+
+    matrix: IntegerRows
+    right: list[int]
+    cost: list[int]
+
+
+@dataclass(frozen=True)
+class ExactVertex:
+    """The exact end of an :class:`ExactProgram`.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"infeasible"``; ``"unbounded"`` (there is a ray of improvement;
+        whether there is a feasible point as well is not examined).
+    x, x_scale
+        The solution, or the ray, as numerators and common denominator > 0.
+    y, y_scale
+        Multipliers ≥ 0 by row that prove optimality or infeasibility, likewise.
+    """
+
+    status: str
+    x: list[int]
+    x_scale: int
+    y: dict[int, int]
+    y_scale: int
+
+
+def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> ExactVertex | None:
+    """Check the vertex where the active rows meet; move on from it where it is not the best.
+
+    Parameters
+    ----------
+    program
+        The linear program.
+    active
+        The rows taken as equalities.
+    free
+        The columns they determine; the others are zero, which is right as long as the
+        multipliers balance them as well, and is changed where they do not.
+
+    Returns
+    -------
+        The exact end, or None if the rows do not meet in a point or pivoting came
+        to no end.
+
+    Examples
+    --------
+    >>> program = ExactProgram([[1, 0], [0, 1], [-1, 0], [0, -1]], [2, 3, 0, 0], [1, 1])
+    >>> end = exact_vertex(program, [2, 3], [0, 1])
+    >>> end.status, end.x, end.y
+    ('optimal', [2, 3], {0: 1, 1: 1})
+    """
+    active, free = list(active), sorted(free)
+    while len(active) == len(free):
+        kept = ExactProgram(
+            [[row[j] for j in free] for row in program.matrix], program.right, [program.cost[j] for j in free]
+        )
+        end = _simplex(kept, active)
+        if end is None:
+            return None
+        loose = _unbalanced(program, free, end)
+        if loose is None:
+            x = dict(zip(free, end.x, strict=False))
+            return replace(end, x=[x.get(j, 0) for j in range(len(program.cost))])
+        free = sorted([*free, loose])
+        active += _completion(program, active, free)
+    return None
+
+
+def proves_at_most(program: ExactProgram, active: list[int], free: list[int], value: tuple[int, int]) -> bool:
+    """Whether the multipliers of the active rows prove cost · x ≤ a fraction (numerator, denominator)."""
+    square = [[program.matrix[i][j] for i in active] for j in free]
+    solved = solve_integers(square, [program.cost[j] for j in free]) if len(active) == len(free) else None
+    if solved is None or min(solved[0], default=0) < 0:
+        return False
+    y = {i: weight for i, weight in zip(active, solved[0], strict=True) if weight}
+    if _unbalanced(program, free, ExactVertex("optimal", [], 1, y, solved[1])) is not None:
+        return False
+    bound = sum(weight * program.right[i] for i, weight in y.items())
+    return bound * value[1] <= value[0] * solved[1]
+
+
+def _unbalanced(program: ExactProgram, free: list[int], end: ExactVertex) -> int | None:
+    """A column among those held at zero in which the multipliers of the end do not balance."""
+    if end.status == "unbounded":
+        return None
+    for j in sorted(set(range(len(program.cost))) - set(free)):
+        target = program.cost[j] * end.y_scale if end.status == "optimal" else 0
+        if sum(weight * program.matrix[i][j] for i, weight in end.y.items()) != target:
+            return j
+    return None
+
+
+def _completion(program: ExactProgram, active: list[int], free: list[int]) -> list[int]:
+    """One more row that makes the active rows regular in the free columns, if there is one."""
+    for i in range(len(program.matrix)):
+        if i not in active:
+            square = [[program.matrix[k][j] for j in free] for k in [*active, i]]
+            if solve_integers(square, [0] * len(free)) is not None:
+                return [i]
+    return []
+
+
+def _simplex(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
+    """Dual pivots until every row holds, then primal pivots until every multiplier is ≥ 0."""
+    columns = range(len(program.cost))
+    start = _weights(program, basis, program.cost)
+    if start is None:
+        return None
+    cost = program.cost
+    if min(start[0]) < 0:  # any cost of which the basis is the best vertex will do to get feasible
+        cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
+    return _dual_pivots(program, cost, basis) or _primal_pivots(program, basis)
+
+
+def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> ExactVertex | None:
+    """Change ``basis`` in place until every row holds; an infeasible program ends with its certificate."""
+    for _ in range(MAX_PIVOTS):
+        at, weights = _point(program, basis), _weights(program, basis, cost)
+        if at is None or weights is None:
+            return None
+        violated = next((i for i, excess in enumerate(_excess(program, *at)) if excess > 0), None)
+        if violated is None:
+            return None
+        combination = _weights(program, basis, program.matrix[violated])
+        if combination is None:
+            return None
+        alpha, scale = combination
+        pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
+        if not pairs:
+            farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
+            return ExactVertex("infeasible", [], 1, farkas, scale)
+        basis[basis.index(_least_ratio(pairs))] = violated
+    return None
+
+
+def _primal_pivots(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
+    """Change ``basis``, all of whose rows hold, in place until every multiplier is ≥ 0."""
+    for _ in range(MAX_PIVOTS):
+        at, weights = _point(program, basis), _weights(program, basis, program.cost)
+        if at is None or weights is None:
+            return None
+        excess = _excess(program, *at)
+        if max(excess) > 0:
+            return None
+        negative = [k for y, k in zip(weights[0], basis, strict=True) if y < 0]
+        if not negative:
+            y = {k: value for k, value in zip(basis, weights[0], strict=True) if value}
+            return ExactVertex("optimal", *at, y, weights[1])
+        leaving = min(negative)
+        edge = solve_integers([program.matrix[k] for k in basis], [-(k == leaving) for k in basis])
+        if edge is None:
+            return None
+        slopes = [sum(m * e for m, e in zip(row, edge[0], strict=True)) for row in program.matrix]
+        blocking = [(-excess[i], slope, i) for i, slope in enumerate(slopes) if slope > 0 and i not in basis]
+        if not blocking:
+            return ExactVertex("unbounded", *edge, {}, 1)
+        basis[basis.index(leaving)] = _least_ratio(blocking)
+    return None
+
+
+def _point(program: ExactProgram, basis: list[int]) -> tuple[list[int], int] | None:
+    return solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
+
+
+def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tuple[list[int], int] | None:
+    """y with Σ y_k row_k = target."""
+    columns = range(len(program.cost))
+    return solve_integers([[program.matrix[i][j] for i in basis] for j in columns], target)
+
+
+def _excess(program: ExactProgram, x: list[int], scale: int) -> list[int]:
+    """matrix · x − right in every row, times the scale of x."""
+    return [
+        sum(m * value for m, value in zip(row, x, strict=True) if m) - right * scale
+        for row, right in zip(program.matrix, program.right, strict=True)
+    ]
+
+
+def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:
+    """The index of the smallest numerator / denominator > 0; the smallest index among equals."""
+    best = pairs[0]
+    for pair in pairs[1:]:
+        left, right = pair[0] * best[1], best[0] * pair[1]
+        if left < right or (left == right and pair[2] < best[2]):
+            best = pair
+    return best[2]

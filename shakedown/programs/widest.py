@@ -1,0 +1,46 @@
+"""The point with the largest margin to the rows of a system of inequalities."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from shakedown.model.problem import FloatArray
+from shakedown.programs.linear_program import INF, LinearProgram
+
+
+@dataclass(frozen=True)
+class Widest:
+    """The point x with the largest margin, and the multipliers ≥ 0 that prove that no larger one exists."""
+
+    x: FloatArray
+    margin: float
+    multipliers: FloatArray
+
+
+def widest(
+    matrix: FloatArray, norms: FloatArray, right: FloatArray, *, cap: float, signed: int | None = None
+) -> Widest:
+    """Maximise t ≤ cap subject to M x + t·norms ≤ right, and x ≥ 0 in the column ``signed``.
+
+    The multipliers satisfy yᵀ M = 0 (≥ 0 in the column ``signed``), yᵀ norms = 1 and
+    yᵀ right = t, as long as t < cap.
+    """
+    rows, columns = matrix.shape
+    lower = np.full(columns + 1, -INF)
+    if signed is not None:
+        lower[signed] = 0.0
+    upper = np.full(columns + 1, INF)
+    upper[-1] = cap
+    program = LinearProgram(
+        np.column_stack([matrix, norms]),
+        cost=np.append(np.zeros(columns), -1.0),
+        lower=np.full(rows, -INF),
+        upper=right,
+        column_lower=lower,
+        column_upper=upper,
+    )
+    vertex = program.solve().vertex
+    if vertex is None:  # rows without a norm contradict each other, whatever t
+        return Widest(np.zeros(columns), -inf, np.zeros(rows))
+    return Widest(vertex.x[:-1], float(vertex.x[-1]), -vertex.multipliers)

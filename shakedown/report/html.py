@@ -1,0 +1,206 @@
+"""The verification report: one self-contained HTML file, and the same as JSON."""
+
+import datetime
+import io
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure
+
+import shakedown
+from shakedown.errors import UsageError
+from shakedown.files.problem_file import atomic_write
+from shakedown.model.constraints import SIDE_NAMES
+from shakedown.report.json_documents import as_text, verification_document
+from shakedown.report.verification_figures import (
+    guarantee_curve_figure,
+    slip_along_contact_figure,
+    slip_per_cycle_figure,
+    slip_space_figure,
+)
+from shakedown.report.words import bounds_in_words, critical_in_words, friction_in_words, transient_in_words
+from shakedown.verification.verify import Run, Verification
+
+
+def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
+    """Write a verification as HTML, and as JSON beside it (same name, suffix .json).
+
+    Raises
+    ------
+    UsageError
+        If a file cannot be written.
+    """
+    if not isinstance(verification, Verification):
+        raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
+    target = report_path(path)
+    document = as_text(verification_document(verification))
+    for file_path, text in ((target, render(verification)), (target.with_suffix(".json"), document)):
+        try:
+            with atomic_write(file_path) as file:
+                file.write(text.encode())
+        except OSError as error:
+            raise UsageError(f"{file_path}: cannot be written ({error.strerror})") from None
+
+
+def report_path(path: str | os.PathLike[str]) -> Path:
+    """Where a report goes; ``UsageError`` where its JSON would go to the same file, or there is no folder."""
+    target = Path(path)
+    if target.suffix == ".json":
+        raise UsageError(f"{target}: expected the name of an HTML file; the JSON goes beside it")
+    if not target.parent.is_dir():
+        raise UsageError(f"{target}: cannot be written (no folder {target.parent})")
+    return target
+
+
+def render(verification: Verification) -> str:
+    """A verification as one self-contained HTML page."""
+    environment = Environment(
+        loader=PackageLoader("shakedown.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template("report.html.j2").render(_context(verification))
+
+
+def _context(v: Verification) -> dict[str, Any]:
+    problem = v.problem
+    return {
+        "title": problem.name or "unnamed problem",
+        "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
+        + (f", units {problem.units}" if problem.units else ""),
+        "verdict": _verdict(v),
+        "verdict_class": "disagree" if v.disagreements else "open" if v.open_questions else "agree",
+        "problems": [*v.disagreements, *v.open_questions],
+        "bounds": _bounds_rows(v),
+        "meaning": [
+            *bounds_in_words(v.bounds),
+            *([] if v.transient is None else [transient_in_words(v.transient)]),
+        ],
+        "friction": friction_in_words(v.problem, v.friction),
+        "runs": [_run_row(run) for run in v.runs],
+        "runs_note": RUNS_NOTE,
+        "figures": _figures(v),
+        "unit": f" ({problem.units.split(',')[-1].strip()})" if "," in problem.units else "",
+        "nodes": _node_rows(v),
+        "critical": critical_in_words(v.critical, v.subsets, v.bounds),
+        "provenance": f"shakedown {shakedown.__version__}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC",
+    }
+
+
+RUNS_NOTE = (
+    "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
+    "down, above λ_max none can, and the safe slip shakes down up to λ_max. Slip per period: Σ|Δv| of the "
+    "node that slips most, over one period of the long-term state. The law residual is the largest "
+    "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
+    "re-computed from slips and gaps alone."
+)
+
+
+def _verdict(v: Verification) -> str:
+    judged = sum(run.agrees is not None for run in v.runs)
+    if v.disagreements:
+        return f"DISAGREEMENT: {_count(len(v.disagreements), 'finding')}."
+    if v.open_questions:
+        return f"Open: {_count(len(v.open_questions), 'question')}."
+    return (
+        f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
+        f"an outcome ({len(v.runs)} runs in all)."
+    )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _friction(f: np.ndarray) -> str:
+    return f"{f[0]:g}" if (f == f[0]).all() else f"{f.min():g} … {f.max():g} (per node)"
+
+
+def _bounds_rows(v: Verification) -> list[tuple[str, str, str, str]]:
+    pairs = (
+        ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_lower.load_factor),
+        ("upper bound λ_max (a safe slip exists)", v.bounds.upper.load_factor, v.second_upper.load_factor),
+    )
+    return [(name, _number(one, 10), _number(two, 10), _difference(one, two)) for name, one, two in pairs]
+
+
+def _difference(one: float, two: float) -> str:
+    if not (np.isfinite(one) and np.isfinite(two)):
+        return "–"
+    size = max(abs(one), abs(two))
+    return f"{abs(one - two) / size:.1e}" if size else "0"
+
+
+def _number(value: float, digits: int = 6) -> str:
+    if np.isnan(value):
+        return "–"
+    return f"{value:.{digits}g}" if np.isfinite(value) else ("∞" if value > 0 else "−∞")
+
+
+def _run_row(run: Run) -> dict[str, str]:
+    s = run.simulation
+    words = {True: ("yes", "yes"), False: ("no", "NO"), None: ("none", "–")}
+    mark, agree = words[run.agrees]
+    return {
+        "load_factor": _number(s.load_factor),
+        "region": run.region,
+        "initial": run.initial,
+        "predicted": run.predicted,
+        "outcome": s.outcome + (f" (period {s.period})" if s.period > 1 else ""),
+        "mark": mark,
+        "agree": agree,
+        "cycles": str(s.cycles_simulated),
+        "slip": _number(float(np.max(s.slip_per_cycle)), 4),
+        "dissipation": _number(s.dissipation_per_cycle, 4),
+        "residual": "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
+        "time": f"{1e3 * run.seconds:.1f} ms",
+    }
+
+
+def _node_rows(v: Verification) -> list[tuple[str, str, str, str, str]]:
+    upper, lower = v.bounds.upper, v.bounds.lower
+    rows = []
+    for j in range(v.problem.n):
+        active = " and ".join(SIDE_NAMES[side] for node, side in upper.active if node == j) or "–"
+        threshold = _number(v.friction.single_node[j], 5)
+        rows.append((str(j), _number(upper.slip[j]), _number(lower.slip[j]), active, threshold))
+    return rows
+
+
+def _figures(v: Verification) -> list[dict[str, str]]:
+    figures = [
+        (
+            slip_per_cycle_figure(v),
+            "Slip per cycle of the node that slips most, against the cycle number. A line that falls to "
+            "the floor has shaken down; a level line is cyclic slip or ratchetting.",
+        )
+    ]
+    if v.problem.n == 2:
+        figures.append(
+            (
+                slip_space_figure(v),
+                "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
+                "them, and the paths from the initial states (circle: start, square: end).",
+            )
+        )
+    if v.problem.n > 2:
+        figures.append((slip_along_contact_figure(v), "Slip along the contact at the end of each run."))
+    if v.curve is not None:
+        stays = (
+            "No slip leads out of such a box, so that a joint that starts inside stays inside."
+            if v.curve.invariant
+            else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
+        )
+        caption = f"First collapse when every other slip keeps within R of the safe slip. {stays}"
+        figures.append((guarantee_curve_figure(v), caption))
+    return [{"svg": _svg(figure), "caption": caption} for figure, caption in figures]
+
+
+def _svg(figure: Figure) -> str:
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]

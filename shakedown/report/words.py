@@ -1,0 +1,161 @@
+"""What the bounds mean for the joint, in sentences that the command line and the report share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from shakedown.bounds.guarantee_curve import GuaranteeCurve
+    from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
+    from shakedown.enumeration.critical import CriticalLoadFactors
+    from shakedown.friction.thresholds import FrictionThresholds, Threshold
+    from shakedown.long_term.transient_limit import TransientLimit
+    from shakedown.model.problem import Problem
+
+
+def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
+    """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
+    ...     print(line)
+    Below λ_1 = 0.646554 the joint shakes down from every initial state (no coupling ...).
+    Above λ_max = 0.646554 it cannot shake down with all nodes in contact.
+    The loading as given (λ = 1) lies at or above λ_max.
+    """
+    lower, upper = bounds.lower, bounds.upper
+    if "infeasible" in (upper.status, lower.status):
+        return [f"No load factor is safe: {upper.reason or lower.reason}."]
+    gap = bounds.have_gap or (upper.status == "unbounded" and lower.status == "optimal")
+    between = [_between(lower)] if gap else []
+    return [_below(lower), *between, _above(upper), _as_given(lower, upper)]
+
+
+def _below(lower: LowerBound) -> str:
+    if lower.load_factor == 0:
+        return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
+    where = "At every load factor" if lower.status == "unbounded" else f"Below λ_1 = {lower.load_factor:.7g}"
+    if lower.guarantee == "proved":
+        return f"{where} the joint shakes down from every initial state ({lower.reason})."
+    claim = f"{where} shakedown from every initial state is to be expected, but not proved"
+    return f"{claim} ({lower.guarantee}): {lower.reason}."
+
+
+def _between(lower: LowerBound) -> str:
+    return (
+        "Between λ_1 and λ_max the initial state decides: from the safe slip the joint shakes down; from "
+        f"the witness, where node {lower.node} has lost its range of safe slips, it usually does not."
+    )
+
+
+def _above(upper: UpperBound) -> str:
+    if upper.status == "unbounded":
+        return f"A safe slip exists at every load factor: {upper.reason}."
+    return f"Above λ_max = {upper.load_factor:.7g} it cannot shake down with all nodes in contact."
+
+
+def _as_given(lower: LowerBound, upper: UpperBound) -> str:
+    if lower.load_factor > 1:
+        place = "below λ_1"
+    elif upper.load_factor > 1:
+        place = "between the bounds"
+    else:
+        place = "at or above λ_max"
+    return f"The loading as given (λ = 1) lies {place}."
+
+
+def curve_in_words(curve: GuaranteeCurve) -> str:
+    """How far the lower bound improves for initial states near the safe slip."""
+    points = ", ".join(
+        f"{load_factor:.5g} (R = {radius:g})"
+        for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
+    )
+    return (
+        f"For initial states within R of the safe slip the first collapse lies at λ_1(R) = {points}; "
+        f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
+    )
+
+
+def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: ShakedownBounds) -> list[str]:
+    """How many subsets there are, the smallest values, and why these differ from the bounds."""
+    if critical is None:
+        return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]
+    smallest, feasible = critical.smallest_positive, critical.smallest_feasible
+    counts = f"{total:,} subsets of n + 1 constraints: {critical.regular:,} critical load factors"
+    if critical.degenerate:
+        counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
+    if not smallest.rows:
+        return [f"{counts}. None of them is positive."]
+    sentences = [f"{counts}. The smallest positive one is {smallest.load_factor:.7g}."]
+    if smallest.load_factor < bounds.lower.load_factor * (1 - 1e-9):
+        sentences.append(
+            f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to "
+            "an intersection outside the safe region: there, other constraints are broken already, and "
+            "no safe state ends. Only intersections on the safe region matter; the smallest of those is "
+            f"{feasible.load_factor:.7g}."
+        )
+    elif bounds.lower.load_factor == 0:
+        sentences.append(
+            "λ_1 is 0 all the same: the safe region has lost its cube shape at the mean load already, and an "
+            "intersection at a positive load factor says nothing about that."
+        )
+    return sentences
+
+
+def transient_in_words(limit: TransientLimit) -> str:
+    """Up to where one history shakes down, and what was scanned to say so."""
+    scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
+    if np.isnan(limit.load_factor):
+        return f"From its initial state the joint shakes down at no load factor ({scan})."
+    if not np.isfinite(limit.high):
+        return f"From its initial state the joint shakes down at every load factor scanned ({scan})."
+    order = "" if limit.monotone else "; below it there are load factors at which it does not"
+    return (
+        f"From its initial state the joint shakes down up to λ_T = {limit.load_factor:.7g}{order} ({scan})."
+    )
+
+
+def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]:
+    """Where the friction of a problem stands against its thresholds, and what follows.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("jump")
+    >>> friction_in_words(joint, shakedown.friction_thresholds(joint))[0]
+    'The friction lies above the threshold of uniqueness (0.35568): the evolution may have ...'
+    """
+    friction = 1.0 if limits.factor else float(problem.f.max())
+    closed, opened = limits.uniqueness_in_contact, limits.uniqueness
+    if opened is None:
+        pairs = [(" with all nodes in contact", closed)]
+    elif (opened.low, opened.high) == (closed.low, closed.high):
+        pairs = [("", closed)]
+    else:
+        pairs = [(" with all nodes in contact", closed), (" where nodes separate", opened)]
+    sentences = [_uniqueness(friction, where, threshold) for where, threshold in pairs]
+    if limits.wedging.value <= friction:
+        sentences.append(
+            f"It lies above the threshold of wedging ({limits.wedging.value:.5g}): locked-in slip can hold "
+            "the joint without any load."
+        )
+    return sentences
+
+
+def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
+    name = f"the threshold of uniqueness{where}"
+    if friction >= threshold.high:
+        return (
+            f"The friction lies above {name} ({threshold.high:.5g}): the evolution may have several "
+            "continuations or none, and then it jumps."
+        )
+    if threshold.low == threshold.high == np.inf:
+        return f"Friction of any size leaves the evolution unique{where}."
+    if friction < threshold.low:
+        limit = f"{threshold.low:.5g}" if threshold.low == threshold.high else f"at least {threshold.low:.5g}"
+        return f"The friction lies below {name} ({limit})."
+    return f"It is open whether the friction lies below {name} ({threshold.low:.5g} … {threshold.high:.5g})."

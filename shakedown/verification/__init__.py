@@ -1,0 +1,4 @@
+"""Prediction held against simulation.
+
+Reading order: ``plan`` (which load factors and initial states, what is predicted there), ``verify``.
+"""

@@ -1,0 +1,240 @@
+"""Predicted against simulated: does time integration agree with the bounds?"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.bounds.guarantee_curve import GuaranteeCurve, guarantee_curve
+from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
+from shakedown.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
+from shakedown.errors import UsageError
+from shakedown.friction.thresholds import FrictionThresholds, friction_thresholds
+from shakedown.long_term.outcome import Outcome
+from shakedown.long_term.simulation import Simulation, simulate
+from shakedown.long_term.transient_limit import TransientLimit, transient_limit
+from shakedown.model.problem import Problem
+from shakedown.verification.plan import BELOW, Case, planned_cases
+
+CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
+SCANNED = 20  # load factors scanned for the transient limit
+ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulation, with what was predicted for it.
+
+    Attributes
+    ----------
+    region
+        Where the load factor lies: below λ_1, between the bounds, above λ_max.
+    initial
+        Name of the initial state.
+    predicted
+        "shakedown", "no shakedown", or "either" where the bounds predict nothing.
+    agrees
+        True, False, or None where nothing was predicted or the simulation is undecided.
+    simulation, seconds
+        What came out, and the time it took [s].
+    """
+
+    region: str
+    initial: str
+    predicted: str
+    agrees: bool | None
+    simulation: Simulation
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Result of :func:`verify`.
+
+    Attributes
+    ----------
+    problem
+        The joint.
+    bounds
+        Both bounds, by linear programming (HiGHS).
+    second_lower, second_upper
+        Both bounds once more, by an interior-point method (cvxpy with Clarabel).
+    critical
+        All (n+1)-subsets, or None where there are more than the budget allows.
+    subsets
+        Their number.
+    friction
+        Friction thresholds.
+    transient
+        Up to where the history from the first given state, or from zero slip,
+        shakes down; None where λ_max is not finite and positive.
+    curve
+        λ_1(R) for initial states near the safe slip, or None where there is no
+        gap between the bounds to close.
+    runs
+        Every simulation.
+    disagreements
+        One sentence each; empty where prediction and simulation agree, and both
+        roads to the bounds.
+    open_questions
+        One sentence for each simulation without an outcome, and for a bound that
+        the second road does not reach.
+    """
+
+    problem: Problem
+    bounds: ShakedownBounds
+    second_lower: ConicBound
+    second_upper: ConicBound
+    critical: CriticalLoadFactors | None
+    subsets: int
+    friction: FrictionThresholds
+    transient: TransientLimit | None
+    curve: GuaranteeCurve | None
+    runs: tuple[Run, ...]
+    disagreements: tuple[str, ...]
+    open_questions: tuple[str, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing disagrees and nothing is left open."""
+        return not self.disagreements and not self.open_questions
+
+
+def verify(
+    problem: Problem,
+    *,
+    load_factors: Sequence[float] | None = None,
+    random_states: int = 3,
+    seed: int = 0,
+    cycles: int = 1000,
+    method: str = "event",
+    budget: int = 200_000,
+    progress: Callable[[int, int], None] | None = None,
+) -> Verification:
+    """Hold the bounds against time integration from several initial states.
+
+    Below λ_1 every initial state must shake down; above λ_max none can. Between
+    the bounds the safe slip must shake down; other states may do either.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factors
+        Load factors λ to simulate; by default one in every region that exists.
+    random_states, seed
+        Number of random initial states, and the seed they are drawn with.
+    cycles, method
+        As for :func:`shakedown.simulate`.
+    budget
+        Enumerate the critical load factors where there are at most so many subsets.
+    progress
+        Called with (done, total) after every simulation.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> report = shakedown.verify(shakedown.example("two-node"), random_states=1)
+    >>> report.agrees, len(report.runs)
+    (True, 12)
+    """
+    if random_states < 0:
+        raise UsageError(f"random states: expected at least 0, found {random_states}")
+    if not isinstance(seed, int) or seed < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    if load_factors is not None and np.ndim(load_factors) != 1:
+        raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
+    bounds = shakedown_bounds(problem)
+    lower, upper = bounds.lower, bounds.upper
+    subsets = subset_count(problem.n)
+    cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed))
+    simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
+    runs = []
+    for done, case in enumerate(cases, 1):
+        runs.append(_run(problem, case, cycles, method))
+        if progress is not None:
+            progress(done, len(cases))
+    second_lower, second_upper = conic_lower_bound(problem), conic_upper_bound(problem)
+    roads = list(_road_findings(bounds, second_lower, second_upper))
+    return Verification(
+        problem=problem,
+        bounds=bounds,
+        second_lower=second_lower,
+        second_upper=second_upper,
+        critical=critical_load_factors(problem) if subsets <= budget else None,
+        subsets=subsets,
+        friction=friction_thresholds(problem),
+        transient=_transient(problem, upper),
+        curve=guarantee_curve(problem, CURVE_RADII) if bounds.have_gap else None,
+        runs=tuple(runs),
+        disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
+        open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
+    )
+
+
+def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
+    if not 0 < upper.load_factor < np.inf:
+        return None
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6)
+
+
+def _run(problem: Problem, case: Case, cycles: int, method: str) -> Run:
+    began = time.perf_counter()
+    simulation = simulate(
+        problem, case.load_factor, case.start, cycles=cycles, method=method, record=problem.n <= 2
+    )
+    seconds = time.perf_counter() - began
+    agrees = _agreement(case.predicted, simulation.outcome)
+    return Run(case.region, case.initial, case.predicted, agrees, simulation, seconds)
+
+
+def _agreement(predicted: str, outcome: Outcome) -> bool | None:
+    if predicted == "either" or outcome == Outcome.UNDECIDED:
+        return None
+    return (outcome == Outcome.SHAKEDOWN) == (predicted == "shakedown")
+
+
+def _disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
+    for run in runs:
+        if run.agrees is not False:
+            continue
+        text = (
+            f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
+            f"predicted {run.predicted}, simulated {run.simulation.outcome}"
+        )
+        if run.region == BELOW and lower.guarantee != "proved":
+            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
+        yield text
+
+
+def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
+    for run in runs:
+        if run.simulation.outcome == Outcome.UNDECIDED:
+            yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
+
+
+def _road_findings(
+    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound
+) -> Iterator[tuple[bool | None, str]]:
+    """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
+    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
+    size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
+    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
+    if bounds.lower.node >= 0 or bounds.lower.status == "unbounded":  # else no node collapses on its own
+        pairs.insert(0, ("λ_1", bounds.lower, second_lower))
+    for name, first, second in pairs:
+        one, two = first.load_factor, second.load_factor
+        if second.status == "undecided":
+            yield None, f"{name}: the second road ({second.solver}) stopped without an answer"
+        elif first.status != second.status:
+            yield False, f"{name}: {first.status} by linear programming, {second.status} on the second road"
+        elif np.isfinite(one) and abs(one - two) > ROADS_AGREE * max(abs(one), size):
+            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
