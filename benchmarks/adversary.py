@@ -10,11 +10,8 @@ import numpy as np
 from numba import njit
 
 import shakedown
-from shakedown.bounds.coupling import coupling, unique_in_contact
-from shakedown.bounds.single_node_cycle import single_node_cycle
-from shakedown.cli.output import table
-from shakedown.model.constraints import constraints
-from shakedown.model.loading import loading
+from shakedown import constraints, coupling, loading, single_node_cycle, unique_in_contact
+from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip below the first collapse, by status of the guarantee"
 CYCLES = 400

@@ -6,11 +6,9 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.refinement import block_on_plane
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
-from shakedown.evolution.contact_law import scales
-from shakedown.evolution.integrator import Evolution
+from shakedown import Evolution, loading, scales
 from shakedown.kernels.gauss_seidel import Stiffness, load_steps
-from shakedown.model.loading import loading
+from shakedown.report.text_table import table
 
 TITLE = "Elastic blocks above the upper bound: one exact cycle against one Gauss–Seidel pass"
 CYCLES = 3  # before the timed one

@@ -13,9 +13,8 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import chain
 from benchmarks.timing import median_time
-from shakedown import Problem
-from shakedown.cli.output import table
-from shakedown.model.constraints import Constraints, constraints
+from shakedown import Constraints, Problem, constraints
+from shakedown.report.text_table import table
 
 TITLE = "Upper and lower bound: time against the number of nodes"
 CERTIFIED_UP_TO = {"upper": 125, "lower": 60}  # nodes; beyond, exact arithmetic takes minutes

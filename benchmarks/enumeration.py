@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
+from shakedown import constraints
 from shakedown.enumeration.intersection import scaled_rows
 from shakedown.enumeration.tasks import Tree, pieces
-from shakedown.model.constraints import constraints
+from shakedown.report.text_table import table
 
 TITLE = "Critical load factors: time per subset"
 SAMPLE = 20_000

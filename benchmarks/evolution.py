@@ -10,11 +10,9 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
-from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown import Tolerances, law_violation, loading, reactions, scales
 from shakedown.long_term.fixed_steps import Stepping
-from shakedown.model.loading import loading
-from shakedown.tolerances import DEFAULT
+from shakedown.report.text_table import table
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3
@@ -85,7 +83,7 @@ def measure(case: dict) -> dict:
         history = shakedown.evolve(problem, load_factor, start, cycles=CYCLES).history
         violation = _violation(problem, load_factor, start, history)
     elif case["method"] == "gauss-seidel":
-        tolerances = replace(DEFAULT, convergence=case["tolerance"], friction_law=np.inf)
+        tolerances = Tolerances(convergence=case["tolerance"], friction_law=np.inf)
 
         def run() -> Stepping:
             stepping = Stepping(fine, load_factor, tolerances, record=True)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown.cli.output import table
+from shakedown.report.text_table import table
 
 TITLE = "Cost growth: time and peak memory, with fitted exponents"
 # (task, what grows, values short, values full, expected exponent of the time)

@@ -14,9 +14,8 @@ import shakedown
 from benchmarks.bounds import highs_solved
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
-from shakedown import Problem
-from shakedown.cli.output import table
-from shakedown.model.constraints import Constraints, constraints
+from shakedown import Constraints, Problem, constraints
+from shakedown.report.text_table import table
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
 

@@ -5,7 +5,6 @@ above λ_max none does. The closer λ is to the bound, the slower is the approac
 plain cycling must take "small" for "none", the closed form need not.
 """
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,8 +13,8 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import random_problem
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
-from shakedown.tolerances import DEFAULT
+from shakedown import Tolerances
+from shakedown.report.text_table import table
 
 TITLE = "Long-term state: effort until the verdict, and false verdicts"
 SCENES = ("two-node", "random 2", "uncoupled 5")
@@ -64,7 +63,7 @@ def measure(case: dict) -> dict:
     if steadiness is None:
         seconds, state = median_time(lambda: shakedown.long_term_state(problem, load_factor, start), runs=1)
     else:
-        tolerances = replace(DEFAULT, steadiness=steadiness)
+        tolerances = Tolerances(steadiness=steadiness)
         seconds, state = median_time(
             lambda: shakedown.simulate(
                 problem, load_factor, start, method="gauss-seidel", cycles=LIMIT, tolerances=tolerances

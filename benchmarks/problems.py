@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.model.problem import FloatArray, Problem
+from shakedown import FloatArray, Problem
 
 
 def joint(

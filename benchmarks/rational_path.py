@@ -12,8 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from shakedown.model.loading import loading
-from shakedown.model.problem import FloatArray, Problem
+from shakedown import FloatArray, Problem, loading
 
 STICK, BACKWARD, FORWARD, OPEN = "stick", "backward", "forward", "open"
 SIDE = {BACKWARD: 1, FORWARD: -1}

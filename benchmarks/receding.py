@@ -34,10 +34,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.runner import run_study
-from shakedown.evolution.event_history import EventHistory
+from shakedown import EventHistory, FloatArray, Problem, simulate
 from shakedown.fem import receding_block
-from shakedown.long_term.simulation import simulate
-from shakedown.model.problem import FloatArray, Problem
 
 TITLE = "Chapter III: receding contact under cyclic loading"
 THESIS_EXPONENT, THESIS_RATIO = -3.1, 0.56

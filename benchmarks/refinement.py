@@ -36,9 +36,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.runner import run_study
-from shakedown.bounds.guarantee_curve import guarantee_curve
-from shakedown.bounds.shakedown_bounds import lower_bound
-from shakedown.bounds.upper import upper_bound
+from shakedown import Problem, guarantee_curve, lower_bound, upper_bound
 from shakedown.fem import (
     Displacement,
     ElasticBody,
@@ -49,7 +47,6 @@ from shakedown.fem import (
     contact_problem,
     welded_corner,
 )
-from shakedown.model.problem import Problem
 
 TITLE = "Both bounds under mesh refinement"
 STEEL = Material(200e3, 0.3)  # N, mm

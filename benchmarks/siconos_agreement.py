@@ -25,12 +25,9 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
-from shakedown.cli.output import table
-from shakedown.evolution.contact_law import law_violation, reactions, scales
-from shakedown.evolution.event_history import EventHistory
+from shakedown import EventHistory, FloatArray, Problem, law_violation, loading, reactions, scales
 from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.model.loading import loading
-from shakedown.model.problem import FloatArray, Problem
+from shakedown.report.text_table import table
 
 TITLE = "Siconos against the event-driven path: agreements, and why the others differ"
 CYCLES = 2

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown.evolution.contact_law import Scales
-from shakedown.model.problem import FloatArray, Problem
+from shakedown import FloatArray, Problem, Scales
 
 SYSTEM_PYTHON = "/usr/bin/python3"
 ABSENT = "Siconos is left out: the system's Python has no siconos (Debian package python3-siconos)"

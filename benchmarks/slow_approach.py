@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
-from shakedown.evolution.integrator import Evolution
+from shakedown import Evolution
+from shakedown.report.text_table import table
 
 TITLE = "Slow approach to shakedown: the closed form against plain cycling"
 LOAD_FACTOR = 0.9

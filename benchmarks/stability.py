@@ -24,11 +24,10 @@ from benchmarks import siconos_peer
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
-from shakedown.cli.output import table
-from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown import FloatArray, Problem, law_violation, reactions, scales
 from shakedown.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.long_term.fixed_steps import MAX_SWEEPS
-from shakedown.model.problem import FloatArray, Problem
+from shakedown.report.text_table import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {

@@ -8,9 +8,7 @@ from numpy.typing import ArrayLike
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown.evolution.contact_law import Scales, scales
-from shakedown.model.loading import loading
-from shakedown.model.problem import FloatArray, Problem
+from shakedown import FloatArray, Problem, Scales, loading, scales
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from matplotlib.figure import Figure
 
 import shakedown
-from shakedown.cli.output import table
 from shakedown.report.evolution_figures import load_plane, slip_space
+from shakedown.report.text_table import table
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"
 NAMES = ("one-node-separation", "one-node-cyclic", "jump")

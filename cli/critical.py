@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 
 import shakedown
-from shakedown.model.constraints import SIDE_NAMES
-from shakedown.model.problem import Problem
+from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import critical_document
 from shakedown.report.words import critical_in_words
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import click
 
-from shakedown.model.problem import Problem
+from shakedown import Problem
 from shakedown.report.json_documents import as_text
-
-LONGEST_LISTING = 40
+from shakedown.report.text_table import table as table
 
 
 def echo_json(document: dict[str, Any]) -> None:
@@ -30,24 +29,6 @@ def number(value: float | None, digits: int = 7) -> str:
 def tiny(value: float) -> str:
     """The order of magnitude of an error; undefined ones as a dash."""
     return f"{value:.1e}" if value == value else "-"
-
-
-def table(
-    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
-) -> str:
-    """Right-aligned columns under their headers; long tables show their ends."""
-    cut = len(rows) > longest
-    half = longest // 2
-    shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
-    widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
-    lines = [_line(row, widths, indent) for row in [headers, *shown]]
-    if cut:
-        lines.insert(1 + half, f"{indent}… {len(rows) - 2 * half} rows more; --json has all …")
-    return "\n".join(lines)
-
-
-def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
-    return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()
 
 
 def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:

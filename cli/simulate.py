@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 import shakedown
-from shakedown.model.problem import FloatArray, Problem
+from shakedown import FloatArray, Problem
 from shakedown.report.json_documents import simulation_document
 
 from .options import cycles_option, json_option, method_option, problem_argument

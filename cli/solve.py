@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 
 import shakedown
-from shakedown.model.constraints import SIDE_NAMES
-from shakedown.model.problem import Problem
+from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import bounds_document, curve_document, friction_document
 from shakedown.report.words import bounds_in_words, curve_in_words, friction_in_words
 

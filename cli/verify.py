@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.model.problem import Problem
+from shakedown import Problem
 from shakedown.report.json_documents import verification_document
 from shakedown.report.words import bounds_in_words, friction_in_words, transient_in_words
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from shakedown.bounds.coupling import coupling as coupling
+    from shakedown.bounds.coupling import unique_in_contact as unique_in_contact
     from shakedown.bounds.guarantee_curve import GuaranteeCurve as GuaranteeCurve
     from shakedown.bounds.guarantee_curve import guarantee_curve as guarantee_curve
     from shakedown.bounds.interior_point import ConicBound as ConicBound
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from shakedown.bounds.safe_slip import safe_slip as safe_slip
     from shakedown.bounds.shakedown_bounds import ShakedownBounds as ShakedownBounds
     from shakedown.bounds.shakedown_bounds import shakedown_bounds as shakedown_bounds
+    from shakedown.bounds.single_node_cycle import single_node_cycle as single_node_cycle
     from shakedown.bounds.upper import UpperBound as UpperBound
     from shakedown.bounds.upper import upper_bound as upper_bound
     from shakedown.condensation.condense import Condensation as Condensation
@@ -38,6 +41,10 @@ if TYPE_CHECKING:
     from shakedown.errors import ShakedownError as ShakedownError
     from shakedown.errors import SolverError as SolverError
     from shakedown.errors import UsageError as UsageError
+    from shakedown.evolution.contact_law import Scales as Scales
+    from shakedown.evolution.contact_law import law_violation as law_violation
+    from shakedown.evolution.contact_law import reactions as reactions
+    from shakedown.evolution.contact_law import scales as scales
     from shakedown.evolution.event_history import EventHistory as EventHistory
     from shakedown.evolution.event_history import EventKind as EventKind
     from shakedown.evolution.evolve import EvolutionResult as EvolutionResult
@@ -48,8 +55,8 @@ if TYPE_CHECKING:
     from shakedown.evolution.viscous_jump import Jump as Jump
     from shakedown.files.examples import example as example
     from shakedown.files.examples import example_names as example_names
-    from shakedown.files.problem_file import load_problem as load_problem
-    from shakedown.files.problem_file import save_problem as save_problem
+    from shakedown.files.npz import load_problem as load_problem
+    from shakedown.files.npz import save_problem as save_problem
     from shakedown.friction.thresholds import FrictionThresholds as FrictionThresholds
     from shakedown.friction.thresholds import Threshold as Threshold
     from shakedown.friction.thresholds import friction_thresholds as friction_thresholds
@@ -67,17 +74,30 @@ if TYPE_CHECKING:
     from shakedown.long_term.state import LongTermState as LongTermState
     from shakedown.long_term.transient_limit import TransientLimit as TransientLimit
     from shakedown.long_term.transient_limit import transient_limit as transient_limit
+    from shakedown.model.constraints import SIDE_NAMES as SIDE_NAMES
+    from shakedown.model.constraints import Constraints as Constraints
+    from shakedown.model.constraints import constraints as constraints
+    from shakedown.model.loading import Loading as Loading
+    from shakedown.model.loading import loading as loading
+    from shakedown.model.problem import FloatArray as FloatArray
     from shakedown.model.problem import Problem as Problem
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
+    from shakedown.tolerances import Tolerances as Tolerances
     from shakedown.verification.verify import Run as Run
     from shakedown.verification.verify import Verification as Verification
     from shakedown.verification.verify import verify as verify
 
 _HOMES = {
+    "shakedown.evolution.contact_law": "Scales law_violation reactions scales",
+    "shakedown.bounds.single_node_cycle": "single_node_cycle",
+    "shakedown.bounds.coupling": "coupling unique_in_contact",
+    "shakedown.tolerances": "Tolerances",
+    "shakedown.model.loading": "Loading loading",
+    "shakedown.model.constraints": "Constraints constraints SIDE_NAMES",
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
-    "shakedown.model.problem": "Problem",
-    "shakedown.files.problem_file": "load_problem save_problem",
+    "shakedown.model.problem": "FloatArray Problem",
+    "shakedown.files.npz": "load_problem save_problem",
     "shakedown.condensation.condense": "Condensation condense condensed_stiffness",
     "shakedown.importing.import_model": "Import import_model import_problem",
     "shakedown.condensation.load_case": "LoadCase",

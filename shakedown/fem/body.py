@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,9 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from shakedown.condensation.load_case import LoadCase
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
-
-if TYPE_CHECKING:
-    from shakedown.fem.loads import Load
 
 IntArray = NDArray[np.intp]
 
@@ -70,6 +68,16 @@ class Support:
     y: bool = True
 
 
+class BodyLoad(Protocol):
+    """What a body asks of its loads (:class:`shakedown.fem.Load`)."""
+
+    def support(self) -> Support | None:
+        """What the load holds in place, if anything."""
+
+    def case(self, body: "ElasticBody", steps: int | None, rows: slice, size: int) -> LoadCase:
+        """The load case in a model of ``size`` rows where the body has ``rows``."""
+
+
 @dataclass(frozen=True, eq=False)
 class ElasticBody:
     """An elastic body with its supports and loads, discretised by scikit-fem.
@@ -105,7 +113,7 @@ class ElasticBody:
     mesh: Mesh
     material: Material | Mapping[str, Material]
     supports: Sequence[Support] = ()
-    loads: "Sequence[Load]" = ()
+    loads: "Sequence[BodyLoad]" = ()
     plane: Literal["strain", "stress"] = "strain"
     thickness: float = 1.0
     order: int = 1

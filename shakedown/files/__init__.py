@@ -1,5 +1,5 @@
 """Problem files and built-in problems.
 
-Reading order: ``problem_file`` (NPZ archives, read with suspicion, written whole or not at all),
+Reading order: ``npz`` (NPZ archives, read with suspicion, written whole or not at all),
 ``examples`` (the built-in problems).
 """

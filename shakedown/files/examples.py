@@ -7,7 +7,7 @@ from importlib import resources
 import numpy as np
 
 from shakedown.errors import UsageError
-from shakedown.files.problem_file import load_problem
+from shakedown.files.npz import load_problem
 from shakedown.model.problem import Problem
 
 

@@ -11,7 +11,7 @@ from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.viscous_jump import Jump
-from shakedown.files.problem_file import atomic_write
+from shakedown.files.npz import atomic_write
 from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.fixed_steps import CycleLog, History, Stepping
 from shakedown.long_term.outcome import Cycles, Outcome

@@ -4,6 +4,7 @@ import datetime
 import io
 import os
 import platform
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
-import shakedown
 from shakedown.errors import UsageError
-from shakedown.files.problem_file import atomic_write
+from shakedown.files.npz import atomic_write
 from shakedown.model.constraints import SIDE_NAMES
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.verification_figures import (
@@ -85,7 +85,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "unit": f" ({problem.units.split(',')[-1].strip()})" if "," in problem.units else "",
         "nodes": _node_rows(v),
         "critical": critical_in_words(v.critical, v.subsets, v.bounds),
-        "provenance": f"shakedown {shakedown.__version__}, Python {platform.python_version()}, "
+        "provenance": f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
         f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC",
     }
 

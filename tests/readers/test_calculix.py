@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from test_importing import BLOCK
+from model_files import BLOCK
 
 import shakedown
 from shakedown import ProblemError, condensed_stiffness, import_problem

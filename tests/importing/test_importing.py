@@ -7,16 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import writers
+from bodies import pair
+from model_files import BLOCK
 from scipy import sparse
-from test_fem import pair
 
 import shakedown
 from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
-
-BLOCK = Path(__file__).parent / "data" / "calculix_9"
 
 
 def test_the_calculix_reference_comes_back_to_round_off():

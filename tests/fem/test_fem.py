@@ -6,6 +6,7 @@ import sys
 import meshio
 import numpy as np
 import pytest
+from bodies import STEEL, pair
 from hypothesis import given
 from hypothesis import strategies as st
 from skfem import MeshQuad
@@ -29,8 +30,6 @@ from shakedown.fem import (
     shipped_blocks,
     welded_corner,
 )
-
-STEEL = Material(200e3, 0.3)
 
 
 def distorted(nx=4, ny=3, seed=0):
@@ -115,7 +114,7 @@ def test_a_b_c_equal_calculix_on_the_same_mesh():
 
     They are those of half the depth 0.25 of the layer, see the README beside the data.
     """
-    from test_importing import BLOCK
+    from model_files import BLOCK
 
     reference = shakedown.load_problem(BLOCK / "block.npz")
     mesh = block_mesh(2.0, 1.0, 8, 6)
@@ -160,22 +159,6 @@ def test_a_floating_body_has_three_rigid_motions():
     assert held.zero_modes == 0
     guided = ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL, supports=[Support("top", y=False)])
     assert contact_condensation(guided, "bottom").zero_modes == 2  # up, and about a point of the top
-
-
-def pair(n, *, upper=STEEL, lower=STEEL, lower_rows=2, f=0.3, order=1):
-    """Two blocks on each other, the upper one pressed and sheared through its top."""
-    loads = [
-        Displacement(boundary="top", x=0.0, y=-1e-3, history=1.0),
-        Displacement(boundary="top", x=2e-4, y=0.0, history=lambda t: np.sin(2 * np.pi * t)),
-    ]
-    above = ElasticBody(block_mesh(2.0, 1.0, 2 * n, n), upper, loads=loads, order=order)
-    below = ElasticBody(
-        block_mesh(2.0, 1.0, 2 * n, lower_rows, origin=(0.0, -1.0)),
-        lower,
-        supports=[Support("bottom")],
-        order=order,
-    )
-    return contact_problem(above, "bottom", f, against=(below, "top"), steps=12)
 
 
 def test_elastically_similar_bodies_are_uncoupled():

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from test_cli import document, run
-from test_importing import BLOCK
+from command import document, run
+from model_files import BLOCK
 
 import shakedown
 

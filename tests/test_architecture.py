@@ -1,0 +1,144 @@
+"""The shape of the package: wings, floors and the direction of imports, read from the imports themselves."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import shakedown
+
+PACKAGE = Path(shakedown.__file__).parent
+ROOT = Path(__file__).parents[1]
+CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
+
+# From the ground up; a room may import from its own wing and from lower floors only.
+FLOORS = (
+    {"errors", "tolerances"},
+    {"model"},
+    {"programs", "kernels", "files", "condensation"},
+    {"bounds", "friction", "enumeration", "evolution", "readers", "fem"},
+    {"long_term", "importing"},
+    {"verification"},
+    {"report"},
+    {"__init__"},
+    {"cli", "benchmarks"},
+)
+FLOOR = {wing: number for number, wings in enumerate(FLOORS) for wing in wings}
+PUBLIC_MODULES = {"fem", "report"}  # beside the names of the package itself
+MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that it times
+    ("benchmarks.block_cycle", "shakedown.kernels.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.kernels.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.long_term.fixed_steps"),
+    ("benchmarks.siconos_agreement", "shakedown.kernels.gauss_seidel"),
+    ("benchmarks.evolution", "shakedown.long_term.fixed_steps"),
+    ("benchmarks.enumeration", "shakedown.enumeration.intersection"),
+    ("benchmarks.enumeration", "shakedown.enumeration.tasks"),
+    ("benchmarks.claims", "shakedown.files.npz"),
+    ("benchmarks.runner", "shakedown.files.npz"),
+}
+MOST_ROOMS = 12
+
+
+def sources() -> dict[str, Path]:
+    """Dotted name below the package (or cli.…, benchmarks.…) of every source file."""
+    found = {}
+    for place, prefix in ((PACKAGE, ()), (CLI, ("cli",)), (ROOT / "benchmarks", ("benchmarks",))):
+        for path in place.rglob("*.py"):
+            parts = (*prefix, *path.relative_to(place).with_suffix("").parts)
+            found[".".join(parts)] = path
+    return found
+
+
+SOURCES = sources()
+
+
+def imports(path: Path, *, lazy: bool = True) -> list[tuple[str, str]]:
+    """(module, name) of every import of the package in a file; at module level only unless ``lazy``."""
+    tree = ast.parse(path.read_text())
+    nodes = ast.walk(tree) if lazy else iter(tree.body)
+    found = []
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            found += [(alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found += [(node.module or "", alias.name) for alias in node.names]
+    return [(module, name) for module, name in found if module.split(".")[0] == "shakedown"]
+
+
+def wing_of(dotted: str) -> str:
+    return dotted.split(".")[0]
+
+
+def target_wing(module: str, name: str) -> str:
+    parts = module.split(".")[1:]
+    if parts:
+        return parts[0]
+    return name if name in FLOOR and name != "errors" else "__init__"
+
+
+def test_every_wing_stands_on_a_floor():
+    assert {wing_of(name) for name in SOURCES} <= set(FLOOR)
+    assert len(FLOORS) <= 9
+
+
+@pytest.mark.parametrize("room", sorted(SOURCES))
+def test_imports_go_down(room):
+    wing = wing_of(room)
+    if room == "__init__":
+        return  # the public names, loaded lazily
+    for module, name in imports(SOURCES[room]):
+        target = target_wing(module, name)
+        assert target == wing or FLOOR[target] < FLOOR[wing], f"{room} imports {module} {name}"
+
+
+def test_no_wing_has_a_circle():
+    graph = {
+        room: {".".join(module.split(".")[1:]) for module, _ in imports(path)} & set(SOURCES)
+        for room, path in SOURCES.items()
+    }
+    done: set[str] = set()
+
+    def visit(room: str, above: tuple[str, ...]) -> None:
+        assert room not in above, " -> ".join([*above[above.index(room) :], room])
+        if room in done:
+            return
+        for below in graph[room] - {room}:
+            visit(below, (*above, room))
+        done.add(room)
+
+    for room in graph:
+        visit(room, ())
+
+
+def test_wings_are_small_and_say_what_they_are_for():
+    for wing in set(FLOOR) - {"errors", "tolerances", "__init__", "cli", "benchmarks", "readers", "fem"}:
+        rooms = [path for path in (PACKAGE / wing).glob("*.py") if path.stem != "__init__"]
+        assert 1 <= len(rooms) <= MOST_ROOMS, wing
+        purpose = ast.get_docstring(ast.parse((PACKAGE / wing / "__init__.py").read_text()))
+        assert purpose, wing
+        unnamed = [path.stem for path in rooms if f"``{path.stem}``" not in purpose]
+        assert not unnamed, f"{wing}: the reading order does not name {unnamed}"
+
+
+def test_no_room_is_named_as_a_part_of_another():
+    stems = [
+        name.split(".")[-1]
+        for name in SOURCES
+        if wing_of(name) not in {"readers", "fem", "kernels", "cli", "benchmarks"} and name.count(".") == 1
+    ]
+    stems = [stem for stem in stems if stem != "__init__"]
+    assert len(stems) == len(set(stems))
+    parts = [(a, b) for a in stems for b in stems if b.startswith(f"{a}_") or b.endswith(f"_of_{a}")]
+    assert not parts
+
+
+@pytest.mark.parametrize("room", sorted(name for name in SOURCES if wing_of(name) in {"cli", "benchmarks"}))
+def test_commands_and_studies_use_public_names_only(room):
+    for module, name in imports(SOURCES[room]):
+        parts = module.split(".")
+        if len(parts) == 1:
+            public = not name or name in shakedown.__all__ or name in PUBLIC_MODULES
+        else:
+            public = parts[1] in PUBLIC_MODULES or (room, module) in MEASURED_INSIDE
+            public = public and not name.startswith("_")
+        assert public, f"{room} imports {name} from {module}"
