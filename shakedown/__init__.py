@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from shakedown.model.loading import loading as loading
     from shakedown.model.problem import FloatArray as FloatArray
     from shakedown.model.problem import Problem as Problem
+    from shakedown.model.status import Status as Status
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
     from shakedown.tolerances import Tolerances as Tolerances
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
     from shakedown.verification.verify import verify as verify
 
 _HOMES = {
+    "shakedown.model.status": "Status",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",
     "shakedown.bounds.single_node_cycle": "single_node_cycle",
     "shakedown.bounds.coupling": "coupling unique_in_contact",

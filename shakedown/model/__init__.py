@@ -2,5 +2,5 @@
 
 Reading order: ``problem`` (the data, validated once), ``loading`` (constant and periodic part,
 load factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``arguments``
-(checks of what callers pass in).
+(checks of what callers pass in), ``status`` (how a program ended).
 """
