@@ -3,7 +3,7 @@
 from matplotlib.figure import Figure
 
 import shakedown
-from shakedown.report.evolution_figures import load_plane, slip_space
+from shakedown import plot
 from shakedown.report.text_table import table
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"
@@ -54,7 +54,10 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     out = {}
     for name in NAMES:
         problem = shakedown.example(name)
-        history = shakedown.evolve(problem, 1.0, problem.initial_slip[0], cycles=3).history
-        draw = slip_space if problem.n == 2 else load_plane
-        out[f"worked-{name}"] = draw(problem, history)
+        run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
+        if problem.n == 2:
+            axes = plot.slip_space(problem, 1.0, {"path": run})
+        else:
+            axes = plot.reaction_space(run, problem)
+        out[f"worked-{name}"] = axes.figure
     return out

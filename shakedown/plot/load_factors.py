@@ -1,0 +1,158 @@
+"""Load factors: the guarantee curve, limits against a parameter, slip per cycle."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
+
+from shakedown.bounds.guarantee_curve import GuaranteeCurve
+from shakedown.bounds.shakedown_bounds import ShakedownBounds
+from shakedown.errors import UsageError
+from shakedown.long_term.simulation import Simulation
+from shakedown.model.problem import Problem
+from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of, units_of
+
+MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
+NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
+
+
+def guarantee(
+    curve: GuaranteeCurve, bounds: ShakedownBounds | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """First collapse λ_1(R) against the radius within which initial states keep to the safe slip.
+
+    Parameters
+    ----------
+    curve
+        From :func:`shakedown.guarantee_curve`.
+    bounds
+        To draw λ_1 and λ_max beside it.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> curve = shakedown.guarantee_curve(shakedown.example("two-node"), [0.0, 0.5, 4.0])
+    >>> plot.guarantee(curve).get_ylabel()
+    'load factor λ'
+    """
+    axes = axes_for(ax)
+    axes.plot(curve.radii, curve.load_factors, "o-", color=BLUE, ms=4, label="λ_1(R)")
+    if bounds is not None:
+        axes.axhline(bounds.upper.load_factor, color=RED, ls="--", lw=1, label="λ_max")
+        axes.axhline(bounds.lower.load_factor, color=GREEN, ls="--", lw=1, label="λ_1, every initial state")
+    positive = curve.radii[curve.radii > 0]
+    if len(positive):
+        axes.set_xscale("symlog", linthresh=float(positive.min()), linscale=0.5)
+    axes.set(xlabel="radius R, in multiples of max |safe slip|", ylabel="load factor λ")
+    axes.set_xlim(left=0.0)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+def interaction(
+    values: ArrayLike,
+    factors: Mapping[str, ArrayLike],
+    *,
+    parameter: str = "friction coefficient f",
+    ax: Axes | None = None,
+) -> Axes:
+    """Load factors against a parameter: what is safe, what depends, what is not (Bree-like).
+
+    Parameters
+    ----------
+    values : (k,)
+        The parameter.
+    factors
+        Name → load factors (k,), from the most careful to the least; NaN where there is none.
+        Between two neighbours the area is shaded.
+    parameter
+        Its name, for the axis.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If a curve has another length than the parameter.
+
+    Examples
+    --------
+    >>> from shakedown import plot
+    >>> axes = plot.interaction([0.1, 0.2], {"λ_1": [0.3, 0.5], "λ_max": [0.4, 0.9]})
+    >>> axes.get_xlabel(), len(axes.lines)
+    ('friction coefficient f', 2)
+    """
+    x = np.asarray(values, dtype=float)
+    curves = {name: np.asarray(factor, dtype=float) for name, factor in factors.items()}
+    for name, curve in curves.items():
+        if curve.shape != x.shape:
+            raise UsageError(f"{name}: expected {len(x)} load factors, found {curve.size}")
+    axes = axes_for(ax)
+    below = np.zeros_like(x)
+    for colour, (name, curve) in zip((GREEN, BLUE, *LINES[1:]) * 9, curves.items(), strict=False):
+        known = np.isfinite(curve) & np.isfinite(below)
+        axes.fill_between(x, below, curve, where=known, color=colour, alpha=0.15, lw=0)
+        axes.plot(x, curve, ".-", color=colour, ms=4, label=name)
+        below = curve
+    axes.set(xlabel=parameter, ylabel="load factor λ")
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+def slip_per_cycle(
+    runs: Mapping[str, Simulation] | Simulation,
+    problem: Problem | None = None,
+    *,
+    styles: Mapping[str, Style] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Slip of the node that slips most, against the cycle: falls to the floor where the joint shakes down.
+
+    Parameters
+    ----------
+    runs
+        One simulation, or name → simulation.
+    problem
+        For units.
+    styles
+        Keywords of ``Axes.plot`` for the line of a name.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> run = shakedown.simulate(shakedown.example("two-node"), 0.9)
+    >>> plot.slip_per_cycle(run).get_yscale()
+    'log'
+    """
+    named = {"": runs} if isinstance(runs, Simulation) else dict(runs)
+    axes = axes_for(ax)
+    largest = max((float(run.cycles.slip.max(initial=0.0)) for run in named.values()), default=0.0)
+    floor, longest = NO_SLIP * largest or NO_SLIP, 1
+    for k, (name, run) in enumerate(named.items()):
+        slip = run.cycles.slip
+        longest = max(longest, len(slip))
+        worst = np.maximum(slip.max(axis=1, initial=0.0), floor)
+        axes.plot(np.arange(1, len(slip) + 1), worst, marker=".", **style_of(name, k, styles))
+    axes.axhline(floor, color=GREY, lw=0.8)
+    axes.text(0.99, floor / 8, "no slip", transform=axes.get_yaxis_transform(), ha="right", color=GREY,
+              fontsize="small")  # fmt: skip
+    axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
+    axes.set_ylabel(labelled("slip per cycle, largest node", units_of(problem)[1]))
+    axes.set_ylim(bottom=floor / 30)
+    if longest <= MANY_CYCLES:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.grid(alpha=0.3)
+    if any(named):
+        axes.legend(fontsize="small")
+    return axes

@@ -1,0 +1,230 @@
+"""Planes: the slip space of two nodes with its rows, and the load of one node with its stick sector."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon
+
+from shakedown.errors import UsageError
+from shakedown.evolution.event_history import EventHistory, EventKind
+from shakedown.model.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.plot.style import (
+    BLACK,
+    GREEN,
+    LINES,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    STATES,
+    Recorded,
+    Style,
+    axes_for,
+    labelled,
+    path_of,
+    style_of,
+    units_of,
+)
+
+ROW_COLOURS = (SKY, ORANGE)
+SECTORS = 4  # stick sectors drawn, at most
+
+
+def slip_space(
+    problem: Problem,
+    load_factor: float,
+    results: Mapping[str, Recorded] | None = None,
+    *,
+    styles: Mapping[str, Style] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """The slip plane of a two-node joint: its four rows, the safe region, paths (thesis fig. 5.4).
+
+    Rows hold with both nodes closed, each at its extreme load step; a path is dotted
+    where a node is open or the state jumps.
+
+    Parameters
+    ----------
+    problem
+        A joint of two nodes.
+    load_factor
+        λ at which the rows are drawn.
+    results
+        Name → a result with recorded events.
+    styles
+        Keywords of ``Axes.plot`` for the path of a name.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If the joint has another number of nodes, or a result no recorded events.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> axes = plot.slip_space(shakedown.example("two-node"), 0.7)
+    >>> axes.get_xlabel(), len(axes.patches)
+    ('slip of node 0', 1)
+    """
+    if problem.n != 2:
+        raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
+    rows, axes = constraints(problem), axes_for(ax, (6.0, 5.0))
+    region = safe_polygon(rows, load_factor)
+    if len(region):
+        axes.add_patch(Polygon(region, closed=True, fc=GREEN, alpha=0.25, lw=0, label="safe region"))
+    paths = {name: path_of(result) for name, result in (results or {}).items()}
+    for k, (name, path) in enumerate(paths.items()):
+        _draw_path(axes, path, style_of(name, k, styles))
+    points = [region, *(path.v for path in paths.values())]
+    low, high = _window(np.vstack([*points, np.zeros((0, 2))]))
+    for i in range(len(rows.g)):
+        _draw_row(axes, rows, i, load_factor)
+    _, length = units_of(problem)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set(xlabel=labelled("slip of node 0", length), ylabel=labelled("slip of node 1", length))
+    axes.set_title(f"λ = {load_factor:.6g}", fontsize="medium")
+    axes.legend(fontsize="small")
+    return axes
+
+
+def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
+    """Corners of the safe region G v ≤ g − λ d of a two-node joint, in order, (k, 2) [length].
+
+    Empty where there is no bounded region with an interior.
+    """
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
+    from shakedown.programs.widest import widest
+
+    limit, norms = rows.g - load_factor * rows.d, np.linalg.norm(rows.G, axis=1)
+    steep = norms > 0
+    if steep.sum() < 3 or (limit[~steep] < 0).any():
+        return np.empty((0, 2))
+    matrix, right = rows.G[steep] / norms[steep, None], limit[steep] / norms[steep]
+    size = float(np.abs(right).max())
+    found = widest(matrix, np.ones(len(right)), right, cap=1e3 * size)
+    if not 0 < found.margin < 0.9e3 * size:
+        return np.empty((0, 2))
+    try:
+        corners = HalfspaceIntersection(np.column_stack([matrix, -right]), found.x).intersections
+    except QhullError:
+        return np.empty((0, 2))
+    if not np.isfinite(corners).all():
+        return np.empty((0, 2))
+    around = corners - found.x
+    return np.asarray(corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
+
+
+def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:
+    """The path, a circle at its start and a square at its end."""
+    opened = (path.state == 2).any(axis=1)
+    line = {"lw": 1.5, "zorder": 3} | dict(style) | {"label": "_nolegend_"}
+    for k in np.flatnonzero((np.diff(path.v, axis=0) != 0).any(axis=1)):
+        interrupted = path.kind[k + 1] == EventKind.JUMPS or opened[k]
+        axes.plot(*path.v[k : k + 2].T, **(line | {"ls": ":"} if interrupted else line))
+    end = {"color": style["color"], "ls": "none", "ms": 5, "zorder": 4}
+    axes.plot(*path.v[0], "o", mfc="white", label="_nolegend_", **end)
+    axes.plot(*path.v[-1], "s", label=style["label"], **end)
+
+
+def _draw_row(axes: Axes, rows: Constraints, i: int, load_factor: float) -> None:
+    """The line on which row i is active."""
+    normal, limit = rows.G[i], rows.g[i] - load_factor * rows.d[i]
+    size = float(normal @ normal)
+    if size == 0.0:
+        return
+    foot = normal * limit / size
+    side = int(rows.side[i])
+    axes.axline(
+        foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
+        color=ROW_COLOURS[rows.node[i]], ls="-" if side == BACKWARD else "--", lw=1.0, zorder=1,
+        label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
+    )  # fmt: skip
+
+
+def _window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper ends of both axes, a little wider than the points."""
+    if len(points) == 0:
+        return np.array([-1.0, -1.0]), np.array([1.0, 1.0])
+    low, high = points.min(axis=0), points.max(axis=0)
+    span = np.maximum(high - low, 0.3 * float((high - low).max()))
+    span = np.where(span > 0, span, 0.1 * np.abs(points).max() or 1.0)
+    return low - 0.12 * span, high + 0.12 * span
+
+
+def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
+    """The load that one node feels, with its stick sector where it moves to (appendix A, thesis 4.2–4.9).
+
+    The sector |F₁ + A v| ≤ f (F₂ + B v) of the plane F₁ = q_w, F₂ = p_w has its apex at
+    (−A v, −B v): slip carries it along. The path is coloured by the state of the node.
+    The thesis draws the forces on the body the other way round, F = −(q_w, p_w).
+
+    Parameters
+    ----------
+    result
+        A result with recorded events.
+    problem
+        The joint; of several nodes, the others count as part of the load.
+    node
+        The node to show.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, or there is no such node.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("one-node")
+    >>> axes = plot.reaction_space(shakedown.long_term_state(joint, 0.9), joint)
+    >>> axes.get_ylabel()
+    'F₂ = p_w'
+    """
+    if not 0 <= node < problem.n:
+        raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
+    path, axes = path_of(result), axes_for(ax, (6.4, 5.2))
+    force = _loads_felt(problem, path, node)
+    _colour_path(axes, force, path.state[:, node])
+    size = 0.25 * float(np.ptp(force, axis=0).max() or 1.0)
+    low, high = force.min(axis=0) - size, force.max(axis=0) + size
+    reach = 3.0 * float(np.max(high - low))
+    stuck = np.unique(path.v[path.state[:, node] == 0, node].round(9))
+    for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // SECTORS)][:SECTORS], strict=False):
+        apex = np.array([-problem.A[node, node] * v, -problem.B[node, node] * v])
+        corners = apex + reach * np.array([[0.0, 0.0], [problem.f[node], 1.0], [-problem.f[node], 1.0]])
+        axes.add_patch(Polygon(corners, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {v:.4g}"))
+        axes.plot(*apex, "^", color=colour, ms=6, zorder=2)
+    unit, _ = units_of(problem)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set(xlabel=labelled("F₁ = q_w", unit), ylabel=labelled("F₂ = p_w", unit))
+    axes.legend(fontsize="small", loc="best")
+    return axes
+
+
+def _loads_felt(problem: Problem, path: EventHistory, node: int) -> FloatArray:
+    """Load of one node as if the others belonged to it, (s, 2) [force]."""
+    v, w = path.v[:, node], path.w[:, node]
+    q = path.q[:, node] - v * problem.A[node, node]
+    p = path.p[:, node] - v * problem.B[node, node]
+    if problem.C is not None:
+        q, p = q - w * problem.B[node, node], p - w * problem.C[node, node]
+    return np.stack([q, p], axis=1)
+
+
+def _colour_path(axes: Axes, force: FloatArray, state: np.ndarray) -> None:
+    colours = {0: BLACK, 1: RED, -1: LINES[0], 2: PURPLE}
+    named: set[int] = set()
+    for k in range(len(force) - 1):
+        kind = int(state[k])
+        label = None if kind in named else STATES[kind][0]
+        named.add(kind)
+        axes.plot(*force[k : k + 2].T, color=colours[kind], lw=2.0, label=label, zorder=3)

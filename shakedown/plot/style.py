@@ -1,0 +1,93 @@
+"""What all pictures share: axes, colours, units, the recorded path of a result, node positions."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from shakedown.errors import UsageError
+from shakedown.evolution.event_history import EventHistory
+from shakedown.model.problem import FloatArray, Problem
+
+# Okabe–Ito colours, told apart by readers with colour-blindness.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+BLUE, RED, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#777777"
+LINES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
+
+# Contact states as events record them: name and colour.
+STATES = {
+    0: ("stick", "#D9D9D9"),
+    1: ("backward slip", RED),
+    -1: ("forward slip", BLUE),
+    2: ("open", "white"),
+}
+
+FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
+LENGTHS = frozenset(["m", "mm", "cm", "µm", "um", "km", "in", "ft"])
+
+FLANK_GAP = 4.0  # a distance between neighbours this many times the usual one separates two flanks
+
+
+Style = Mapping[str, Any]  # keywords of Axes.plot
+
+
+class Recorded(Protocol):
+    """A result that holds the events of a path."""
+
+    @property
+    def history(self) -> object:
+        """The recorded events, or None."""
+
+
+def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
+    """The axes given, or those of a new figure."""
+    return Figure(figsize=size, layout="constrained").subplots() if ax is None else ax
+
+
+def path_of(result: Recorded | EventHistory) -> EventHistory:
+    """The recorded events of a result; ``UsageError`` where there are none."""
+    history = result if isinstance(result, EventHistory) else getattr(result, "history", None)
+    if not isinstance(history, EventHistory) or len(history.cycle) == 0:
+        raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
+    return history
+
+
+def units_of(problem: Problem | None) -> tuple[str, str]:
+    """Units of force and of length, from texts like "N, mm"; empty where the text names none."""
+    parts = [] if problem is None else [part.strip() for part in problem.units.split(",")]
+    force, length = ([part for part in parts if part in known] for known in (FORCES, LENGTHS))
+    return force[0] if force else "", length[0] if length else ""
+
+
+def labelled(name: str, unit: str) -> str:
+    """An axis label with its unit, where that is known."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
+    """Where the nodes are drawn, (n,), and the label of that axis."""
+    if problem is None or problem.x is None:
+        return np.arange(n, dtype=float), "node"
+    return problem.x, labelled("position along the contact", units_of(problem)[1])
+
+
+def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:
+    """Nodes in order of position, cut where two neighbours are far apart: no line joins two flanks."""
+    order = np.argsort(x, kind="stable")
+    steps = np.diff(x[order])
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    yield from np.split(order, np.flatnonzero(steps > FLANK_GAP * usual) + 1)
+
+
+def node_name(node: int) -> str:
+    """How a node is called in legends."""
+    return f"node {node}"
+
+
+def style_of(name: str, k: int, styles: Mapping[str, Style] | None) -> dict[str, Any]:
+    """The keywords with which line ``k`` is drawn: the caller's for its name, or a colour of its own."""
+    own = {"color": LINES[k % len(LINES)], "label": name or "_nolegend_"}
+    return own | dict((styles or {}).get(name, {}))

@@ -1,0 +1,58 @@
+"""Planes show what happened, and refuse what they cannot show."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import constraints, plot
+from shakedown.plot.planes import safe_polygon
+
+
+def texts(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_reaction_space_shows_states_and_sectors():
+    problem = shakedown.example("one-node-separation")
+    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
+    shown = texts(plot.reaction_space(run, problem))
+    assert {"stick", "open"} <= set(shown)
+    assert "v = -1" in shown
+    assert "backward slip" not in shown
+
+
+def test_slip_space_shows_the_jump_and_the_rows():
+    problem = shakedown.example("jump")
+    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0])
+    axes = plot.slip_space(problem, 1.0, {"path": run})
+    assert sum(name.endswith("limit") for name in texts(axes)) == 4
+    assert any(line.get_linestyle() == ":" for line in axes.lines)
+
+
+def test_slip_space_wants_two_nodes():
+    with pytest.raises(shakedown.UsageError, match="2 nodes"):
+        plot.slip_space(shakedown.example("one-node"), 1.0)
+
+
+@pytest.mark.parametrize("load_factor", [0.0, 0.3, 0.6573, 0.7, 0.73])
+def test_the_safe_polygon_is_the_safe_region(load_factor):
+    """Its corners are on two rows each and inside the others; random points agree with the rows."""
+    rows = constraints(shakedown.example("two-node"))
+    corners = safe_polygon(rows, load_factor)
+    excess = corners @ rows.G.T + load_factor * rows.d - rows.g
+    size = np.abs(rows.g).max()
+    assert (np.sort(np.abs(excess), axis=1)[:, :2] < 1e-10 * size).all()
+    assert (excess < 1e-10 * size).all()
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    points = np.random.default_rng(0).uniform(low, high, (200, 2))
+    edges = np.roll(corners, -1, axis=0) - corners
+    left = edges[:, 0] * (points[:, None, 1] - corners[:, 1]) - edges[:, 1] * (
+        points[:, None, 0] - corners[:, 0]
+    )
+    inside = (points @ rows.G.T + load_factor * rows.d <= rows.g).all(axis=1)
+    assert np.array_equal((left >= 0).all(axis=1), inside)
+
+
+def test_no_polygon_above_the_upper_bound_or_without_a_bound():
+    rows = constraints(shakedown.example("two-node"))
+    assert len(safe_polygon(rows, 0.75)) == 0
