@@ -10,7 +10,8 @@ from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 
 BACKWARD, FORWARD = +1, -1
-SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward"}
+GAP = 0  # the row of an open node: its gap
+SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap"}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,195 @@
+"""Contact zones: a joint of which some nodes stay open while the others stay closed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from numbers import Integral
+
+import numpy as np
+
+from shakedown.errors import UsageError
+from shakedown.model.arguments import require_problem
+from shakedown.model.constraints import GAP, Constraints, constraints
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A joint with the nodes of a set O open and carrying nothing, all others closed.
+
+    Where q = p = 0 the displacements of the open nodes follow from equilibrium,
+
+        u_O = −κ_OO⁻¹ (r_w,O + κ_OK (v_K, w_K)),
+
+    and what is left is a joint of the closed nodes K with the stiffness
+    κ̃ = κ_KK − κ_KO κ_OO⁻¹ κ_OK and the welded reactions r̃_w = r_w,K − κ_KO κ_OO⁻¹ r_w,O.
+
+    Attributes
+    ----------
+    problem
+        The whole joint.
+    open_nodes, closed_nodes
+        O and K, in increasing order.
+    joint
+        The joint of the closed nodes, with κ̃ and r̃_w; the whole joint where O is empty.
+    slope : (2o, k)
+        −∂(v_O, w_O)/∂v_K [–].
+    flexibility : (2o, 2o)
+        κ_OO⁻¹ [length/force].
+    """
+
+    problem: Problem
+    open_nodes: tuple[int, ...]
+    closed_nodes: tuple[int, ...]
+    joint: Problem
+    slope: FloatArray
+    flexibility: FloatArray
+
+    @cached_property
+    def constraints(self) -> Constraints:
+        """The frictional rows of the closed nodes, then one row per open node: it stays open.
+
+        Rows name the nodes of the whole joint; the columns are the slips of the closed nodes.
+        """
+        rows = constraints(self.joint)
+        if not self.open_nodes:
+            return rows
+        o = len(self.open_nodes)
+        loop, welded = loading(self.problem), self._of_open
+        h0 = welded(loop.q0[None], loop.p0[None])[0, o:]
+        h1 = welded(loop.q1, loop.p1)[:, o:]
+        closed = np.array(self.closed_nodes, dtype=np.intp)
+        return Constraints(
+            G=np.vstack([rows.G, self.slope[o:]]),
+            d=np.concatenate([rows.d, h1.max(axis=0)]),
+            g=np.concatenate([rows.g, -h0]),
+            node=np.concatenate([closed[rows.node], self.open_nodes]),
+            side=np.concatenate([rows.side, np.full(o, GAP)]),
+            step=np.concatenate([rows.step, h1.argmax(axis=0)]),
+        )
+
+    def _of_open(self, q: FloatArray, p: FloatArray) -> FloatArray:
+        """κ_OO⁻¹ r_w,O for some load steps (m, n): (m, 2o)."""
+        o = list(self.open_nodes)
+        return np.hstack([q[:, o], p[:, o]]) @ self.flexibility.T
+
+    def displacements(self, slip: FloatArray, q_w: FloatArray, p_w: FloatArray) -> FloatArray:
+        """u = (v, w) of all nodes, (m, 2n) [length], with the closed ones at ``slip`` (k,).
+
+        Parameters
+        ----------
+        slip : (k,)
+            Slips of the closed nodes [length].
+        q_w, p_w : (m, n)
+            Welded reactions of the whole joint [force].
+        """
+        n, k, o = self.problem.n, list(self.closed_nodes), len(self.open_nodes)
+        u = np.zeros((len(q_w), 2 * n))
+        u[:, k] = slip
+        if o:
+            free = -self.slope @ slip - self._of_open(q_w, p_w)
+            u[:, list(self.open_nodes)] = free[:, :o]
+            u[:, [n + i for i in self.open_nodes]] = free[:, o:]
+        return u
+
+
+def contact_zone(
+    problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT
+) -> Zone:
+    """The joint that is left where some nodes are open and carry nothing.
+
+    Parameters
+    ----------
+    problem
+        The whole joint; it needs C where a node is open.
+    open_nodes
+        The nodes of O, numbered from 0.
+    tolerances
+        ``singular_pivot`` decides whether κ_OO holds the open nodes in place.
+
+    Raises
+    ------
+    UsageError
+        If a node is not one of the joint's, no node stays closed, or κ_OO is singular.
+    ProblemError
+        If the problem has no C.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> zone = contact_zone(shakedown.example("two-node"), [1])
+    >>> zone.closed_nodes, zone.joint.A.round(2), zone.joint.B.round(2)
+    ((0,), array([[233.64]]), array([[333.88]]))
+    """
+    require_problem(problem)
+    chosen = _node_numbers(problem, open_nodes)
+    k = [i for i in range(problem.n) if i not in set(chosen)]
+    if not k:
+        raise UsageError(f"open nodes: expected at least one node that stays closed, found all {problem.n} open")
+    if not chosen:
+        return Zone(problem, (), tuple(k), problem, np.zeros((0, problem.n)), np.zeros((0, 0)))
+    n, kappa = problem.n, problem.kappa
+    free, held = [*chosen, *(n + i for i in chosen)], [*k, *(n + i for i in k)]
+    flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
+    follow = flexibility @ kappa[np.ix_(free, held)]  # −∂u_O/∂u_K
+    stiffness = kappa[np.ix_(held, held)] - kappa[np.ix_(held, free)] @ follow
+    c = len(k)
+    joint = replace(
+        problem,
+        A=stiffness[:c, :c],
+        B=stiffness[c:, :c],
+        C=stiffness[c:, c:],
+        f=problem.f[k],
+        initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, k],
+        x=None if problem.x is None else problem.x[k],
+        **_condensed_loads(problem, held, free, follow),
+    )
+    return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, :c], flexibility)
+
+
+def _node_numbers(problem: Problem, open_nodes: Iterable[int]) -> list[int]:
+    """The open nodes in increasing order, each once."""
+    try:
+        given = list(open_nodes)
+    except TypeError:
+        raise UsageError(f"open nodes: expected node numbers, found {open_nodes!r}") from None
+    for node in given:
+        if not isinstance(node, Integral) or isinstance(node, bool) or not 0 <= node < problem.n:
+            raise UsageError(f"open nodes: expected numbers from 0 to {problem.n - 1}, found {node!r}")
+    return sorted({int(node) for node in given})
+
+
+def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:
+    """κ_OO⁻¹, each displacement measured on the scale of its own stiffness."""
+    diagonal = np.diag(stiffness)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
+    if not values[0] > tolerances.singular_pivot * values[-1]:
+        named = ", ".join(map(str, nodes[:8]))
+        raise UsageError(f"open nodes: expected nodes that the body holds when open, found {named} free to move")
+    return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
+
+
+def _condensed_loads(
+    problem: Problem, held: list[int], free: list[int], follow: FloatArray
+) -> dict[str, FloatArray | None]:
+    """The welded reactions of the closed nodes with the open ones free, for every kind of load step."""
+    condensed: dict[str, FloatArray | None] = {}
+    c = len(held) // 2
+    pairs = (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean"))
+    mean = loading(problem)
+    for q_key, p_key in pairs:
+        q, p = getattr(problem, q_key), getattr(problem, p_key)
+        if q_key == "q_mean" and not (q is None and p is None):  # one alone may be given
+            q, p = mean.q0, mean.p0
+        if q is None or p is None:
+            condensed |= {q_key: None, p_key: None}
+            continue
+        both = np.concatenate([q, p], axis=-1)
+        left = both[..., held] - both[..., free] @ follow
+        condensed |= {q_key: left[..., :c], p_key: left[..., c:]}
+    return condensed
