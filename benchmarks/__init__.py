@@ -18,6 +18,7 @@ STUDIES: tuple[str, ...] = (
     "block_cycle",
     "bounds",
     "adversary",
+    "classical_contacts",
     "evolution",
     "growth",
     "long_term",

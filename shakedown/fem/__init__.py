@@ -24,6 +24,7 @@ How fine a mesh? Three things happen to the bounds as it is refined
 import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
 from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.classical import Hertz, cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.loads import BodyForce, Displacement, Load, Pressure, Traction
@@ -33,6 +34,7 @@ __all__ = [
     "BodyForce",
     "Displacement",
     "ElasticBody",
+    "Hertz",
     "Load",
     "Material",
     "Pressure",
@@ -43,6 +45,10 @@ __all__ = [
     "cantilevered_block",
     "contact_condensation",
     "contact_problem",
+    "cylinder_on_flat",
+    "hertz",
+    "press_fit",
+    "press_fit_pressure",
     "read_mesh",
     "receding_block",
     "shipped_blocks",

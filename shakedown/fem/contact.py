@@ -1,5 +1,6 @@
 """From one or two elastic bodies to a problem in slip and gap."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.spatial import KDTree
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, IntArray
+from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
 
 
@@ -19,6 +21,7 @@ def contact_problem(
     f: ArrayLike,
     *,
     against: tuple[ElasticBody, str] | None = None,
+    gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     steps: int | None = None,
     name: str = "",
     units: str = "",
@@ -40,6 +43,8 @@ def contact_problem(
         Friction coefficient(s), along the boundary in the direction of slip [–].
     against
         The second body and its contact boundary, with matching nodes.
+    gap : (), (n,) or a function of the nodes' coordinates (2, n), optional
+        Initial gap between the bodies [length]; negative is interference.
     steps
         Number of load steps m at which time functions are sampled.
     name, units
@@ -68,7 +73,9 @@ def contact_problem(
     ]
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
-    return joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
+    made = joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
+    initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)
+    return with_initial_gap(made, initial) if initial.any() else made
 
 
 def contact_condensation(
@@ -92,6 +99,7 @@ class _Joint:
 def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str] | None) -> _Joint:
     nodes, normals = body.normals_on(boundary)
     kept = _not_held(body, nodes)
+    normals = _in_symmetry_planes(body, nodes, normals)
     place = body.positions(nodes)
     bodies, contact, dofs = [body], nodes, body.dofs
     if against is not None:
@@ -108,6 +116,22 @@ def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str
         fixed=np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)]),
     )
     return _Joint(tuple(bodies), tuple(starts), size, place[kept], reduced)
+
+
+def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray) -> FloatArray:
+    """Normals with what a support holds taken out, where that is little: the mean with the mirrored facet.
+
+    At the end of a curved boundary on a plane of symmetry the only facet there is tilted
+    by half the angle of an element.
+    """
+    held = body.dofs[body.held_rows()]
+    inside = normals.copy()
+    for direction in (1, 2):
+        inside[np.isin(nodes, held[held[:, 1] == direction, 0]), direction - 1] = 0.0
+    length = np.linalg.norm(inside, axis=1)
+    keep = length < np.cos(np.pi / 8)  # held along the normal, not across it
+    inside[keep], length[keep] = normals[keep], 1.0
+    return inside / length[:, None]
 
 
 def _matching(place: FloatArray, other: ElasticBody, boundary: str) -> IntArray:

@@ -97,9 +97,7 @@ class Zone:
         return u
 
 
-def contact_zone(
-    problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT
-) -> Zone:
+def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT) -> Zone:
     """The joint that is left where some nodes are open and carry nothing.
 
     Parameters
@@ -123,13 +121,15 @@ def contact_zone(
     >>> import shakedown
     >>> zone = contact_zone(shakedown.example("two-node"), [1])
     >>> zone.closed_nodes, zone.joint.A.round(2), zone.joint.B.round(2)
-    ((0,), array([[233.64]]), array([[333.88]]))
+    ((0,), array([[219.67]]), array([[344.3]]))
     """
     require_problem(problem)
     chosen = _node_numbers(problem, open_nodes)
     k = [i for i in range(problem.n) if i not in set(chosen)]
     if not k:
-        raise UsageError(f"open nodes: expected at least one node that stays closed, found all {problem.n} open")
+        raise UsageError(
+            f"open nodes: expected at least one node that stays closed, found all {problem.n} open"
+        )
     if not chosen:
         return Zone(problem, (), tuple(k), problem, np.zeros((0, problem.n)), np.zeros((0, 0)))
     n, kappa = problem.n, problem.kappa
@@ -170,7 +170,9 @@ def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) ->
     values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
     if not values[0] > tolerances.singular_pivot * values[-1]:
         named = ", ".join(map(str, nodes[:8]))
-        raise UsageError(f"open nodes: expected nodes that the body holds when open, found {named} free to move")
+        raise UsageError(
+            f"open nodes: expected nodes that the body holds when open, found {named} free to move"
+        )
     return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
 
 

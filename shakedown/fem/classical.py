@@ -1,0 +1,217 @@
+"""Contacts with a classical solution: a press fit (Lamé), a cylinder on a flat (Hertz, Cattaneo, Mindlin)."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from skfem import MeshQuad
+
+from shakedown.errors import UsageError
+from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.contact import contact_problem
+from shakedown.fem.loads import Displacement, Traction
+from shakedown.fem.mesh import block_mesh
+from shakedown.model.problem import FloatArray, Problem
+
+HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
+
+
+def press_fit(
+    refinement: int = 1,
+    *,
+    interference: float = 1e-3,
+    f: float = 0.2,
+    steps: int = 24,
+    young: float = 200e3,
+    poisson: float = 0.3,
+    pull: float = 60.0,
+) -> Problem:
+    """A hollow shaft pressed into a hub, pulled to and fro: one quarter, plane strain.
+
+    Radii 0.4, 1 and 2; the shaft is larger than the bore by ``interference`` (on the
+    radius). Tractions ±``pull`` · (cos θ, 0) on the outside of the hub ovalise it; the
+    pressure of the fit alone is that of Lamé (:func:`press_fit_pressure`).
+
+    Parameters
+    ----------
+    refinement
+        Multiplies the elements; the contact has 8 · refinement + 1 nodes.
+    interference
+        Radial interference [length].
+    f
+        Friction coefficient [–].
+    steps
+        Load steps of one period.
+    young, poisson
+        Of both bodies [force/length²], [–].
+    pull
+        Amplitude of the traction [force/length²].
+
+    Examples
+    --------
+    >>> press_fit().n
+    9
+    """
+    if refinement < 1 or not interference > 0:
+        raise UsageError(
+            f"press_fit: expected refinement >= 1 and an interference > 0, found {refinement}, {interference}"
+        )
+    material, along = Material(young, poisson), 8 * refinement
+    traction = Traction(
+        "outside",
+        (lambda x: x[0] / np.hypot(x[0], x[1]), 0.0),
+        history=lambda t: pull * np.cos(2 * np.pi * t),
+    )
+    planes = [Support("floor", x=False, y=True), Support("wall", x=True, y=False)]
+    shaft = ElasticBody(_ring(HOLE, FIT, 4 * refinement, along), material, supports=planes)
+    hub = ElasticBody(_ring(FIT, OUTSIDE, 6 * refinement, along), material, supports=planes, loads=[traction])
+    return contact_problem(
+        shaft, "outside", f, against=(hub, "inside"), gap=-interference, steps=steps,
+        name="press fit, one quarter", units="N, mm",
+    )  # fmt: skip
+
+
+def press_fit_pressure(interference: float, young: float = 200e3, poisson: float = 0.3) -> float:
+    """Lamé's pressure between the shaft and the hub of :func:`press_fit` [force/length²].
+
+    Both expand by p a / E′ (k ± ν′) with E′ = E/(1 − ν²), ν′ = ν/(1 − ν) in plane strain;
+    the two expansions make up the interference.
+    """
+    plane = young / (1 - poisson**2)
+    hub = (OUTSIDE**2 + FIT**2) / (OUTSIDE**2 - FIT**2)
+    shaft = (FIT**2 + HOLE**2) / (FIT**2 - HOLE**2)
+    return interference * plane / (FIT * (hub + shaft))
+
+
+def _ring(inside: float, outside: float, across: int, along: int) -> MeshQuad:
+    """A quarter ring with boundaries inside, outside, floor (θ = 0) and wall (θ = π/2)."""
+    block = block_mesh(outside - inside, np.pi / 2, across, along)
+    named = {"inside": "left", "outside": "right", "floor": "bottom", "wall": "top"}
+    r, angle = block.p[0] + inside, block.p[1]
+    points = np.vstack([r * np.cos(angle), r * np.sin(angle)])
+    points[0, np.isclose(angle, np.pi / 2)] = 0.0  # on the plane of symmetry, exactly
+    facets = block.boundaries or {}
+    return replace(
+        block,
+        doflocs=np.ascontiguousarray(points),
+        _boundaries={name: facets[side] for name, side in named.items()},
+    )
+
+
+RADIUS, CANDIDATE, FAR = (
+    20.0,
+    1.5,
+    100.0,
+)  # of the cylinder; half-widths of the candidate contact, of the bodies
+
+
+def cylinder_on_flat(
+    refinement: int = 1,
+    *,
+    approach: float = 0.105,
+    shift: float = 0.028,
+    f: float = 0.3,
+    steps: int = 24,
+    first_loading: int = 12,
+    poisson: float = 0.3,
+) -> Problem:
+    """A cylinder pressed onto a flat, then moved to and fro along it; similar materials, plane strain.
+
+    Both bodies are blocks, many times wider than the contact, with the initial gap
+    x²/2R between them (Hertz). The far side of the upper one comes nearer by
+    ``approach`` in ``first_loading`` transient load steps, then moves sideways by
+    ``shift`` · sin over the period. Young's modulus is 1.
+
+    Parameters
+    ----------
+    refinement
+        Multiplies the elements in the contact, 12 · refinement of them.
+    approach, shift
+        Displacements of the far side [length]; the half-width of the contact is about 1.
+    f
+        Friction coefficient [–].
+    steps, first_loading
+        Load steps of one period, and before it.
+    poisson
+        Of both bodies [–].
+
+    Examples
+    --------
+    >>> cylinder_on_flat().n
+    13
+    """
+    if refinement < 1 or steps < 4 or first_loading < 1 or not approach > 0:
+        raise UsageError(
+            "cylinder_on_flat: expected refinement >= 1, approach > 0, steps >= 4 and first_loading >= 1, "
+            f"found {refinement}, {approach}, {steps}, {first_loading}"
+        )
+    side, depth = _graded(refinement), _graded(refinement, start=0.0)
+    across = np.concatenate(
+        [-side[::-1], np.linspace(-CANDIDATE, CANDIDATE, 12 * refinement + 1)[1:-1], side]
+    )
+    loads = [
+        Displacement("far", x=0.0, y=-approach, history=1.0,
+                     transient=np.arange(1, first_loading + 1) / first_loading),
+        Displacement("far", x=shift, y=0.0, history=lambda t: np.sin(2 * np.pi * t),
+                     transient=np.zeros(first_loading)),
+    ]  # fmt: skip
+    material = Material(1.0, poisson)
+    upper = ElasticBody(_half_plane(across, depth), material, loads=loads)
+    lower = ElasticBody(_half_plane(across, -depth[::-1]), material, supports=[Support("far")])
+    return contact_problem(
+        upper, "contact", f, against=(lower, "contact"), gap=lambda x: x[0] ** 2 / (2 * RADIUS),
+        steps=steps, name="cylinder on a flat",
+    )  # fmt: skip
+
+
+def _graded(refinement: int, start: float = CANDIDATE) -> FloatArray:
+    """Grid from ``start`` to FAR whose steps grow from the size in the contact."""
+    step, growth, points = 0.25 / refinement, 1.0 + 0.3 / refinement, [start]
+    while points[-1] < FAR:
+        points.append(points[-1] + step)
+        step *= growth
+    return start + (np.array(points) - start) * (FAR - start) / (points[-1] - start)
+
+
+def _half_plane(x: FloatArray, y: FloatArray) -> MeshQuad:
+    """A block with boundaries contact (y = 0, |x| ≤ CANDIDATE) and far."""
+    return MeshQuad.init_tensor(x, y).with_boundaries(
+        {
+            "contact": lambda p: (np.abs(p[1]) < 1e-9) & (np.abs(p[0]) < CANDIDATE),
+            "far": lambda p: np.abs(p[1]) > FAR - 1e-9,
+        }
+    )
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """Line contact of a cylinder on a flat under the normal force P per length, and a first shear Q.
+
+    Attributes
+    ----------
+    half_width
+        a = √(4 P R / π E*) [length].
+    peak
+        p₀ = 2 P / π a [force/length²].
+    stick
+        Half-width c = a √(1 − Q / f P) of the zone that sticks (Cattaneo, Mindlin) [length].
+    """
+
+    half_width: float
+    peak: float
+    stick: float
+
+    def pressure(self, x: FloatArray) -> FloatArray:
+        """p₀ √(1 − x²/a²) [force/length²]."""
+        return self.peak * np.sqrt(np.maximum(1 - (x / self.half_width) ** 2, 0.0))
+
+    def shear(self, x: FloatArray, f: float) -> FloatArray:
+        """Shear traction f p − f p₀ (c/a) √(1 − x²/c²) [force/length²]."""
+        inner = np.sqrt(np.maximum(1 - (x / self.stick) ** 2, 0.0)) if self.stick > 0 else 0.0
+        return f * (self.pressure(x) - self.peak * self.stick / self.half_width * inner)
+
+
+def hertz(normal: float, shear: float = 0.0, f: float = 0.3, poisson: float = 0.3) -> Hertz:
+    """The classical solution for :func:`cylinder_on_flat`, E* = E / 2(1 − ν²)."""
+    modulus = 1.0 / (2 * (1 - poisson**2))
+    a = float(np.sqrt(4 * normal * RADIUS / (np.pi * modulus)))
+    return Hertz(a, 2 * normal / (np.pi * a), a * float(np.sqrt(max(1 - shear / (f * normal), 0.0))))
