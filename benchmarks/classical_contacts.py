@@ -1,5 +1,7 @@
 """A press fit and a cylinder on a flat against Lamé, Hertz, Cattaneo and Mindlin: error against mesh."""
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -8,6 +10,7 @@ from shakedown.fem import cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.report.text_table import table
 
 TITLE = "Classical contacts: error against element size"
+CONTACTS = ("press fit", "cylinder on a flat")
 INTERFERENCE, FRICTION, HALF = 1e-3, 0.3, 1.5
 
 
@@ -65,7 +68,7 @@ def line_contact_errors(refinement: int) -> dict:
 
 def rates(errors: list[float]) -> list[str]:
     """Order of convergence between each mesh and the next."""
-    return ["-", *(f"{np.log2(a / b):.2f}" for a, b in zip(errors, errors[1:], strict=False))]
+    return ["-", *(f"{np.log2(a / b):.2f}" for a, b in pairwise(errors))]
 
 
 def tables(rows: list[dict]) -> str:
@@ -88,7 +91,7 @@ def tables(rows: list[dict]) -> str:
     return (
         "press fit, pressure against Lamé (largest relative error)\n"
         + table(["nodes", "error", "order"], first)
-        + "\n\ncylinder on a flat: peak pressure, pressure and shear (mean relative errors), edges in elements\n"
+        + "\n\ncylinder on a flat: relative errors (peak, mean pressure, mean shear); edges in elements\n"
         + table(heads, second)
     )
 

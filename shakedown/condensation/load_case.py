@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 
+LARGEST_DOMAIN = 12  # ranges; 4096 corners
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoadCase:
@@ -35,13 +37,18 @@ class LoadCase:
         factor does not scale; by default the mean of ``history``.
     transient : (k,), optional
         Factors at the load steps before the first period [–].
+    range : (low, high), optional
+        Instead of a history: the factor takes any value between these limits,
+        independently of the other cases with a range (a load domain). The load
+        steps are then the corners of the domain.
     name : str, optional
         Shown in messages.
 
     Raises
     ------
     ProblemError
-        If nothing acts, or an array is not real, finite and of its shape.
+        If nothing acts, there is neither a history nor a range or there are both, or an
+        array is not real, finite and of its shape.
 
     Examples
     --------
@@ -51,12 +58,13 @@ class LoadCase:
     (8,)
     """
 
-    history: FloatArray
+    history: FloatArray | None = None
     force: FloatArray | None = None
     displacement: FloatArray | None = None
     reactions: FloatArray | None = None
     mean: float | None = None
     transient: FloatArray | None = None
+    range: FloatArray | None = None
     name: str = "load case"
 
     if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
@@ -64,12 +72,13 @@ class LoadCase:
         def __init__(
             self,
             *,
-            history: ArrayLike,
+            history: ArrayLike | None = None,
             force: ArrayLike | None = None,
             displacement: ArrayLike | None = None,
             reactions: ArrayLike | None = None,
             mean: float | None = None,
             transient: ArrayLike | None = None,
+            range: ArrayLike | None = None,
             name: str = "load case",
         ) -> None: ...
 
@@ -84,10 +93,16 @@ class LoadCase:
             "displacement": (1,),
             "reactions": (2,),
             "transient": (1,),
+            "range": (1,),
         }
         for key, allowed in dimensions.items():
             if getattr(self, key) is not None:
                 object.__setattr__(self, key, _real(f"{self.name}: {key}", getattr(self, key), allowed))
+        if (self.history is None) == (self.range is None):
+            found = "both" if self.range is not None else "neither"
+            raise ProblemError(f"{self.name}: expected a history or a range, found {found}")
+        if self.range is not None and not (len(self.range) == 2 and self.range[0] <= self.range[1]):
+            raise ProblemError(f"{self.name}: range: expected [low, high], found {self.range.tolist()}")
 
 
 @dataclass(frozen=True)
@@ -126,7 +141,7 @@ def histories(cases: Sequence[LoadCase]) -> Histories:
     """
     if not cases:
         raise ProblemError("loads: expected at least one load case, found none")
-    period = _columns("history", [case.history for case in cases])
+    period = _columns("history", _factors(cases))
     mean = None
     if any(case.mean is not None for case in cases):
         mean = np.array(
@@ -137,6 +152,34 @@ def histories(cases: Sequence[LoadCase]) -> Histories:
         silent = np.zeros(())
         transient = _columns("transient", [silent if c.transient is None else c.transient for c in cases])
     return Histories(period, mean, transient)
+
+
+def _factors(cases: Sequence[LoadCase]) -> list[FloatArray]:
+    """The history of every case; cases with a range visit the corners of the domain that they span.
+
+    One range changes from each corner to the next (Gray code), so that the loop
+    through all corners runs along the edges of the domain.
+    """
+    varying = [case for case in cases if case.range is not None]
+    if len(varying) > LARGEST_DOMAIN:
+        raise ProblemError(f"loads: expected at most {LARGEST_DOMAIN} ranges, found {len(varying)}")
+    moving = [case.name for case in cases if case.history is not None and case.history.ndim]
+    if varying and moving:
+        raise ProblemError(
+            f"loads: expected constant factors beside ranges, found a history of '{moving[0]}' "
+            "(give the range of each, or one loop of load steps for all)"
+        )
+    corners = np.arange(2 ** len(varying))
+    corners ^= corners >> 1
+    found = []
+    for case in cases:
+        if case.history is not None:
+            found.append(case.history)
+        else:
+            assert case.range is not None
+            found.append(case.range[corners & 1])
+            corners = corners >> 1
+    return found
 
 
 def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:

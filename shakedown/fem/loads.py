@@ -27,13 +27,14 @@ class Load(ABC):
     history : (m,), a number (constant) or a function of t
         Factor of the load; a function is called with the times t = k/m of the
         load steps, in periods.
-    mean, transient
-        As in :class:`shakedown.LoadCase`.
+    mean, transient, range
+        As in :class:`shakedown.LoadCase`; a range stands instead of a history.
     """
 
-    history: History
+    history: History | None = None
     mean: float | None = None
     transient: ArrayLike | None = None
+    range: tuple[float, float] | None = None
 
     @abstractmethod
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
@@ -43,8 +44,8 @@ class Load(ABC):
         """What the load holds in place: a prescribed displacement does, a force does not."""
         return None
 
-    def sampled(self, steps: int | None) -> ArrayLike:
-        """The factor at the load steps; ``steps`` is needed where it is a function."""
+    def sampled(self, steps: int | None) -> ArrayLike | None:
+        """The factor at the load steps, if there is a history; ``steps`` is needed where it is a function."""
         if not callable(self.history):
             return self.history
         if steps is None:
@@ -61,6 +62,7 @@ class Load(ABC):
             displacement=displacement,
             mean=self.mean,
             transient=self.transient,
+            range=self.range,
             name=type(self).__name__.lower(),
         )
 

@@ -1,6 +1,7 @@
 """What a joint is: stiffness, friction, loading, and the 2n frictional constraints that follow.
 
 Reading order: ``problem`` (the data, validated once), ``loading`` (constant and periodic part,
-load factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``arguments``
-(checks of what callers pass in), ``status`` (how a program ended).
+load factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``zone`` (a
+joint with some nodes open), ``initial_gap`` (gaps and interference), ``arguments`` (checks of
+what callers pass in), ``status`` (how a program ended).
 """

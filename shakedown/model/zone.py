@@ -146,7 +146,7 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         f=problem.f[k],
         initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, k],
         x=None if problem.x is None else problem.x[k],
-        **_condensed_loads(problem, held, free, follow),
+        **_condensed_loads(problem, held, free, follow),  # type: ignore[arg-type]  # the keys are fields
     )
     return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, :c], flexibility)
 

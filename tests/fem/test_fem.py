@@ -30,6 +30,7 @@ from shakedown.fem import (
     shipped_blocks,
     welded_corner,
 )
+from shakedown.readers import read_calculix_reactions
 
 
 def distorted(nx=4, ny=3, seed=0):
@@ -124,7 +125,7 @@ def test_a_b_c_equal_calculix_on_the_same_mesh():
     for key in "ABC":
         expected = getattr(reference, key)
         np.testing.assert_allclose(getattr(found, key), expected, rtol=0, atol=1e-6 * np.abs(expected).max())
-    unit = shakedown.readers.read_calculix_reactions(BLOCK / "unit_loads.dat")[0].forces
+    unit = read_calculix_reactions(BLOCK / "unit_loads.dat")[0].forces
     np.testing.assert_allclose(found.q_w[0], unit[:, 0], rtol=0, atol=1e-6 * np.abs(unit).max())
     np.testing.assert_allclose(found.p_w[0], unit[:, 1], rtol=0, atol=1e-6 * np.abs(unit).max())
 
