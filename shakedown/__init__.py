@@ -11,7 +11,6 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from shakedown.bounds.coupling import coupling as coupling
-    from shakedown.bounds.coupling import unique_in_contact as unique_in_contact
     from shakedown.bounds.guarantee_curve import GuaranteeCurve as GuaranteeCurve
     from shakedown.bounds.guarantee_curve import guarantee_curve as guarantee_curve
     from shakedown.bounds.interior_point import ConicBound as ConicBound
@@ -85,6 +84,8 @@ if TYPE_CHECKING:
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
     from shakedown.tolerances import Tolerances as Tolerances
+    from shakedown.uniqueness.in_contact import Uniqueness as Uniqueness
+    from shakedown.uniqueness.in_contact import unique_in_contact as unique_in_contact
     from shakedown.verification.verify import Run as Run
     from shakedown.verification.verify import Verification as Verification
     from shakedown.verification.verify import verify as verify
@@ -93,8 +94,9 @@ _HOMES = {
     "shakedown.model.status": "Status",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",
     "shakedown.bounds.single_node_cycle": "single_node_cycle",
-    "shakedown.bounds.coupling": "coupling unique_in_contact",
+    "shakedown.bounds.coupling": "coupling",
     "shakedown.tolerances": "Tolerances",
+    "shakedown.uniqueness.in_contact": "Uniqueness unique_in_contact",
     "shakedown.model.loading": "Loading loading",
     "shakedown.model.constraints": "Constraints constraints SIDE_NAMES",
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",

@@ -15,7 +15,7 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 FLOORS = (
     {"errors", "tolerances"},
     {"model"},
-    {"programs", "kernels", "files", "condensation"},
+    {"programs", "kernels", "files", "condensation", "uniqueness"},
     {"bounds", "friction", "enumeration", "evolution", "readers", "fem"},
     {"long_term", "importing"},
     {"verification", "plot"},

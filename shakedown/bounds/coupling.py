@@ -1,7 +1,6 @@
 """How strongly slip of one node moves the limits of the others."""
 
 from dataclasses import dataclass
-from itertools import product
 from math import nan
 
 import numpy as np
@@ -58,19 +57,3 @@ def coupling(problem: Problem) -> Coupling:
     weights = np.abs(np.real(vectors[:, np.argmax(np.real(values))]))
     weights = np.maximum(weights / weights.max(), 1e-12)
     return Coupling(ratio, float(np.max(influence @ weights / weights)), weights, influence)
-
-
-def unique_in_contact(problem: Problem) -> bool:
-    """Whether every principal minor of A + S f B is positive for every diagonal S of signs ±1.
-
-    Then the quasi-static evolution with all nodes closed is unique. Exhaustive:
-    for a few nodes only.
-    """
-    fB = problem.f[:, None] * problem.B
-    for signs in product((-1.0, 1.0), repeat=problem.n):
-        matrix = problem.A + np.array(signs)[:, None] * fB
-        for chosen in product((False, True), repeat=problem.n):
-            index = np.flatnonzero(chosen)
-            if index.size and np.linalg.det(matrix[np.ix_(index, index)]) <= 0:
-                return False
-    return True

@@ -54,11 +54,12 @@ signs, comparing u with the corner (x_a, y_a) gives x₊ y₊ ≥ 1, against the
 from dataclasses import dataclass
 from math import isnan, nan
 
-from shakedown.bounds.coupling import Coupling, coupling, unique_in_contact
+from shakedown.bounds.coupling import Coupling, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.single_node_cycle import single_node_cycle
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT
+from shakedown.uniqueness.in_contact import unique_in_contact
 
 WEAK = 1.0 / 3.0
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem
-from shakedown.bounds.coupling import coupling, unique_in_contact
+from shakedown import Problem, unique_in_contact
+from shakedown.bounds.coupling import coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.proof_status import WEAK, guarantee_status
 from shakedown.bounds.single_node_cycle import single_node_cycle

@@ -7,21 +7,29 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.friction.thresholds import (
-    coupling_bound,
-    energy_bound,
-    grown_threshold,
-    moving_sets,
-    set_threshold,
-    smallest_threshold,
-)
-from shakedown.friction.wedging import friction_used, wedged_slip, wedging_threshold
+from shakedown.friction.wedging import friction_used, wedged_slip
+from shakedown.uniqueness.energy_limit import energy_limit
+from shakedown.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
+from shakedown.uniqueness.scaled_stiffness import scaled_stiffness
+from shakedown.uniqueness.small_sets import grown_set
+from shakedown.uniqueness.weak_coupling import coupling_limit
+
+
+def scaled(problem):
+    return scaled_stiffness(problem, np.ones(problem.n), shakedown.Tolerances())
+
+
+def lost_by(problem, slipping, separated=()):
+    """Friction and sides at which one moving set loses uniqueness."""
+    stiffness = scaled(problem)
+    lost = first_to_lose(stiffness, [MovingSet(slipping, separated)])
+    return lost.factor / stiffness.friction_unit, lost.sides
 
 
 def test_cited_thresholds_of_the_two_node_system():
     limits = shakedown.friction_thresholds(shakedown.example("two-node"))
     assert limits.single_node == pytest.approx([0.7608, 2.0225], abs=5e-5)
-    value, side = set_threshold(shakedown.example("two-node"), np.ones(2), (0,), (1,))
+    value, side = lost_by(shakedown.example("two-node"), (0,), (1,))
     assert (round(value, 4), side) == (0.6380, (1,))
 
 
@@ -31,7 +39,7 @@ def test_cited_thresholds_of_the_jump():
     assert limits.single_node == pytest.approx([4.2295, 1.1238], abs=5e-5)
     assert limits.uniqueness_in_contact.value == pytest.approx(0.35568, abs=5e-6)
     assert limits.uniqueness.value == limits.uniqueness_in_contact.value
-    assert set_threshold(problem, np.ones(2), (1,), (0,))[0] == pytest.approx(0.36929, abs=5e-6)
+    assert lost_by(problem, (1,), (0,))[0] == pytest.approx(0.36929, abs=5e-6)
     roots = []
     for signs in product((1, -1), repeat=2):
         for f in np.roots(determinant_in_f(problem, signs)):
@@ -98,15 +106,14 @@ def test_uniqueness_is_the_first_principal_minor_to_vanish(seed):
 def test_intervals_enclose_the_exact_threshold(seed):
     rng = np.random.default_rng(100 + seed)
     problem = random_stiffness(rng, 4)
-    one = np.ones(4)
-    contact = smallest_threshold(problem, one, moving_sets(4, [()])).high
-    sets = [o for k in range(4) for o in combinations(range(4), k)]
-    everywhere = smallest_threshold(problem, one, moving_sets(4, sets)).high
-    assert coupling_bound(problem, one) <= contact
-    assert energy_bound(problem, one, separation=False) <= contact
-    assert 0 < energy_bound(problem, one, separation=True) <= everywhere
-    assert grown_threshold(problem, one, separation=False).high >= contact * (1 - 1e-12)
-    assert grown_threshold(problem, one, separation=True).high >= everywhere * (1 - 1e-12)
+    stiffness = scaled(problem)
+    contact = first_to_lose(stiffness, every_set(4, separation=False)).factor
+    everywhere = first_to_lose(stiffness, every_set(4, separation=True)).factor
+    assert coupling_limit(stiffness) <= contact
+    assert energy_limit(stiffness, separation=False) <= contact
+    assert 0 < energy_limit(stiffness, separation=True) <= everywhere
+    assert grown_set(stiffness, separation=False).factor >= contact * (1 - 1e-12)
+    assert grown_set(stiffness, separation=True).factor >= everywhere * (1 - 1e-12)
 
 
 def test_block_gets_an_interval():
@@ -114,7 +121,7 @@ def test_block_gets_an_interval():
     interval = limits.uniqueness_in_contact
     assert 0 < interval.low < interval.high < np.inf
     assert np.isnan(interval.value)
-    value, sides = set_threshold(shakedown.example("block-9"), np.ones(9), interval.slipping, ())
+    value, sides = lost_by(shakedown.example("block-9"), interval.slipping)
     assert (value, sides) == (interval.high, interval.sides)
     assert limits.uniqueness.high <= interval.high
     assert limits.uniqueness.low <= interval.low
@@ -135,13 +142,14 @@ def test_individual_coefficients_give_a_common_factor():
 def test_wedging_witness_is_a_wedged_state_and_none_exists_below(seed):
     rng = np.random.default_rng(seed)
     problem = random_stiffness(rng, int(rng.integers(1, 6)))
-    one = np.ones(problem.n)
-    wedged = wedging_threshold(problem, one)
+    stiffness = scaled(problem)
+    wedged = shakedown.friction_thresholds(problem).wedging
     v, f = wedged.slip, wedged.high
     assert np.all(np.abs(problem.A @ v) <= f * (problem.B @ v) + 1e-9)
     assert np.any(v != 0)
-    assert friction_used(problem, one, v) <= f * (1 + 1e-9)
-    assert wedged_slip(problem, one, 0.999 * f) is None
+    unit = stiffness.friction_unit
+    assert friction_used(stiffness, v) <= f * unit * (1 + 1e-9)
+    assert wedged_slip(stiffness, 0.999 * f * unit, np.ones(problem.n))[1] > 1e-9
     assert wedged.low >= f * (1 - 1e-8)
 
 
