@@ -28,7 +28,8 @@ def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> No
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
     n = problem.n
     count = shakedown.subset_count(n)
-    click.echo(f"{count:,} subsets of {n + 1} of {2 * n} constraints", err=True)
+    subsets = "1 subset" if count == 1 else f"{count:,} subsets"
+    click.echo(f"{subsets} of {n + 1} of {2 * n} constraints", err=True)
     with progress("subsets") as update:
         result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     if as_json:

@@ -5,21 +5,22 @@ from dataclasses import dataclass, replace
 from itertools import combinations, islice
 from math import comb, inf
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.enumeration.findings import NONE, Candidate, Piece, batch_piece, joined
-from shakedown.enumeration.intersection import Intersection, intersection, named, scaled_rows, solve_subsets
+from shakedown.enumeration.findings import BATCH, NONE, Candidate, Piece, batch_piece, in_batches, joined
+from shakedown.enumeration.intersection import Intersection, intersection, scaled_rows, solve_subsets
 from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.model.arguments import check_count
-from shakedown.model.constraints import Constraints, constraints
+from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.rational import exact_rows, solve_integers
+from shakedown.tolerances import DEFAULT, Tolerances
 
 Progress = Callable[[int, int], None]
 LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded
-BATCH = 4096
 COUNTABLE = 10**40  # so many subsets and more are not even sampled
 BUDGET = 200_000_000
 
@@ -31,11 +32,12 @@ class CriticalLoadFactors:
     Attributes
     ----------
     total
-        Number of subsets, C(2n, n + 1) = ``regular`` + ``degenerate``.
+        Number of subsets, C(2n, n + 1).
     regular
-        Subsets whose rows meet in one point.
+        Subsets whose rows meet in one point, as counted.
     degenerate
-        Subsets whose rows do not, to the tolerance ``degeneracy``: they have no load factor.
+        Subsets whose rows do not, to the tolerance ``degeneracy``, as counted: they have
+        no load factor. With ``regular`` they make up ``total``.
     degenerate_rows
         (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
     exactly_singular
@@ -82,6 +84,7 @@ def critical_load_factors(
     values: bool = False,
     progress: Progress | None = None,
     threads: int | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> CriticalLoadFactors:
     """Every intersection of n + 1 frictional constraints (thesis (5.11), (5.12)).
 
@@ -97,6 +100,8 @@ def critical_load_factors(
         Called as ``progress(done, total)`` from time to time.
     threads
         Number of threads; all cores by default.
+    tolerances
+        What counts as degenerate and as safe.
 
     Raises
     ------
@@ -118,10 +123,11 @@ def critical_load_factors(
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
-    known = NONE if total <= SMALL else _first_one_pair(rows, threads)
+    known = NONE if total <= SMALL else _first_one_pair(rows, threads, tolerances)
     found = [replace(joined([]), smallest_feasible=known)]
     done = 0
-    for piece in _walk(rows, -inf if values else inf, known[0], threads):
+    wanted = Wanted(-inf if values else inf, known[0], tolerances)
+    for piece in _walk(rows, wanted, threads):
         found.append(piece)
         done += piece.subsets
         if progress is not None:
@@ -129,7 +135,9 @@ def critical_load_factors(
     return _report(problem, rows, joined(found), values)
 
 
-def load_factors_above(problem: Problem, cut: float, *, threads: int | None = None) -> Iterator[FloatArray]:
+def load_factors_above(
+    problem: Problem, cut: float, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
+) -> Iterator[FloatArray]:
     """The critical load factors above a value, piece by piece, unsorted, in constant memory.
 
     Parameters
@@ -140,6 +148,8 @@ def load_factors_above(problem: Problem, cut: float, *, threads: int | None = No
         Only load factors above it are given.
     threads
         Number of threads; all cores by default.
+    tolerances
+        What counts as degenerate.
 
     Examples
     --------
@@ -148,12 +158,14 @@ def load_factors_above(problem: Problem, cut: float, *, threads: int | None = No
     array([1.05252, 2.93485])
     """
     _check_threads(threads)
-    for piece in _walk(constraints(problem), cut, 0.0, threads):
+    for piece in _walk(constraints(problem), Wanted(cut, 0.0, tolerances), threads):
         if piece.load_factors.size:
             yield piece.load_factors
 
 
-def collapse_by_enumeration(problem: Problem, *, threads: int | None = None) -> Intersection:
+def collapse_by_enumeration(
+    problem: Problem, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
+) -> Intersection:
     """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
 
     One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20.
@@ -166,45 +178,54 @@ def collapse_by_enumeration(problem: Problem, *, threads: int | None = None) -> 
     """
     _check_threads(threads)
     rows = constraints(problem)
-    return intersection(rows, _first_one_pair(rows, threads)[1])
+    return intersection(rows, _first_one_pair(rows, threads, tolerances)[1])
 
 
-def _first_one_pair(rows: Constraints, threads: int | None) -> Candidate:
+def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Tolerances) -> Candidate:
     from shakedown.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
 
     scaled, best = scaled_rows(rows), NONE
     for node in range(rows.n):
         order = np.roll(np.arange(2 * rows.n), -2 * node)  # the pair first, then the other nodes
         turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
-        for piece in pieces(Tree(turned, one_pair=True, feasible_below=best[0]), threads):
+        tree = Tree(turned, one_pair=True, feasible_below=best[0], tolerances=tolerances)
+        for piece in pieces(tree, threads):
             value, subset = piece.smallest_feasible
             if value < best[0]:
                 best = value, tuple(sorted(order[list(subset)].tolist()))
     return best
 
 
-def _walk(rows: Constraints, cut: float, feasible_below: float, threads: int | None) -> Iterator[Piece]:
+class Wanted(NamedTuple):
+    """Load factors to keep: those above ``cut``; to look at: safe ones below ``feasible_below``."""
+
+    cut: float
+    feasible_below: float
+    tolerances: Tolerances
+
+
+def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Piece]:
     """All subsets: a few by batches, many by the compiled tree."""
+    cut, feasible_below, tolerances = wanted
     scaled = scaled_rows(rows)
     if subset_count(rows.n) <= SMALL:
         candidates = combinations(range(2 * rows.n), rows.n + 1)
-        while chunk := list(islice(candidates, BATCH)):
-            yield batch_piece(solve_subsets(np.array(chunk), scaled), cut, LISTED)
+        for chunk in in_batches(candidates):
+            yield batch_piece(solve_subsets(np.array(chunk), scaled, tolerances), cut, LISTED)
         return
     from shakedown.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
 
-    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED)
+    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED, tolerances=tolerances)
     yield from pieces(tree, threads)
 
 
 def _report(problem: Problem, rows: Constraints, found: Piece, values: bool) -> CriticalLoadFactors:
     listed = sorted(found.degenerate_rows)[:LISTED]
-    total = subset_count(rows.n)
     return CriticalLoadFactors(
-        total=total,
-        regular=total - found.degenerate,
+        total=subset_count(rows.n),
+        regular=found.regular,
         degenerate=found.degenerate,
-        degenerate_rows=tuple(named(rows, subset) for subset in listed),
+        degenerate_rows=tuple(rows_named(rows, np.array(subset)) for subset in listed),
         exactly_singular=_singular(problem, listed),
         smallest_positive=intersection(rows, found.smallest_positive[1]),
         smallest_feasible=intersection(rows, found.smallest_feasible[1]),
@@ -248,7 +269,7 @@ def _time_each(rows: Constraints, total: int) -> float:
     if total <= SMALL:
         subsets = np.array(list(islice(combinations(range(2 * rows.n), rows.n + 1), BATCH)))
         start = perf_counter()
-        solve_subsets(subsets, scaled)
+        solve_subsets(subsets, scaled, DEFAULT)
         return (perf_counter() - start) / len(subsets)
     from shakedown.enumeration.tasks import Tree, typical_task, walk_piece
 

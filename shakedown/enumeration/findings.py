@@ -1,6 +1,8 @@
 """What a part of all row subsets gave, and how parts are put together."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from math import inf
 
 import numpy as np
@@ -11,6 +13,7 @@ from shakedown.model.problem import FloatArray
 
 Candidate = tuple[float, tuple[int, ...]]
 NONE: Candidate = (inf, ())
+BATCH = 4096  # subsets that are solved at one time
 
 
 @dataclass(frozen=True)
@@ -19,10 +22,10 @@ class Piece:
 
     Attributes
     ----------
-    subsets
-        Number of subsets worked through.
+    regular
+        Number of subsets with a load factor.
     degenerate
-        Number of those without a load factor.
+        Number of subsets without one.
     degenerate_rows
         Some of them (or all, if few).
     smallest_positive, smallest_feasible
@@ -31,12 +34,22 @@ class Piece:
         Those above the cut, where asked for.
     """
 
-    subsets: int
+    regular: int
     degenerate: int
     degenerate_rows: list[tuple[int, ...]]
     smallest_positive: Candidate
     smallest_feasible: Candidate
     load_factors: FloatArray
+
+    @property
+    def subsets(self) -> int:
+        """Number of subsets worked through."""
+        return self.regular + self.degenerate
+
+
+def in_batches(subsets: Iterator[tuple[int, ...]]) -> Iterator[list[tuple[int, ...]]]:
+    """The same subsets, ``BATCH`` at a time."""
+    return iter(lambda: list(islice(subsets, BATCH)), [])
 
 
 def batch_piece(batch: Batch, cut: float, listed: int) -> Piece:
@@ -44,7 +57,7 @@ def batch_piece(batch: Batch, cut: float, listed: int) -> Piece:
     singular = np.flatnonzero(~batch.regular)
     kept = batch.load_factor[batch.regular & (batch.load_factor > cut)] if cut < inf else np.empty(0)
     return Piece(
-        subsets=len(batch.subsets),
+        regular=int(batch.regular.sum()),
         degenerate=singular.size,
         degenerate_rows=[tuple(batch.subsets[i].tolist()) for i in singular[:listed]],
         smallest_positive=_smallest(batch, batch.positive),
@@ -64,7 +77,7 @@ def _smallest(batch: Batch, admitted: NDArray[np.bool_]) -> Candidate:
 def joined(parts: list[Piece]) -> Piece:
     """Several pieces as one."""
     return Piece(
-        subsets=sum(part.subsets for part in parts),
+        regular=sum(part.regular for part in parts),
         degenerate=sum(part.degenerate for part in parts),
         degenerate_rows=[subset for part in parts for subset in part.degenerate_rows],
         smallest_positive=min((part.smallest_positive for part in parts), default=NONE),

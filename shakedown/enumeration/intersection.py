@@ -7,10 +7,10 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.model.constraints import Constraints
+from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray
 from shakedown.programs.equilibration import equilibration
-from shakedown.tolerances import DEFAULT
+from shakedown.tolerances import Tolerances
 
 
 @dataclass(frozen=True)
@@ -71,18 +71,26 @@ class ScaledRows:
 
 
 def scaled_rows(rows: Constraints) -> ScaledRows:
-    """Equilibrate the rows of a problem by powers of two."""
-    matrix = np.column_stack([rows.G, rows.d])
+    """Equilibrate the rows of a problem by powers of two, the same way in all units."""
+    stiffness, force = _power(rows.G), _power(np.column_stack([rows.d, rows.g]))
+    matrix = np.column_stack([np.ldexp(rows.G, -stiffness), np.ldexp(rows.d, -force)])
     row_scale, column_scale = equilibration(matrix)
-    return ScaledRows(matrix * row_scale[:, None] * column_scale, rows.g * row_scale, column_scale)
+    unit = np.append(np.full(rows.n, np.ldexp(1.0, force - stiffness)), 1.0)
+    right = np.ldexp(rows.g, -force) * row_scale
+    return ScaledRows(matrix * row_scale[:, None] * column_scale, right, column_scale * unit)
 
 
-def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows) -> Batch:
+def _power(values: FloatArray) -> int:
+    """The exponent of the largest: dividing by that power of two gives the same bits in all units."""
+    return int(np.frexp(np.abs(values).max(initial=0.0))[1])
+
+
+def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances) -> Batch:
     """Solve subsets (b, n + 1) of the rows; those that are singular to the tolerance are not regular."""
     square, target = rows.matrix[subsets], rows.right[subsets]
     spectrum = np.linalg.svd(square, compute_uv=False)
     condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
-    regular = condition > DEFAULT.degeneracy
+    regular = condition > tolerances.degeneracy
     x = np.full(subsets.shape, nan)
     x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -96,7 +104,7 @@ def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows) -> Batch:
         slip=x[:, :-1] * rows.column_scale[:-1],
         regular=regular,
         positive=regular & (x[:, -1] > blur),
-        feasible=regular & (excess <= DEFAULT.feasibility * reach),
+        feasible=regular & (excess <= tolerances.feasibility * reach),
     )
 
 
@@ -105,19 +113,15 @@ def intersection(rows: Constraints, subset: Iterable[int]) -> Intersection:
     chosen = list(subset)
     if not chosen:
         return Intersection(nan, np.full(rows.n, nan), (), nan, nan)
-    matrix = np.column_stack([rows.G, rows.d])[chosen]
-    row_scale, column_scale = equilibration(matrix)
-    x = np.linalg.solve(matrix * row_scale[:, None] * column_scale, rows.g[chosen] * row_scale) * column_scale
+    scaled = scaled_rows(rows)
+    row_scale, column_scale = equilibration(scaled.matrix[chosen])
+    matrix = scaled.matrix[chosen] * row_scale[:, None] * column_scale
+    x = np.linalg.solve(matrix, scaled.right[chosen] * row_scale) * column_scale * scaled.column_scale
     excess = rows.relative_excess(x[:-1], x[-1])
     return Intersection(
         load_factor=float(x[-1]),
         slip=x[:-1],
-        rows=named(rows, chosen),
+        rows=rows_named(rows, np.array(chosen)),
         residual=float(np.abs(excess[chosen]).max()),
         excess=float(excess.max()),
     )
-
-
-def named(rows: Constraints, subset: Iterable[int]) -> tuple[tuple[int, int], ...]:
-    """(node, side) of some rows."""
-    return tuple((int(rows.node[i]), int(rows.side[i])) for i in subset)

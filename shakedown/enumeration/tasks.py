@@ -11,16 +11,15 @@ from math import comb, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.enumeration.findings import NONE, Piece, batch_piece, joined
+from shakedown.enumeration.findings import BATCH, NONE, Piece, batch_piece, in_batches, joined
 from shakedown.enumeration.intersection import ScaledRows, solve_subsets
-from shakedown.enumeration.leaf_kernel import REGULAR, STORED, SUSPECTS
-from shakedown.enumeration.tree_kernel import walk
-from shakedown.tolerances import DEFAULT
+from shakedown.enumeration.leaf_kernel import REGULAR, STORED, SUSPECTS, Found, Search, Suspects, Whole
+from shakedown.enumeration.tree_kernel import elimination, walk
+from shakedown.tolerances import DEFAULT, Tolerances
 
 TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard
 SAMPLE = 10_000  # subsets timed to foretell how long all of them would take
 SUSPECTS_EXPECTED = 1 << 12
-BATCH = 4096
 
 
 @dataclass(frozen=True)
@@ -39,6 +38,8 @@ class Tree:
         Points on the safe region are looked for below this load factor only.
     listed
         How many degenerate subsets a piece lists.
+    tolerances
+        What counts as degenerate and as safe.
     """
 
     rows: ScaledRows
@@ -46,6 +47,11 @@ class Tree:
     cut: float = inf
     feasible_below: float = inf
     listed: int = 1000
+    tolerances: Tolerances = DEFAULT
+
+    def solved(self, subsets: NDArray[np.intp]) -> Piece:
+        """Some subsets, solved as a batch."""
+        return batch_piece(solve_subsets(subsets, self.rows, self.tolerances), self.cut, self.listed)
 
 
 def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
@@ -68,8 +74,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
                     piece = waiting.popleft().result()
                     tree = replace(tree, feasible_below=min(tree.feasible_below, piece.smallest_feasible[0]))
                     yield piece
-            while waiting:
-                yield waiting.popleft().result()
+            yield from (future.result() for future in waiting)
         finally:
             for future in waiting:
                 future.cancel()
@@ -78,7 +83,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
 def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
     """Prefixes whose subtrees have at most ``TASK`` subsets, in order, with their sizes."""
     waiting: list[tuple[int, ...]] = [()]
-    while waiting:
+    while waiting:  # every prefix is taken once, and none of a whole subset has children
         prefix = waiting.pop()
         size = completions(tree, prefix)
         if size <= TASK:
@@ -90,10 +95,12 @@ def tasks(tree: Tree) -> Iterator[tuple[tuple[int, ...], int]]:
 def typical_task(tree: Tree) -> tuple[tuple[int, ...], int]:
     """A small task to judge the time by: one row of every node, as far as that goes."""
     prefix: tuple[int, ...] = ()
-    while (size := completions(tree, prefix)) > SAMPLE:
+    for _ in range(tree.rows.matrix.shape[1]):
+        if completions(tree, prefix) <= SAMPLE:
+            break
         first, end = child_range(tree, prefix)
         prefix = (*prefix, min(first + 1, end - 1))
-    return prefix, size
+    return prefix, completions(tree, prefix)
 
 
 def child_range(tree: Tree, prefix: tuple[int, ...]) -> tuple[int, int]:
@@ -115,50 +122,51 @@ def completions(tree: Tree, prefix: tuple[int, ...]) -> int:
 
 def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> Piece:
     """Walk one subtree; examine what the walk set aside."""
+    unit = tree.rows.column_scale[-1]
+    found, suspects = _walked(tree, prefix, size)
+    best, safest = (tuple(subset) for subset in found.subsets.tolist())
+    count = int(found.counters[SUSPECTS])
+    piece = Piece(
+        regular=int(found.counters[REGULAR]),
+        degenerate=0,
+        degenerate_rows=[],
+        smallest_positive=(found.record[0] * unit, best) if any(best) else NONE,
+        smallest_feasible=(found.record[1] * unit, safest) if any(safest) else NONE,
+        load_factors=found.values[: found.counters[STORED]] * unit,
+    )
+    return joined([piece, *_examined_all(tree, suspects.prefixes[:count], suspects.lengths[:count])])
+
+
+def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[Found, Suspects]:
+    """Walk one subtree; a second time, with room for all of them, where there are many suspects."""
     rows, unit = tree.rows, tree.rows.column_scale[-1]
     columns = rows.matrix.shape[1]
     augmented = np.column_stack([rows.matrix, rows.right])
-    values = np.empty(size if tree.cut < inf else 0)
-    room = SUSPECTS_EXPECTED
-    while True:
-        suspects, lengths = np.zeros((room, columns), dtype=np.int64), np.zeros(room, dtype=np.int64)
-        record = np.array([inf, tree.feasible_below / unit])
-        best, safest = np.zeros((2, columns), dtype=np.int64)
-        counters = np.zeros(6, dtype=np.int64)
-        walk(
-            augmented,
-            np.array(prefix, dtype=np.int64),
-            tree.one_pair,
-            DEFAULT.feasibility,
-            tree.cut / unit,
-            values,
-            suspects,
-            lengths,
-            record,
-            best,
-            safest,
-            counters,
+    search = Search(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
+    given, room = np.array(prefix, dtype=np.int64), SUSPECTS_EXPECTED
+    for _ in range(2):
+        counters = np.zeros(4, dtype=np.int64)
+        found = Found(
+            values=np.empty(size if tree.cut < inf else 0),
+            record=np.array([inf, tree.feasible_below / unit]),
+            subsets=np.zeros((2, columns), dtype=np.int64),
+            counters=counters,
         )
+        suspects = Suspects(
+            np.zeros((room, columns), dtype=np.int64), np.zeros(room, dtype=np.int64), counters
+        )
+        walk(Whole(search, elimination(augmented, given), found, suspects), given)
         if counters[SUSPECTS] <= room:
             break
         room = int(counters[SUSPECTS])
-    found = Piece(
-        subsets=int(counters[REGULAR]),
-        degenerate=0,
-        degenerate_rows=[],
-        smallest_positive=(record[0] * unit, tuple(best.tolist())) if best.any() else NONE,
-        smallest_feasible=(record[1] * unit, tuple(safest.tolist())) if safest.any() else NONE,
-        load_factors=values[: counters[STORED]] * unit,
-    )
-    count = int(counters[SUSPECTS])
-    return joined([found, *_examined_all(tree, suspects[:count], lengths[:count])])
+    return found, suspects
 
 
 def _examined_all(tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.int64]) -> Iterator[Piece]:
     """Whole suspect subsets in batches, shorter suspect prefixes one by one."""
     whole = suspects[lengths == suspects.shape[1]]
     for start in range(0, len(whole), BATCH):
-        yield batch_piece(solve_subsets(whole[start : start + BATCH], tree.rows), tree.cut, tree.listed)
+        yield tree.solved(whole[start : start + BATCH])
     for prefix, length in zip(suspects, lengths, strict=True):
         if length < suspects.shape[1]:
             yield _examined(tree, tuple(prefix[:length].tolist()))
@@ -166,16 +174,11 @@ def _examined_all(tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.i
 
 def _examined(tree: Tree, prefix: tuple[int, ...]) -> Piece:
     """A suspect prefix: singular as it stands, or else all its completions solved one by one."""
-    rows, size = tree.rows, completions(tree, prefix)
-    spectrum = np.linalg.svd(rows.matrix[list(prefix)], compute_uv=False)
-    if spectrum[-1] <= DEFAULT.degeneracy * spectrum[0]:
-        listed = [tuple(subset) for subset in islice(_extensions(tree, prefix), tree.listed)]
-        return Piece(size, size, listed, NONE, NONE, np.empty(0))
-    subsets = _extensions(tree, prefix)
-    parts = []
-    while chunk := list(islice(subsets, BATCH)):
-        parts.append(batch_piece(solve_subsets(np.array(chunk), rows), tree.cut, tree.listed))
-    return joined(parts)
+    spectrum = np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
+    if spectrum[-1] <= tree.tolerances.degeneracy * spectrum[0]:
+        listed = list(islice(_extensions(tree, prefix), tree.listed))
+        return Piece(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
+    return joined([tree.solved(np.array(chunk)) for chunk in in_batches(_extensions(tree, prefix))])
 
 
 def _extensions(tree: Tree, prefix: tuple[int, ...]) -> Iterator[tuple[int, ...]]:

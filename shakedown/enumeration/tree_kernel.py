@@ -13,157 +13,82 @@ its completions, to be examined by other means.
 import numpy as np
 from numba import njit
 
-from shakedown.enumeration.leaf_kernel import ABSENT, SUSPECT, IntArray, leaves, set_aside, triples
+from shakedown.enumeration.leaf_kernel import (
+    ABSENT,
+    SUSPECT,
+    Elimination,
+    IntArray,
+    Limits,
+    Whole,
+    leaves,
+    set_aside,
+    triples,
+)
 from shakedown.model.problem import FloatArray
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"})
-def walk(
-    rows: FloatArray,
-    prefix: IntArray,
-    one_pair: bool,
-    tolerance: float,
-    cut: float,
-    values: FloatArray,
-    suspects: IntArray,
-    lengths: IntArray,
-    record: FloatArray,
-    best_rows: IntArray,
-    safest_rows: IntArray,
-    counters: IntArray,
-) -> None:
-    """Visit every completion of a prefix.
-
-    Parameters
-    ----------
-    rows : (R, N + 1)
-        Rows of size about 1: N − 1 slips, the load factor, the right-hand side.
-    prefix : (k,)
-        The first k row numbers, k < N.
-    one_pair
-        Visit only paths 0, 1, then one of every further two rows.
-    tolerance
-        Largest violation of a row that a point on the safe region may have, relative
-        to the largest terms.
-    cut
-        Load factors above it are stored in ``values``, as far as it reaches; at +inf none is.
-    suspects : (S, N), lengths : (S,)
-        Receives the suspect prefixes and their lengths, as far as they reach.
-    record : (2,)
-        In and out: smallest positive load factor so far, and smallest one on the safe region.
-    best_rows, safest_rows : (N,)
-        Their subsets.
-    counters : (6,)
-        Receives the number of regular subsets, suspect prefixes, stored values,
-        whether either record was improved, and the row found violated last.
-    """
+def elimination(rows: FloatArray, prefix: IntArray) -> Elimination:
+    """Nothing chosen but the prefix, nothing eliminated."""
     R, N = rows.shape[0], rows.shape[1] - 1
     work = np.empty((N, N + 1, R))
-    for c in range(N + 1):
-        for i in range(R):
-            work[0, c, i] = rows[i, c]
+    work[0] = rows.T
     path = np.zeros(N, dtype=np.int64)
-    last = np.zeros(N, dtype=np.int64)
-    pivots = np.zeros(N, dtype=np.int64)
-    x = np.empty(N)
-    known = np.zeros(N + 1, dtype=np.bool_)
-    level = np.zeros(N + 1)
-    depth = 0
-    path[0], last[0] = _children(0, -1, R, N, one_pair)
-    if prefix.size > 0:
-        path[0] = prefix[0]
-        last[0] = prefix[0]
+    path[: prefix.size] = prefix
+    last, pivots = np.zeros((2, N), dtype=np.int64)
+    room = np.empty(N), np.empty((N, N + 1))
+    return Elimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *room)
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
+def walk(whole: Whole, prefix: IntArray) -> None:
+    """Visit every completion of a prefix of fewer than N rows.
+
+    Every turn moves the path on in the order of the tree, or up: it ends after as many
+    turns as there are prefixes, and one more for each to leave it.
+    """
+    work, path, last, pivots, known, level = whole.state[:6]
+    values, record, _, counters = whole.found
+    R, N, given, one_pair, cut = (
+        work.shape[2],
+        path.size,
+        prefix.size,
+        whole.search.one_pair,
+        whole.search.cut,
+    )
+    depth, entered = 0, False
     while depth >= 0:
-        if path[depth] > last[depth]:
+        if not entered:
+            path[depth], last[depth] = _children(depth, path[depth - 1] if depth else -1, R, N, one_pair)
+            if depth < given:
+                path[depth] = last[depth] = prefix[depth]
+            entered = True
+            if N - depth == 3 and not one_pair and not known[depth]:
+                if given == N - 1:
+                    path[N - 2] = prefix[N - 2]
+                triples(work, path, record, counters, values, Limits(last[depth], given, cut), whole)
+                path[depth] = last[depth] + 1
+            elif N - depth == 2:
+                leaves(whole)
+                path[depth] = last[depth] + 1
+        elif path[depth] > last[depth]:
             depth -= 1
             if depth >= 0:
                 path[depth] += 1
-            continue
-        width = N - depth
-        if width == 3 and not one_pair and not known[depth]:
-            triples(
-                rows,
-                work,
-                path,
-                pivots,
-                x,
-                last[depth],
-                prefix.size,
-                tolerance,
-                cut,
-                values,
-                suspects,
-                lengths,
-                record,
-                best_rows,
-                safest_rows,
-                counters,
-            )
-            depth -= 1
-            if depth >= 0:
-                path[depth] += 1
-            continue
-        if width == 2:
-            leaves(
-                rows,
-                work,
-                path,
-                pivots,
-                x,
-                last[depth],
-                known[depth],
-                level[depth],
-                one_pair,
-                tolerance,
-                cut,
-                values,
-                suspects,
-                lengths,
-                record,
-                best_rows,
-                safest_rows,
-                counters,
-            )
-            depth -= 1
-            if depth >= 0:
-                path[depth] += 1
-            continue
-        row = path[depth]
-        slips = width if known[depth] else width - 1
-        pivot = 0
-        size = abs(work[depth, 0, row])
-        for c in range(1, slips):
-            entry = abs(work[depth, c, row])
-            if entry > size:
-                pivot, size = c, entry
-        known[depth + 1], level[depth + 1] = known[depth], level[depth]
-        if size <= SUSPECT:
-            if size <= ABSENT and not known[depth] and abs(work[depth, width - 1, row]) > SUSPECT:
-                pivot = width - 1
-                known[depth + 1] = True
-                level[depth + 1] = work[depth, width, row] / work[depth, width - 1, row]
-            else:
-                for t in range(depth + 1, prefix.size):  # the walk of another prefix must not count it again
+        else:
+            row, width = path[depth], N - depth
+            pivot, known[depth + 1] = _pivot(work, depth, row, width, known[depth])
+            if pivot < 0:
+                for t in range(depth + 1, given):  # the walk of another prefix must not count it again
                     path[t] = prefix[t]
-                set_aside(path, max(depth + 1, prefix.size), suspects, lengths, counters)
+                set_aside(path, max(depth + 1, given), whole.suspects)
                 path[depth] += 1
                 continue
-        pivots[depth] = pivot
-        first = row + 1 if not one_pair else (row + 1 if depth == 0 else 2 * depth)
-        scale = 1.0 / work[depth, pivot, row]
-        target = 0
-        for c in range(width + 1):
-            if c == pivot:
-                continue
-            step = work[depth, c, row] * scale
-            for i in range(first, R):
-                work[depth + 1, target, i] = work[depth, c, i] - step * work[depth, pivot, i]
-            target += 1
-        depth += 1
-        path[depth], last[depth] = _children(depth, row, R, N, one_pair)
-        if depth < prefix.size:
-            path[depth] = prefix[depth]
-            last[depth] = prefix[depth]
+            level[depth + 1] = (
+                level[depth] if known[depth] else work[depth, width, row] / work[depth, pivot, row]
+            )
+            pivots[depth] = pivot
+            _eliminate(work, depth, pivot, row, 2 * depth if one_pair and depth else row + 1)
+            depth, entered = depth + 1, False
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -174,3 +99,33 @@ def _children(depth: int, previous: int, R: int, N: int, one_pair: bool) -> tupl
             return depth, depth
         return 2 * depth - 2, 2 * depth - 1
     return previous + 1, R - N + depth
+
+
+@njit(nogil=True, cache=True, _nrt=False)  # type: ignore[call-overload]
+def _pivot(work: FloatArray, depth: int, row: int, width: int, known: bool) -> tuple[int, bool]:
+    """The largest entry of a row to eliminate, −1 if it is too small, and whether λ is known then."""
+    pivot, size = 0, abs(work[depth, 0, row])
+    for c in range(1, width if known else width - 1):
+        entry = abs(work[depth, c, row])
+        if entry > size:
+            pivot, size = c, entry
+    if size > SUSPECT:
+        return pivot, known
+    if size > ABSENT or known or abs(work[depth, width - 1, row]) <= SUSPECT:
+        return -1, known
+    return width - 1, True
+
+
+@njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
+def _eliminate(work: FloatArray, depth: int, pivot: int, row: int, first: int) -> None:
+    """Eliminate one column from all rows that can follow, from ``first`` on."""
+    R = work.shape[2]
+    scale = 1.0 / work[depth, pivot, row]
+    target = 0
+    for c in range(work.shape[0] - depth + 1):
+        if c == pivot:
+            continue
+        step = work[depth, c, row] * scale
+        for i in range(first, R):
+            work[depth + 1, target, i] = work[depth, c, i] - step * work[depth, pivot, i]
+        target += 1

@@ -159,6 +159,7 @@ def friction_document(limits: "FrictionThresholds") -> dict[str, Any]:
             "uniqueness": None if limits.uniqueness is None else limits.uniqueness.value,
             "uniqueness_interval": None if limits.uniqueness is None else _interval(limits.uniqueness),
             "wedging": limits.wedging.value,
+            "wedging_interval": [limits.wedging.low, limits.wedging.high],
             "unit": "factor on f" if limits.factor else "friction coefficient",
         }
     )

@@ -85,7 +85,9 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
     if critical is None:
         return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]
     smallest, feasible = critical.smallest_positive, critical.smallest_feasible
-    counts = f"{total:,} subsets of n + 1 constraints: {critical.regular:,} critical load factors"
+    subsets = "1 subset" if total == 1 else f"{total:,} subsets"
+    counts = f"{subsets} of n + 1 constraints: {critical.regular:,} critical load factor"
+    counts += "" if critical.regular == 1 else "s"
     if critical.degenerate:
         counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
     if not smallest.rows:
@@ -138,11 +140,15 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]
     else:
         pairs = [(" with all nodes in contact", closed), (" where nodes separate", opened)]
     sentences = [_uniqueness(friction, where, threshold) for where, threshold in pairs]
-    if limits.wedging.value <= friction:
+    wedging = limits.wedging
+    if wedging.high <= friction:
         sentences.append(
-            f"It lies above the threshold of wedging ({limits.wedging.value:.5g}): locked-in slip can hold "
+            f"It lies above the threshold of wedging ({wedging.high:.5g}): locked-in slip can hold "
             "the joint without any load."
         )
+    elif wedging.low <= friction:
+        known = f" ({wedging.reason})" if wedging.reason else ""
+        sentences.append(f"It is open whether locked-in slip can hold the joint without any load{known}.")
     return sentences
 
 

@@ -1,6 +1,8 @@
 """The compiled tree of subsets against batches of plain solves, also where subsets are degenerate."""
 
 from dataclasses import replace
+from itertools import combinations
+from math import comb
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.enumeration import critical, tasks
+from shakedown.enumeration.intersection import scaled_rows
+from shakedown.model.constraints import constraints
 
 
 def half_coupled(seed: int, n: int) -> Problem:
@@ -48,6 +52,7 @@ def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -
     problem = make(n, max(n, 2) if make is half_coupled else n)
     plain, tree = both_ways(problem, monkeypatch)
     assert (tree.total, tree.regular, tree.degenerate) == (plain.total, plain.regular, plain.degenerate)
+    assert tree.regular + tree.degenerate == plain.regular + plain.degenerate == tree.total
     assert tree.degenerate_rows == plain.degenerate_rows
     np.testing.assert_allclose(tree.load_factors, plain.load_factors, rtol=1e-8, atol=1e-11)
     for a, b in (
@@ -105,3 +110,41 @@ def test_scaling_of_units_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(critical, "SMALL", 0)
     here, there = (shakedown.critical_load_factors(p, values=True) for p in (problem, scaled))
     np.testing.assert_allclose(there.load_factors, here.load_factors, rtol=1e-9)
+
+
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_every_prefix_walks_all_its_completions(make, n: int) -> None:
+    """Prefixes of any length below n + 1, also those that end within the last three rows."""
+    tree = tasks.Tree(scaled_rows(constraints(make(n, n))))
+    for length in range(n + 1):
+        total = 0
+        for prefix in combinations(range(2 * n), length):
+            size = tasks.completions(tree, prefix)
+            if size:
+                piece = tasks.walk_piece(tree, prefix, size)
+                assert (piece.subsets, piece.regular + piece.degenerate) == (size, size)
+                total += piece.subsets
+        assert total == comb(2 * n, n + 1)
+
+
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("force", [2.0**-301, 2.0**30, 2.0**31])
+@pytest.mark.parametrize("length", [1.0, 2.0**7])
+def test_units_do_not_matter_to_the_last_bit(make, force: float, length: float, monkeypatch) -> None:
+    here = make(3, 4)
+    there = replace(
+        here,
+        A=here.A * (force / length),
+        B=here.B * (force / length),
+        C=None if here.C is None else here.C * (force / length),
+        q_w=here.q_w * force,
+        p_w=here.p_w * force,
+    )
+    for small in (critical.SMALL, 0):
+        monkeypatch.setattr(critical, "SMALL", small)
+        a, b = (shakedown.critical_load_factors(problem, values=True) for problem in (here, there))
+        assert (a.regular, a.degenerate, a.degenerate_rows) == (b.regular, b.degenerate, b.degenerate_rows)
+        np.testing.assert_array_equal(a.load_factors, b.load_factors)
+        assert a.smallest_feasible.rows == b.smallest_feasible.rows
+        np.testing.assert_array_equal(a.smallest_positive.slip * length, b.smallest_positive.slip)
