@@ -4,120 +4,26 @@ Nothing is allocated in the walk, so it is compiled without counting references
 (``_nrt=False``): to count those of a dozen arrays costs as much as the leaves of a call.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from shakedown.enumeration.walk_state import (
+    REGULAR,
+    STORED,
+    SUSPECTS,
+    VIOLATED,
+    Elimination,
+    IntArray,
+    Limits,
+    Search,
+    Suspects,
+    Whole,
+)
 from shakedown.model.problem import FloatArray
-
-IntArray = NDArray[np.int64]
 
 SUSPECT = 1e-7  # smaller pivots, in rows of size 1, are left to a method that sees the condition number
 ABSENT = 1e-13  # entries that round-off leaves of zero
 DOUBTFUL = 1e3  # tolerances within which a point is solved again before it is judged
-
-# Indices into the counters of ``Found``.
-REGULAR, SUSPECTS, STORED, VIOLATED = range(4)
-
-
-class Search(NamedTuple):
-    """What is asked of every subset.
-
-    Attributes
-    ----------
-    rows : (R, N + 1)
-        Rows of size about 1: N − 1 slips, the load factor, the right-hand side.
-    one_pair
-        Only the paths 0, 1, then one of every further two rows.
-    feasibility
-        Largest violation of a row that a point on the safe region may have, relative
-        to the largest terms.
-    cut
-        Load factors above it are stored; at +inf none is.
-    """
-
-    rows: FloatArray
-    one_pair: bool
-    feasibility: float
-    cut: float
-
-
-class Elimination(NamedTuple):
-    """Where the walk stands: the rows chosen, and what they leave of all the others.
-
-    Attributes
-    ----------
-    work : (N, N + 1, R)
-        At every depth, column by column, the rows without the slips eliminated so far.
-    path, last : (N,)
-        The row chosen at every depth, and the last one that can be.
-    pivots : (N,)
-        The column eliminated at every depth.
-    known, level : (N + 1,)
-        Whether the load factor is eliminated above a depth, and its value.
-    x : (N,)
-        Room for one point.
-    square : (N, N + 1)
-        Room for the equations of one subset.
-    """
-
-    work: FloatArray
-    path: IntArray
-    last: IntArray
-    pivots: IntArray
-    known: NDArray[np.bool_]
-    level: FloatArray
-    x: FloatArray
-    square: FloatArray
-
-
-class Suspects(NamedTuple):
-    """Receives the suspect prefixes (S, N) and their lengths (S,), as far as it reaches; counts them all."""
-
-    prefixes: IntArray
-    lengths: IntArray
-    counters: IntArray
-
-
-class Found(NamedTuple):
-    """What the walk has found.
-
-    Attributes
-    ----------
-    values
-        Receives the load factors above the cut, as far as it reaches.
-    record : (2,)
-        In and out: smallest positive load factor so far, and smallest one on the safe region.
-    subsets : (2, N)
-        Their rows, where the walk found them; else zero.
-    counters : (4,)
-        Number of regular subsets, suspect prefixes, load factors above the cut, and the
-        row found violated last.
-    """
-
-    values: FloatArray
-    record: FloatArray
-    subsets: IntArray
-    counters: IntArray
-
-
-class Whole(NamedTuple):
-    """All that belongs to one walk."""
-
-    search: Search
-    state: Elimination
-    found: Found
-    suspects: Suspects
-
-
-class Limits(NamedTuple):
-    """The last row that can stand third from the end, the number of rows given, and the cut."""
-
-    last: int
-    given: int
-    cut: float
 
 
 @njit(nogil=True, cache=True)

@@ -13,17 +13,8 @@ its completions, to be examined by other means.
 import numpy as np
 from numba import njit
 
-from shakedown.enumeration.leaf_kernel import (
-    ABSENT,
-    SUSPECT,
-    Elimination,
-    IntArray,
-    Limits,
-    Whole,
-    leaves,
-    set_aside,
-    triples,
-)
+from shakedown.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, set_aside, triples
+from shakedown.enumeration.walk_state import Elimination, IntArray, Limits, Whole
 from shakedown.model.problem import FloatArray
 
 
