@@ -7,7 +7,7 @@ import click
 import shakedown
 from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import bounds_document, curve_document, friction_document
-from shakedown.report.words import bounds_in_words, curve_in_words, friction_in_words
+from shakedown.report.words import bounds_in_words, coupling_in_words, curve_in_words, friction_in_words
 
 from .options import json_option, problem_argument
 from .output import echo_json, headline, listing, number, paragraph, table
@@ -56,13 +56,14 @@ def _text(
 def _facts(bounds: shakedown.ShakedownBounds) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
-    coupling = "weak coupling" if lower.coupling_ratio < 1 else "strong coupling"
+    least = upper.least_load_factor
     collapse = f"collapse of node {lower.node}" if lower.node >= 0 else "no node collapses"
     return [
         ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
         ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
-        ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling),
+        ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling_in_words(lower.coupling_ratio)),
+        ("least load factor λ_lo", number(least or None, 10), "safe slips exist from here on"),
         ("upper bound λ_max", number(upper.load_factor, 10), f"{upper.status}{_certified(upper.certified)}"),
     ]
 

@@ -88,6 +88,7 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += ["DISAGREEMENT" if result.disagreements else "OPEN"]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
+    lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]

@@ -8,13 +8,18 @@ import numpy as np
 
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
-from shakedown.programs.linear_program import Solution
-from shakedown.programs.rational import HAS_FLINT, ExactRows, enclosure, exact_rows
-from shakedown.tolerances import DEFAULT
+from shakedown.programs.exact_rows import ExactRows, exact_rows
+from shakedown.programs.integer_algebra import enclosure
+from shakedown.programs.linear_program import Solution, without_round_off
+from shakedown.tolerances import Tolerances
 
-CERTIFIED_UP_TO = 40
-CERTIFIED_UP_TO_WITHOUT_FLINT = 12
+UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, about a second
+LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
+
+NO_VERTEX = "exact arithmetic found no vertex from where the float solution ended"
+ROUND_OFF = "the exact answer rests on the round-off of the stored stiffness"
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,7 @@ class Certificate:
     Attributes
     ----------
     status
-        ``"optimal"``, ``"infeasible"`` or ``"unbounded"``.
+        Optimal, infeasible or unbounded.
     low, high
         Neighbouring floats with the exact load factor between them, equal where it
         is a float itself; NaN where infeasible, inf where unbounded.
@@ -39,7 +44,7 @@ class Certificate:
         Indices of the rows that meet in the exact vertex, or that carry a multiplier.
     """
 
-    status: str
+    status: Status
     low: float
     high: float
     load_factor: float
@@ -48,12 +53,16 @@ class Certificate:
     rows: tuple[int, ...]
 
 
-def certify_by_default(n: int) -> bool:
-    """Whether exact arithmetic on n nodes is quick enough not to be asked for."""
-    return n <= (CERTIFIED_UP_TO if HAS_FLINT else CERTIFIED_UP_TO_WITHOUT_FLINT)
+@dataclass(frozen=True)
+class NoCertificate:
+    """Exact arithmetic was tried and does not vouch for the answer; why, in words."""
+
+    reason: str
 
 
-def certified_upper(problem: Problem, outcome: Solution) -> Certificate | None:
+def certified_upper(
+    problem: Problem, outcome: Solution, tolerances: Tolerances
+) -> Certificate | NoCertificate:
     """The exact λ_max, started from the basis in which the float solution ended.
 
     Parameters
@@ -62,19 +71,25 @@ def certified_upper(problem: Problem, outcome: Solution) -> Certificate | None:
         The problem as stored.
     outcome
         End of the linear program max λ over the columns (v, λ).
+    tolerances
+        ``stored_digits`` is used.
 
     Returns
     -------
-        The certificate, or None where no regular basis was found, or where the
+        The certificate, or why there is none: no regular basis was found, or the
         answer rests on the round-off of the stored stiffness.
     """
     rows = exact_rows(problem)
     program = _upper_program(rows)
     end = exact_vertex(program, *_start(program, outcome))
-    return None if end is None else _accepted(_certificate(program, end, rows), problem, outcome)
+    if end is None:
+        return NoCertificate(NO_VERTEX)
+    return _accepted(_certificate(program, end, rows), problem, outcome, tolerances)
 
 
-def rests_on_round_off(rows: Constraints, slip: FloatArray, load_factor: float) -> bool:
+def rests_on_round_off(
+    rows: Constraints, slip: FloatArray, load_factor: float, tolerances: Tolerances
+) -> bool:
     """Whether a slip is so large that the last digits of the stored stiffness make the answer.
 
     A body held by the contact alone has rigid motions without resistance. Stored, they
@@ -82,10 +97,10 @@ def rests_on_round_off(rows: Constraints, slip: FloatArray, load_factor: float) 
     """
     terms = np.abs(rows.G) @ np.abs(slip)
     forces = np.abs(rows.g) + (abs(load_factor) * np.abs(rows.d) if np.isfinite(load_factor) else 0.0)
-    return bool(np.finfo(float).eps * terms.max() > DEFAULT.stored_digits * forces.max())
+    return bool(np.finfo(float).eps * terms.max() > tolerances.stored_digits * forces.max())
 
 
-def starts_safe(problem: Problem, outcome: Solution) -> bool | None:
+def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> bool | None:
     """Whether there is a safe slip at load factor 0, exactly; None where that stays open.
 
     ``outcome`` is the end of the linear program min λ subject to every row.
@@ -93,13 +108,15 @@ def starts_safe(problem: Problem, outcome: Solution) -> bool | None:
     rows = exact_rows(problem)
     program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
     end = exact_vertex(program, *_start(program, outcome))
-    if end is None or end.status != "optimal" or end.x[-1] != 0:
+    if end is None or end.status != Status.OPTIMAL or end.x[-1] != 0:
         return None if end is None else False
     slip = _rounded(end.x[:-1], end.x_scale)
-    return None if rests_on_round_off(constraints(problem), slip, 0.0) else True
+    return None if rests_on_round_off(constraints(problem), slip, 0.0, tolerances) else True
 
 
-def certified_lower(problem: Problem, outcomes: list[Solution], first: int) -> tuple[int, Certificate] | None:
+def certified_lower(
+    problem: Problem, outcomes: list[Solution], first: int, tolerances: Tolerances
+) -> tuple[int, Certificate | NoCertificate]:
     """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
 
     Parameters
@@ -110,37 +127,67 @@ def certified_lower(problem: Problem, outcomes: list[Solution], first: int) -> t
         End of the linear program min λ of every node.
     first
         The node that collapses first in floats.
+    tolerances
+        ``stored_digits`` and ``cancellation`` are used.
     """
     rows = exact_rows(problem)
-    programs = [_collapse_program(rows, j) for j in range(problem.n)]
-    best = exact_vertex(programs[first], *_start(programs[first], outcomes[first]))
-    if best is None or best.status != "optimal":
-        return None
-    for j, (program, outcome) in enumerate(zip(programs, outcomes, strict=True)):
+    program = _collapse_program(rows, first)
+    best = exact_vertex(program, *_start(program, outcomes[first]))
+    if best is None or best.status != Status.OPTIMAL:
+        return first, NoCertificate(NO_VERTEX)
+    node = first
+    for j in range(problem.n):
         if best.x[-1] == 0:
             break
-        start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
-        if j == first or (outcome.status == "optimal" and proves_at_most(program, *start, value)):
+        if j == first:
             continue
-        end = exact_vertex(program, *start)
-        if end is None or end.status == "unbounded":
-            return None
-        if end.status == "optimal" and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
-            best, first = end, j
-    certificate = _accepted(_certificate(programs[first], best, rows), problem, outcomes[first])
-    return None if certificate is None else (first, certificate)
+        earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best)
+        if isinstance(earlier, NoCertificate):
+            return first, earlier
+        if earlier is not None:
+            best, node = earlier, j
+    certificate = _certificate(_collapse_program(rows, node), best, rows)
+    return node, _accepted(certificate, problem, outcomes[node], tolerances)
 
 
-def _accepted(certificate: Certificate, problem: Problem, outcome: Solution) -> Certificate | None:
+def _collapses_earlier(
+    program: ExactProgram, outcome: Solution, best: ExactVertex
+) -> ExactVertex | NoCertificate | None:
+    """Where a node collapses at a smaller load factor than the best one; None where it is proved not to."""
+    start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
+    if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
+        return None
+    end = exact_vertex(program, *start)
+    if end is None or end.status == Status.UNBOUNDED:
+        return NoCertificate(NO_VERTEX)
+    if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
+        return end
+    return None
+
+
+def _accepted(
+    certificate: Certificate, problem: Problem, outcome: Solution, tolerances: Tolerances
+) -> Certificate | NoCertificate:
     """The certificate, unless it contradicts the floats and rests on the round-off of the stiffness."""
-    if certificate.status == "infeasible":
+    if certificate.status == Status.INFEASIBLE:
         return certificate
-    if outcome.vertex is not None and certificate.status == "optimal":
+    if outcome.vertex is not None and certificate.status == Status.OPTIMAL:
         gap = abs(abs(outcome.vertex.x[-1]) - certificate.load_factor)
-        if gap <= DEFAULT.stored_digits * certificate.load_factor:
+        if gap <= tolerances.stored_digits * certificate.load_factor:
             return certificate
-    doubtful = rests_on_round_off(constraints(problem), certificate.slip, certificate.load_factor)
-    return None if doubtful else certificate
+    rows, slip, load_factor = constraints(problem), certificate.slip, certificate.load_factor
+    doubtful = rests_on_round_off(rows, slip, load_factor, tolerances)
+    if load_factor > 0 and np.isfinite(load_factor):
+        doubtful |= significant(rows, slip, load_factor, tolerances)[-1] == 0
+    return NoCertificate(ROUND_OFF) if doubtful else certificate
+
+
+def significant(
+    rows: Constraints, slip: FloatArray, load_factor: float, tolerances: Tolerances
+) -> FloatArray:
+    """Slip and load factor (n + 1,), with zero for what changes no row by more than its round-off."""
+    matrix, x = np.column_stack([rows.G, rows.d]), np.append(slip, load_factor)
+    return without_round_off(matrix, x, rows.g, tolerances.cancellation * len(x))
 
 
 def _upper_program(rows: ExactRows) -> ExactProgram:
@@ -169,9 +216,9 @@ def _start(program: ExactProgram, outcome: Solution) -> tuple[list[int], list[in
 
 def _certificate(program: ExactProgram, end: ExactVertex, rows: ExactRows) -> Certificate:
     n, multipliers = len(program.cost) - 1, _multipliers(end, rows)
-    if end.status == "infeasible":
+    if end.status == Status.INFEASIBLE:
         slip, low, high, near = np.full(n, nan), nan, nan, nan
-    elif end.status == "unbounded":
+    elif end.status == Status.UNBOUNDED:
         slip, low, high, near = _rounded(end.x[:-1], end.x[-1]), inf, inf, inf
     else:
         value = abs(end.x[-1])
@@ -186,8 +233,12 @@ def _certificate(program: ExactProgram, end: ExactVertex, rows: ExactRows) -> Ce
 def _multipliers(end: ExactVertex, rows: ExactRows) -> FloatArray:
     """The multipliers of the rows themselves, not of their integer multiples."""
     values = np.zeros(len(rows.matrix))
-    lifted = {i: Fraction(y) * rows.factor(i) for i, y in end.y.items() if i < len(values)}
-    scale = max(lifted.values(), default=Fraction(1)) if end.status == "infeasible" else Fraction(end.y_scale)
+    lifted = {i: Fraction(y) * rows.factors[i] for i, y in end.y.items() if i < len(values)}
+    scale = (
+        max(lifted.values(), default=Fraction(1))
+        if end.status == Status.INFEASIBLE
+        else Fraction(end.y_scale)
+    )
     for i, value in lifted.items():
         values[i] = value / scale
     return values

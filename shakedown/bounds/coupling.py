@@ -5,7 +5,12 @@ from math import nan
 
 import numpy as np
 
+from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
+
+WEAK = 1.0 / 3.0  # weak coupling: no cycle at all is possible below the first collapse
+_TRACE = 1e-10  # of coupling between all nodes makes the Perron vector positive where N is reducible
+_LEAST_WEIGHT = 1e-12  # of a node that hardly takes part in the coupling
 
 
 @dataclass(frozen=True)
@@ -35,8 +40,9 @@ class Coupling:
     influence: FloatArray
 
 
+@once_per_problem
 def coupling(problem: Problem) -> Coupling:
-    """The coupling ratio ρ of a problem.
+    """The coupling ratio ρ of a problem; worked out once per problem.
 
     Examples
     --------
@@ -52,8 +58,7 @@ def coupling(problem: Problem) -> Coupling:
     influence = np.max(np.abs(sides) / own[:, :, None], axis=0)
     np.fill_diagonal(influence, 0.0)
     ratio = float(np.abs(np.linalg.eigvals(influence)).max())
-    # A trace of coupling between all nodes makes the Perron vector positive where N is reducible.
-    values, vectors = np.linalg.eig(influence + 1e-10 * max(ratio, 1e-300))
+    values, vectors = np.linalg.eig(influence + _TRACE * (ratio or 1.0))
     weights = np.abs(np.real(vectors[:, np.argmax(np.real(values))]))
-    weights = np.maximum(weights / weights.max(), 1e-12)
+    weights = np.maximum(weights / weights.max(), _LEAST_WEIGHT)
     return Coupling(ratio, float(np.max(influence @ weights / weights)), weights, influence)

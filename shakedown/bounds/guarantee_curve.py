@@ -12,7 +12,9 @@ from shakedown.bounds.upper import load_factor_program, upper_bound
 from shakedown.errors import UsageError
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.tolerances import DEFAULT, Tolerances
 
 
 @dataclass(frozen=True)
@@ -22,7 +24,7 @@ class GuaranteeCurve:
     Attributes
     ----------
     status
-        ``"optimal"``, or ``"infeasible"`` where there is no safe slip to start from.
+        Optimal, or infeasible where there is no safe slip to start from.
     radii : (k,)
         R, in multiples of ``unit``.
     load_factors : (k,)
@@ -43,7 +45,7 @@ class GuaranteeCurve:
         every limit at a slip in the box differs from that at ṽ by at most N (R d) ≤ R d.
     """
 
-    status: str
+    status: Status
     radii: FloatArray
     load_factors: FloatArray
     nodes: NDArray[np.intp]
@@ -55,7 +57,12 @@ class GuaranteeCurve:
 
 
 def guarantee_curve(
-    problem: Problem, radii: ArrayLike, *, weights: ArrayLike | None = None, centre: ArrayLike | None = None
+    problem: Problem,
+    radii: ArrayLike,
+    *,
+    weights: ArrayLike | None = None,
+    centre: ArrayLike | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> GuaranteeCurve:
     """How the first collapse recedes when initial states keep near the safe slip.
 
@@ -71,6 +78,8 @@ def guarantee_curve(
     centre : (n,), optional
         The slip in the middle [length]; by default the safe slip at λ_max, or at load
         factor 1 where there is no λ_max.
+    tolerances
+        The tolerances that decide.
 
     Raises
     ------
@@ -93,7 +102,7 @@ def guarantee_curve(
         raise UsageError(f"radii: expected numbers >= 0, found {radii!r}") from None
     if radius.ndim != 1 or not np.all(radius >= 0):
         raise UsageError(f"radii: expected numbers >= 0, found {radius}")
-    middle = _centre(problem) if centre is None else _vector("centre", centre, problem.n)
+    middle = _centre(problem, tolerances) if centre is None else _vector("centre", centre, problem.n)
     influence = coupling(problem)
     perron = influence.bound < 1.0
     shape = influence.weights if perron else np.ones(problem.n)
@@ -103,9 +112,9 @@ def guarantee_curve(
             raise UsageError("weights: expected positive numbers")
         perron = bool(np.isfinite(influence.ratio)) and bool(np.all(influence.influence @ shape <= shape))
     unit = _unit(rows, middle)
-    found = [_first_collapse(rows, middle, r * unit * shape) for r in radius]
+    found = [_first_collapse(rows, middle, r * unit * shape, tolerances) for r in radius]
     return GuaranteeCurve(
-        status="infeasible" if np.any(np.isnan(middle)) else "optimal",
+        status=Status.INFEASIBLE if np.any(np.isnan(middle)) else Status.OPTIMAL,
         radii=radius,
         load_factors=np.array([f[0] for f in found]),
         nodes=np.array([f[1] for f in found], dtype=np.intp),
@@ -117,9 +126,11 @@ def guarantee_curve(
     )
 
 
-def _centre(problem: Problem) -> FloatArray:
-    upper = upper_bound(problem, certify=False)
-    return upper.slip if upper.status != "unbounded" else safe_slip(problem, 1.0).slip
+def _centre(problem: Problem, tolerances: Tolerances) -> FloatArray:
+    upper = upper_bound(problem, certify=False, tolerances=tolerances)
+    if upper.status != Status.UNBOUNDED:
+        return upper.slip
+    return safe_slip(problem, max(1.0, upper.least_load_factor), tolerances=tolerances).slip
 
 
 def _vector(name: str, values: ArrayLike, n: int) -> FloatArray:
@@ -138,13 +149,13 @@ def _unit(rows: Constraints, centre: FloatArray) -> float:
 
 
 def _first_collapse(
-    rows: Constraints, centre: FloatArray, reach: FloatArray
+    rows: Constraints, centre: FloatArray, reach: FloatArray, tolerances: Tolerances
 ) -> tuple[float, int, FloatArray]:
     """(load factor, node, witness) of the first collapse with the other nodes' slips in a box."""
     n, best = rows.n, (inf, -1, np.full(rows.n, nan))
     if np.any(np.isnan(centre)):
         return nan, -1, best[2]
-    program = load_factor_program(rows, towards=+1.0)
+    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
     lower, upper = centre - reach, centre + reach
     program.set_columns(np.arange(n), lower, upper)
     for node in range(n):

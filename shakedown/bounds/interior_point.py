@@ -1,22 +1,32 @@
-"""The second road to the bounds: interior points (Clarabel through cvxpy).
+"""The second road to the bounds: interior points, by Clarabel or by any solver that cvxpy knows.
 
-Slow to import and less sharp than the simplex road; it is here to be compared with.
+Less sharp than the simplex road; it is here to be compared with.
 """
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 
-import cvxpy as cp
+import clarabel
 import numpy as np
+from scipy import sparse
 
-from shakedown.model.constraints import Constraints, constraints
-from shakedown.model.loading import loading
+from shakedown.model.constraints import Constraints, constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, typical_size
-from shakedown.tolerances import DEFAULT
+from shakedown.tolerances import DEFAULT, Tolerances
 
-_SHARP = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
+SHARP, REDUCED = 1e-11, 1e-8  # what Clarabel is asked for, and what it must reach
+
+_ENDS = {
+    "Solved": Status.OPTIMAL,
+    "AlmostSolved": Status.OPTIMAL,
+    "PrimalInfeasible": Status.INFEASIBLE,
+    "AlmostPrimalInfeasible": Status.INFEASIBLE,
+    "DualInfeasible": Status.UNBOUNDED,
+    "AlmostDualInfeasible": Status.UNBOUNDED,
+}
 
 
 @dataclass(frozen=True)
@@ -26,8 +36,8 @@ class ConicBound:
     Attributes
     ----------
     status
-        ``"optimal"``, ``"infeasible"``, ``"unbounded"`` or ``"undecided"`` (the solver
-        stopped short of its tolerances: what it had is not reported as a number).
+        Optimal, infeasible, unbounded or undecided (the solver stopped short of its
+        tolerances: what it had is not reported as a number).
     load_factor
         λ_max or λ_1; inf where it does not exist because nothing limits it, NaN
         where infeasible or undecided.
@@ -37,16 +47,21 @@ class ConicBound:
         The safe slip or the witness [length]; NaN unless optimal.
     solver
         Name of the solver.
+    reduced_accuracy
+        Whether the solver reached its reduced tolerances only (1e-8 instead of 1e-11).
     """
 
-    status: str
+    status: Status
     load_factor: float
     node: int
     slip: FloatArray
     solver: str
+    reduced_accuracy: bool = False
 
 
-def conic_upper_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBound:
+def conic_upper_bound(
+    problem: Problem, *, solver: str | None = None, tolerances: Tolerances = DEFAULT
+) -> ConicBound:
     """λ_max from |q| ≤ f p at every node and every load step: the program (5.16) as it stands.
 
     Parameters
@@ -54,7 +69,10 @@ def conic_upper_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
     problem
         The contact and its loading loop.
     solver
-        Name of a linear-programming solver that cvxpy knows.
+        Name of a linear-programming solver, called through cvxpy; by default Clarabel,
+        called directly.
+    tolerances
+        ``equilibration_sweeps`` is used.
 
     Examples
     --------
@@ -62,29 +80,39 @@ def conic_upper_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
     >>> round(conic_upper_bound(shakedown.example("two-node")).load_factor, 6)
     0.739146
     """
-    loop, scale = loading(problem), _scale(constraints(problem))
-    v, load_factor = cp.Variable(problem.n), cp.Variable(nonneg=True)
-    rows = scale.rows.reshape(-1, 2)
-    limits = []
-    for side, weight in zip((+1.0, -1.0), rows.T, strict=True):
-        G = (side * problem.A - problem.f[:, None] * problem.B) * weight[:, None] * scale.slips
-        reach = (problem.f * loop.p0 - side * loop.q0) * weight / scale.size
-        for q1, p1 in zip(loop.q1, loop.p1, strict=True):
-            d = (side * q1 - problem.f * p1) * weight * scale.load_factor
-            limits.append(G @ v + load_factor * d <= reach)
-    status = _solve(cp.Problem(cp.Maximize(load_factor), limits), solver)
-    return _bound(status, load_factor, v, scale, -1, solver)
+    rows, steps = constraints(problem), step_loads(problem)
+    taken = np.zeros(steps.shape, dtype=bool)
+    taken[rows.step, np.arange(2 * rows.n)] = (
+        True  # of the rows of every load step few matter: begin with these
+    )
+    while True:
+        step, row = np.nonzero(taken)
+        matrix = np.column_stack([rows.G[row], steps[step, row]])
+        bound = _bound(matrix, rows.g[row], -1.0, solver, tolerances)
+        if bound.status != Status.OPTIMAL:
+            return bound
+        excess = rows.G @ bound.slip + bound.load_factor * steps - rows.g
+        terms = np.abs(rows.G) @ np.abs(bound.slip) + np.abs(bound.load_factor * steps) + np.abs(rows.g)
+        violated = ~taken & (excess > tolerances.second_road * terms)
+        if not violated.any():
+            return bound
+        taken |= violated
 
 
-def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBound:
+def conic_lower_bound(
+    problem: Problem, *, solver: str | None = None, tolerances: Tolerances = DEFAULT
+) -> ConicBound:
     """λ_1 from one program per node, its two rows reversed and every other row kept.
+
+    As on the first road there must be a safe slip under the mean load, and λ_1 is λ_max
+    where all safe slips vanish before any node collapses.
 
     Parameters
     ----------
     problem
         The contact and its loading loop.
-    solver
-        Name of the cvxpy solver.
+    solver, tolerances
+        As for :func:`conic_upper_bound`.
 
     Examples
     --------
@@ -93,60 +121,95 @@ def conic_lower_bound(problem: Problem, *, solver: str = "CLARABEL") -> ConicBou
     0.657373
     """
     rows = constraints(problem)
-    scale = _scale(rows)
-    G, d = rows.G * scale.rows[:, None] * scale.slips, rows.d * scale.rows * scale.load_factor
-    g = rows.g * scale.rows / scale.size
-    v, load_factor = cp.Variable(problem.n), cp.Variable(nonneg=True)
-    sign = cp.Parameter(2 * problem.n)
-    excess = G @ v + load_factor * d - g
-    program = cp.Problem(cp.Minimize(load_factor), [cp.multiply(sign, excess) <= 0])
-    best, open_nodes = ConicBound("unbounded", inf, -1, np.full(problem.n, nan), solver), 0
+    matrix = np.column_stack([rows.G, rows.d])
+    start = _bound(matrix, rows.g, +1.0, solver, tolerances)
+    if start.status == Status.UNDECIDED:
+        return start
+    if start.status != Status.OPTIMAL or _unsafe(rows, start, tolerances):
+        return _nothing(Status.INFEASIBLE, rows.n, start.solver)
+    found = [_bound(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
     for node in range(problem.n):
-        sign.value = np.where(rows.node == node, -1.0, 1.0)
-        status = _solve(program, solver)
-        open_nodes += status == "undecided"
-        if status == "optimal":
-            best = min(best, _bound(status, load_factor, v, scale, node, solver), key=_value)
-    if open_nodes and best.load_factor > DEFAULT.feasibility:  # a node left open may collapse first
-        return ConicBound("undecided", nan, -1, np.full(problem.n, nan), solver)
+        sign = np.where(rows.node == node, -1.0, 1.0)
+        end = _bound(matrix * sign[:, None], rows.g * sign, +1.0, solver, tolerances)
+        found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
+    decided = [end for end in found if end.status != Status.UNDECIDED]
+    best = min(decided, key=lambda end: end.load_factor, default=found[0])
+    open_ends = len(decided) < len(found)
+    if open_ends and not best.load_factor <= tolerances.feasibility:  # a program left open may end lower
+        return _nothing(Status.UNDECIDED, rows.n, start.solver)
     return best
 
 
-def _value(bound: ConicBound) -> float:
-    return bound.load_factor
-
-
-@dataclass(frozen=True)
-class _Scale:
-    """Solvers with absolute tolerances need numbers near 1: units for rows, slips, load factor, reach."""
-
-    rows: FloatArray
-    slips: FloatArray
-    load_factor: float
-    size: float
-
-
-def _scale(rows: Constraints) -> _Scale:
-    row_scale, columns = equilibration(np.column_stack([rows.G, rows.d]))
-    return _Scale(row_scale, columns[:-1], float(columns[-1]), typical_size(np.abs(rows.g) * row_scale))
-
-
-def _solve(program: cp.Problem, solver: str) -> str:
-    with warnings.catch_warnings():  # an inaccurate answer is a status here, not a warning
-        warnings.simplefilter("ignore", UserWarning)
-        try:
-            program.solve(solver=solver, **(_SHARP if solver == "CLARABEL" else {}))
-        except cp.SolverError:
-            return "undecided"
-    return str(program.status) if program.status in ("optimal", "infeasible", "unbounded") else "undecided"
+def _unsafe(rows: Constraints, start: ConicBound, tolerances: Tolerances) -> bool:
+    """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the road."""
+    excess = rows.relative_excess(start.slip, 0.0).max()
+    return bool(excess > max(tolerances.second_road, tolerances.feasibility))
 
 
 def _bound(
-    status: str, load_factor: cp.Variable, v: cp.Variable, scale: _Scale, node: int, solver: str
+    matrix: FloatArray, right: FloatArray, towards: float, solver: str | None, tolerances: Tolerances
 ) -> ConicBound:
-    if status == "optimal":
-        value = float(np.asarray(load_factor.value)) * scale.load_factor * scale.size
-        slip = np.asarray(v.value) * scale.slips * scale.size
-        return ConicBound(status, value, node, slip, solver)
-    value = inf if status == "unbounded" else nan
-    return ConicBound(status, value, node, np.full(v.shape, nan), solver)
+    """The largest (towards −1) or smallest (+1) λ ≥ 0 with matrix · (v, λ) ≤ right.
+
+    Solvers with absolute tolerances need numbers near 1: rows and columns are scaled,
+    and the unit of load is a typical right-hand side.
+    """
+    count = matrix.shape[1]
+    row_scale, column_scale = equilibration(matrix, tolerances.equilibration_sweeps)
+    size = typical_size(np.abs(right) * row_scale)
+    positive = np.append(np.zeros(count - 1), -1.0)
+    scaled = np.vstack([matrix * row_scale[:, None] * column_scale, positive])
+    limits = np.append(right * row_scale / size, 0.0)
+    cost = np.append(np.zeros(count - 1), towards)
+    name = solver or "CLARABEL"
+    solve = _by_clarabel if solver is None else lambda c, M, b: _by_cvxpy(c, M, b, name)
+    status, x, reduced = solve(cost, scaled, limits)
+    if status != Status.OPTIMAL:
+        return _nothing(status, count - 1, name)
+    x = x * column_scale * size
+    return ConicBound(status, float(x[-1]), -1, x[:-1], name, reduced)
+
+
+def _nothing(status: Status, n: int, solver: str) -> ConicBound:
+    value = inf if status == Status.UNBOUNDED else nan
+    return ConicBound(status, value, -1, np.full(n, nan), solver)
+
+
+def _by_clarabel(cost: FloatArray, matrix: FloatArray, right: FloatArray) -> tuple[Status, FloatArray, bool]:
+    """Minimise cost · x subject to matrix · x ≤ right: status, x, and whether only to reduced accuracy."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SHARP
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
+    count = len(cost)
+    solver = clarabel.DefaultSolver(
+        sparse.csc_matrix((count, count)),
+        cost,
+        sparse.csc_matrix(matrix),
+        right,
+        [clarabel.NonnegativeConeT(len(right))],
+        settings,
+    )
+    end = solver.solve()
+    name = str(end.status)
+    return _ENDS.get(name, Status.UNDECIDED), np.array(end.x), name.startswith("Almost")
+
+
+def _by_cvxpy(
+    cost: FloatArray, matrix: FloatArray, right: FloatArray, solver: str
+) -> tuple[Status, FloatArray, bool]:
+    """The same through cvxpy, for any solver that it knows."""
+    import cvxpy as cp  # slow to import, and needed only here
+
+    x = cp.Variable(len(cost))
+    program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right])
+    sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), SHARP) if solver == "CLARABEL" else {}
+    with warnings.catch_warnings():  # an inaccurate answer is a status here, not a warning
+        warnings.simplefilter("ignore", UserWarning)
+        try:
+            program.solve(solver=solver, **sharp)
+        except cp.SolverError:
+            return Status.UNDECIDED, np.full(len(cost), nan), False
+    if program.status not in list(Status):
+        return Status.UNDECIDED, np.full(len(cost), nan), False
+    return Status(program.status), np.array(x.value, dtype=float), False

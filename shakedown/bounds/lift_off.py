@@ -4,15 +4,15 @@ from math import inf
 
 import numpy as np
 
-from shakedown.model.constraints import constraints
-from shakedown.model.loading import loading
+from shakedown.model.constraints import constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.tolerances import DEFAULT, Tolerances
 
 SEGMENTS_UP_TO = 2000
 
 
-def lift_off_bound(problem: Problem, enough: float = inf) -> float:
+def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Tolerances = DEFAULT) -> float:
     """A load factor below which all nodes stay closed, whatever admissible slips they have.
 
     A closed node j lifts off where both its limits are met at once, p = q = 0,
@@ -27,6 +27,8 @@ def lift_off_bound(problem: Problem, enough: float = inf) -> float:
         The contact and its loading loop.
     enough
         The load factor up to which the answer matters.
+    tolerances
+        A bound that falls short of ``enough`` by no more than ``feasibility`` reaches it.
 
     Returns
     -------
@@ -38,16 +40,16 @@ def lift_off_bound(problem: Problem, enough: float = inf) -> float:
     >>> lift_off_bound(shakedown.example("two-node"), enough=0.6574) >= 0.6574
     True
     """
-    loop, f = loading(problem), problem.f
-    steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
-    hull = _first_lift_off(problem, steps)
-    if hull >= enough or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
+    steps = step_loads(problem)
+    hull = _first_lift_off(problem, steps, tolerances)
+    reached = hull >= enough * (1 - tolerances.feasibility)
+    if reached or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
         return hull
     ends = zip(steps, np.roll(steps, -1, axis=0), strict=True)
-    return min(_first_lift_off(problem, np.array(pair)) for pair in ends)
+    return min(_first_lift_off(problem, np.array(pair), tolerances) for pair in ends)
 
 
-def _first_lift_off(problem: Problem, corners: FloatArray) -> float:
+def _first_lift_off(problem: Problem, corners: FloatArray, tolerances: Tolerances) -> float:
     """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which some node has p = q = 0."""
     rows, count = constraints(problem), len(corners)
     program = LinearProgram(
@@ -57,6 +59,7 @@ def _first_lift_off(problem: Problem, corners: FloatArray) -> float:
         upper=rows.g,
         column_lower=np.append(np.full(rows.n, -INF), np.zeros(count)),
         column_upper=np.full(rows.n + count, INF),
+        tolerances=tolerances,
     )
     first, free = inf, np.full(2, INF)
     for node in range(rows.n):

@@ -1,17 +1,30 @@
 """Lower bound of the load factor: the first collapse of a node's range of slips."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.certificate import Certificate, certified_lower, certify_by_default, starts_safe
+from shakedown.bounds.certificate import (
+    LOWER_CERTIFIED_UP_TO,
+    Certificate,
+    NoCertificate,
+    certified_lower,
+    significant,
+    starts_safe,
+)
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
-from shakedown.bounds.upper import NO_SAFE_STATE, UpperBound, load_factor_program, upper_bound
+from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, load_factor_program, upper_bound
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
-from shakedown.tolerances import DEFAULT
+from shakedown.tolerances import DEFAULT, Tolerances
+
+_NEARLY_FIRST = (
+    1e-8  # nodes this near to the first collapse, relative: the solver's 1e-10 does not tell which
+)
 
 
 @dataclass(frozen=True)
@@ -24,9 +37,12 @@ class LowerBound:
 
     Attributes
     ----------
+    problem
+        The joint.
     status
-        ``"optimal"``; ``"unbounded"`` (no node's range ever shrinks to a point);
-        ``"infeasible"`` (there is no safe slip under the mean load to begin with).
+        Optimal; unbounded (no node's range ever shrinks to a point); infeasible
+        (there is no safe slip under the mean load to begin with, although there may be
+        from some load factor on: ``UpperBound.least_load_factor``).
     load_factor
         λ_1; inf where unbounded, NaN where infeasible.
     node
@@ -35,52 +51,103 @@ class LowerBound:
         The witness [length]: an initial state that leads to cyclic slip of ``node``
         above λ_1 in nearly every case; NaN unless optimal.
     per_node : (n,)
-        The load factor at which each node collapses; inf where it never does, NaN
-        where infeasible.
+        The load factor at which each node collapses, to the accuracy of the solver
+        (1e-10); inf where it never does; NaN where infeasible, and where it was not
+        computed because another node collapses at λ = 0.
     active
         (node, side) of the rows that determine the witness.
     multipliers : (2n,)
         y, ≥ 0 in the rows of ``node`` and ≤ 0 in the others, that prove the value:
         yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.
-    guarantee
-        ``"proved"``, ``"single-node-excluded"`` or ``"evidence"``: how sure it is that
-        below λ_1 the system shakes down from every initial state.
-    reason
-        The status of the guarantee, and why λ_1 is 0 where it is, in words.
-    coupling_ratio
-        ρ, the spectral radius of the slip-to-slip influence; NaN where undefined.
-    single_node_bound
-        Below this load factor no node alone can slip cyclically; NaN where not computed.
-    lift_off_bound
-        Below this load factor no admissible slip lifts a node off; NaN where it was not
-        needed for the guarantee.
     residual
         Largest relative violation of the rows at ``slip``.
     certified
         (low, high), neighbouring floats that contain the exact λ_1 of the problem as
         stored, or None.
+    uncertified
+        Why there is no certificate although it was asked for; else empty.
+    reduced_accuracy
+        Whether a linear program ended only at loosened tolerances (1e-7).
+    tolerances
+        The tolerances that decided.
     kind
         What the number is: ``"first-collapse"``.
     """
 
-    status: str
+    problem: Problem = field(repr=False)
+    status: Status
     load_factor: float
     node: int
     slip: FloatArray
     per_node: FloatArray
     active: tuple[tuple[int, int], ...]
     multipliers: FloatArray
-    guarantee: str
-    reason: str
-    coupling_ratio: float
-    single_node_bound: float
-    lift_off_bound: float
     residual: float
-    certified: tuple[float, float] | None
+    certified: tuple[float, float] | None = None
+    uncertified: str = ""
+    reduced_accuracy: bool = False
+    tolerances: Tolerances = field(default=DEFAULT, repr=False)
     kind: str = "first-collapse"
 
+    @cached_property
+    def proof(self) -> GuaranteeStatus:
+        """How far λ_1 is a guarantee; worked out when first read, at several times the cost of λ_1."""
+        if self.status == Status.INFEASIBLE:
+            return GuaranteeStatus("evidence", UNSAFE_MEAN, nan, nan, nan)
+        return guarantee_status(self.problem, self.load_factor, tolerances=self.tolerances)
 
-def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
+    @property
+    def guarantee(self) -> str:
+        """``"proved"``, ``"single-node-excluded"`` or ``"evidence"``.
+
+        How sure it is that below λ_1 the system shakes down from every initial state.
+        """
+        return self.proof.guarantee
+
+    @property
+    def reason(self) -> str:
+        """The status of the guarantee, and why λ_1 is 0 where it is, in words."""
+        why = self._why()
+        return f"{why}; {self.proof.reason}" if why else self.proof.reason
+
+    @property
+    def coupling_ratio(self) -> float:
+        """ρ, the spectral radius of the slip-to-slip influence; NaN where undefined."""
+        return self.proof.coupling_ratio
+
+    @property
+    def single_node_bound(self) -> float:
+        """Below this load factor no node alone can slip cyclically; NaN where not computed."""
+        return self.proof.single_node_bound
+
+    @property
+    def lift_off_bound(self) -> float:
+        """Below this load factor no admissible slip lifts a node off.
+
+        NaN where it was not needed for the guarantee.
+        """
+        return self.proof.lift_off_bound
+
+    def _why(self) -> str:
+        """Why there is no node that collapses, or why it does at the mean load."""
+        if self.status == Status.UNBOUNDED:
+            return "no node ever collapses"
+        if self.status == Status.OPTIMAL and self.node < 0:
+            return "all safe slips vanish together at λ_max, before any node collapses"
+        if self.load_factor != 0:
+            return ""
+        if self.problem.f[self.node] == 0:
+            return f"node {self.node} has no friction: it slips with every load"
+        return f"node {self.node} can be lifted off by locked-in slip at the mean load"
+
+
+def lower_bound(
+    problem: Problem,
+    *,
+    guarantee: bool = False,
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> LowerBound:
     """The load factor of first collapse λ_1, from one small linear program per node.
 
     For node j: the smallest λ ≥ 0 at which some slip has both rows of node j
@@ -92,8 +159,14 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     ----------
     problem
         The contact and its loading loop.
+    guarantee
+        Whether to work out at once how far λ_1 is a guarantee. If not, that is done when
+        ``guarantee`` or another part of the proof is first read from the result.
     certify
-        Whether to check every node in exact arithmetic; by default where that is quick.
+        Whether to check every node in exact arithmetic; by default where ``guarantee`` is
+        asked for and there are at most 40 nodes, so that it is quick.
+    tolerances
+        The tolerances that decide.
 
     Raises
     ------
@@ -107,140 +180,150 @@ def lower_bound(problem: Problem, *, certify: bool | None = None) -> LowerBound:
     >>> round(lower.load_factor, 6), lower.node, lower.guarantee
     (0.657373, 1, 'proved')
     """
+    if certify is None:
+        certify = guarantee and constraints(problem).n <= LOWER_CERTIFIED_UP_TO
+    bound = replace(_first_collapse(problem, certify, tolerances), tolerances=tolerances)
+    if guarantee:
+        _ = bound.proof
+    return bound
+
+
+def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> LowerBound:
     rows = constraints(problem)
-    program = load_factor_program(rows, towards=+1.0)
-    start = program.solve()
-    exact = certify_by_default(problem.n) if certify is None else certify
-    safe = starts_safe(problem, start) if exact else None
-    if safe is None:
-        safe = start.vertex is not None and start.vertex.x[-1] <= 0
-    if not safe:
-        return _no_collapse(rows, "infeasible", nan, NO_SAFE_STATE, None)
-    outcomes = _collapses(rows, program)
-    per_node = np.array([inf if o.vertex is None else o.vertex.x[-1] for o in outcomes])
-    node, certificate = int(np.argmin(per_node)), None
-    if exact:
-        node, certificate = certified_lower(problem, outcomes, node) or (node, None)
+    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
+    if not _starts_safe(problem, rows, program, certify, tolerances):
+        return _without_collapse(problem, Status.INFEASIBLE, nan)
+    outcomes = _collapses(rows, program, all_nodes=certify)
+    values = np.array([inf if np.isnan(o.value) else o.value for o in outcomes])
+    node = _first(outcomes, values)
+    found: Certificate | NoCertificate = NoCertificate("")
+    if certify:
+        node, found = certified_lower(problem, outcomes, node, tolerances)
     vertex = outcomes[node].vertex
-    if certificate is not None:
-        x = np.append(certificate.slip, certificate.load_factor)
-        per_node[node] = certificate.load_factor
-    elif vertex is not None:
-        x = vertex.x
-    else:
-        upper = upper_bound(problem, certify=certify)
-        if upper.status == "optimal":
-            return _vanishing(problem, rows, upper)
-        status = guarantee_status(problem, inf)
-        reason = f"no node ever collapses; {status.reason}"
-        return _no_collapse(rows, "unbounded", inf, reason, status)
-    if has_free_motion(rows):  # else λ_max has both rows of some node active, and λ_1 ≤ λ_max
-        upper = upper_bound(problem, certify=certify)
-        if upper.status == "optimal" and upper.load_factor < x[-1]:
-            return _vanishing(problem, rows, upper)
-    return _collapse(problem, rows, node, x, per_node, outcomes[node], certificate)
+    if vertex is None and isinstance(found, NoCertificate):
+        upper = upper_bound(problem, certify=certify, tolerances=tolerances)
+        if upper.status == Status.OPTIMAL:
+            return _vanishing(problem, upper)
+        return _without_collapse(problem, Status.UNBOUNDED, inf)
+    answer = _collapse(problem, node, outcomes[node], found, tolerances)
+    if has_free_motion(rows, tolerances):  # else λ_max has both rows of some node active, and λ_1 ≤ λ_max
+        upper = upper_bound(problem, certify=certify, tolerances=tolerances)
+        if upper.status == Status.OPTIMAL and upper.load_factor < answer.load_factor:
+            return _vanishing(problem, upper)
+    per_node = np.append(values, np.full(rows.n - len(values), nan))
+    per_node[node] = answer.load_factor
+    reduced = any(outcome.reduced_accuracy for outcome in outcomes)
+    return replace(answer, per_node=per_node, reduced_accuracy=reduced)
 
 
-def _collapse(
-    problem: Problem,
-    rows: Constraints,
-    node: int,
-    x: FloatArray,
-    per_node: FloatArray,
-    outcome: Solution,
-    certificate: Certificate | None,
-) -> LowerBound:
-    load_factor = float(x[-1])
-    status = guarantee_status(problem, load_factor)
-    if certificate is not None:
-        y = np.where(rows.node == node, 1.0, -1.0) * certificate.multipliers
-        active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
-    else:
-        assert outcome.vertex is not None
-        y, active, certified = outcome.vertex.multipliers, outcome.active, None
-    return LowerBound(
-        status="optimal",
-        load_factor=load_factor,
-        node=node,
-        slip=x[:-1],
-        per_node=per_node,
-        active=rows_named(rows, active),
-        multipliers=y,
-        guarantee=status.guarantee,
-        reason=_reason(problem, load_factor, node, status.reason),
-        coupling_ratio=status.coupling_ratio,
-        single_node_bound=status.single_node_bound,
-        lift_off_bound=status.lift_off_bound,
-        residual=_collapse_excess(rows, node, x),
-        certified=certified,
-    )
+def _starts_safe(
+    problem: Problem, rows: Constraints, program: LinearProgram, certify: bool, tolerances: Tolerances
+) -> bool:
+    """Whether some slip is safe under the mean load alone."""
+    if np.all(rows.g > 0):  # slip zero is
+        return True
+    start = program.solve()
+    exact = starts_safe(problem, start, tolerances) if certify else None
+    if exact is not None or start.vertex is None:
+        return bool(exact)
+    return bool(rows.relative_excess(start.vertex.x[:-1], 0.0).max() <= tolerances.feasibility)
 
 
-def has_free_motion(rows: Constraints) -> bool:
-    """Whether some slip changes no row, to round-off: a body that nothing but the contact holds."""
-    sizes = np.linalg.norm(rows.G, axis=1, keepdims=True)
-    values = np.linalg.svd(rows.G / np.where(sizes > 0, sizes, 1.0), compute_uv=False)
-    return bool(values[-1] <= DEFAULT.degeneracy * values[0])
+def _collapses(rows: Constraints, program: LinearProgram, all_nodes: bool) -> list[Solution]:
+    """The end of every node's program: in one model the two rows of one node are reversed at a time.
 
-
-def _vanishing(problem: Problem, rows: Constraints, upper: UpperBound) -> LowerBound:
-    """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
-    status = guarantee_status(problem, upper.load_factor)
-    reason = f"all safe slips vanish together at λ_max, before any node collapses; {status.reason}"
-    answer = _no_collapse(rows, "optimal", upper.load_factor, reason, status)
-    return replace(
-        answer,
-        per_node=np.full(rows.n, inf),
-        active=upper.active,
-        multipliers=upper.multipliers,
-        residual=upper.residual,
-        certified=upper.certified,
-    )
-
-
-def _no_collapse(
-    rows: Constraints, status: str, load_factor: float, reason: str, proof: GuaranteeStatus | None
-) -> LowerBound:
-    """The answer where no node collapses; without a safe slip (``proof`` None) nothing is guaranteed."""
-    return LowerBound(
-        status=status,
-        load_factor=load_factor,
-        node=-1,
-        slip=np.full(rows.n, nan),
-        per_node=np.full(rows.n, load_factor),
-        active=(),
-        multipliers=np.zeros(2 * rows.n),
-        guarantee="evidence" if proof is None else proof.guarantee,
-        reason=reason,
-        coupling_ratio=nan if proof is None else proof.coupling_ratio,
-        single_node_bound=nan if proof is None else proof.single_node_bound,
-        lift_off_bound=nan if proof is None else proof.lift_off_bound,
-        residual=nan,
-        certified=None,
-    )
-
-
-def _collapses(rows: Constraints, program: LinearProgram) -> list[Solution]:
-    """The end of every node's program: in one model the two rows of one node are reversed at a time."""
-    outcomes = []
+    Unless ``all_nodes`` are wanted, the first one that collapses at λ = 0 is the last:
+    none can collapse earlier.
+    """
+    outcomes: list[Solution] = []
     free = np.full(2, INF)
     for node in range(rows.n):
         pair = np.array([2 * node, 2 * node + 1])
         program.set_rows(pair, rows.g[pair], free)
         outcomes.append(program.solve())
         program.set_rows(pair, -free, rows.g[pair])
+        if not all_nodes and outcomes[-1].value <= 0.0 and _value(outcomes[-1]) == 0.0:
+            break
     return outcomes
+
+
+def _first(outcomes: list[Solution], values: FloatArray) -> int:
+    """The node that collapses first: of those that the solver cannot tell apart, the first to round-off."""
+    least = values.min()
+    near = (
+        np.flatnonzero(values <= least + _NEARLY_FIRST * abs(least)) if np.isfinite(least) else np.array([0])
+    )
+    return min(near.tolist(), key=lambda node: _value(outcomes[node]))
+
+
+def _value(outcome: Solution) -> float:
+    return inf if outcome.vertex is None else float(outcome.vertex.x[-1])
+
+
+def _collapse(
+    problem: Problem, node: int, outcome: Solution, found: Certificate | NoCertificate, tolerances: Tolerances
+) -> LowerBound:
+    rows = constraints(problem)
+    if isinstance(found, Certificate):
+        x = significant(rows, found.slip, found.load_factor, tolerances)
+        x[-1] = found.load_factor
+        y = np.where(rows.node == node, 1.0, -1.0) * found.multipliers
+        active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
+    else:
+        assert outcome.vertex is not None
+        x, y, active, certified = outcome.vertex.x, outcome.vertex.multipliers, outcome.active, None
+    return LowerBound(
+        problem=problem,
+        status=Status.OPTIMAL,
+        load_factor=float(x[-1]),
+        node=node,
+        slip=x[:-1],
+        per_node=np.full(rows.n, nan),
+        active=rows_named(rows, active),
+        multipliers=y,
+        residual=_collapse_excess(rows, node, x),
+        certified=certified,
+        uncertified=found.reason if isinstance(found, NoCertificate) else "",
+    )
+
+
+def has_free_motion(rows: Constraints, tolerances: Tolerances) -> bool:
+    """Whether some slip changes no row, to round-off: a body that nothing but the contact holds."""
+    sizes = np.linalg.norm(rows.G, axis=1, keepdims=True)
+    values = np.linalg.svd(rows.G / np.where(sizes > 0, sizes, 1.0), compute_uv=False)
+    return bool(values[-1] <= tolerances.degeneracy * values[0])
+
+
+def _vanishing(problem: Problem, upper: UpperBound) -> LowerBound:
+    """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
+    return replace(
+        _without_collapse(problem, Status.OPTIMAL, upper.load_factor),
+        per_node=np.full(problem.n, inf),
+        active=upper.active,
+        multipliers=upper.multipliers,
+        residual=upper.residual,
+        certified=upper.certified,
+        uncertified=upper.uncertified,
+        reduced_accuracy=upper.reduced_accuracy,
+    )
+
+
+def _without_collapse(problem: Problem, status: Status, load_factor: float) -> LowerBound:
+    """The answer where no node collapses."""
+    return LowerBound(
+        problem=problem,
+        status=status,
+        load_factor=load_factor,
+        node=-1,
+        slip=np.full(problem.n, nan),
+        per_node=np.full(problem.n, load_factor),
+        active=(),
+        multipliers=np.zeros(2 * problem.n),
+        residual=nan,
+    )
 
 
 def _collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
     """Largest relative violation of the rows, those of the collapsing node reversed."""
     excess = rows.relative_excess(x[:-1], float(x[-1]))
     return float(np.where(rows.node == node, -excess, excess).max())
-
-
-def _reason(problem: Problem, load_factor: float, node: int, guarantee: str) -> str:
-    if load_factor > 0:
-        return guarantee
-    if problem.f[node] == 0:
-        return f"node {node} has no friction: it slips with every load; {guarantee}"
-    return f"node {node} can be lifted off by locked-in slip at the mean load; {guarantee}"

@@ -8,8 +8,9 @@ import numpy as np
 from shakedown.model.arguments import check_load_factor
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.widest import widest
-from shakedown.tolerances import DEFAULT
+from shakedown.tolerances import DEFAULT, Tolerances
 
 
 @dataclass(frozen=True)
@@ -19,9 +20,9 @@ class SafeSlip:
     Attributes
     ----------
     status
-        ``"optimal"``; ``"infeasible"`` (no safe slip at this load factor);
-        ``"unbounded"`` (the margin can be made as large as one likes; ``slip`` is a
-        safe slip with a margin typical of the load).
+        Optimal; infeasible (no safe slip at this load factor); unbounded (the margin can
+        be made as large as one likes; ``slip`` is a safe slip with a margin typical of
+        the load).
     load_factor
         The load factor asked for.
     slip : (n,)
@@ -33,17 +34,20 @@ class SafeSlip:
         (node, side) of the rows at that distance.
     residual
         Largest relative violation of a row at ``slip``; ≤ 0 where it is safe.
+    reduced_accuracy
+        Whether the linear program ended only at loosened tolerances (1e-7).
     """
 
-    status: str
+    status: Status
     load_factor: float
     slip: FloatArray
     margin: float
     active: tuple[tuple[int, int], ...]
     residual: float
+    reduced_accuracy: bool = False
 
 
-def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
+def safe_slip(problem: Problem, load_factor: float, *, tolerances: Tolerances = DEFAULT) -> SafeSlip:
     """The safe slip farthest from slipping: max t with G v + t‖Gᵢ‖ ≤ g − λ d (thesis (5.4)).
 
     From this slip the system shakes down at once: no node ever moves.
@@ -54,6 +58,8 @@ def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
         The contact and its loading loop.
     load_factor
         λ ≥ 0, the factor on the periodic part of the loading.
+    tolerances
+        ``feasibility`` decides what is safe.
 
     Raises
     ------
@@ -64,9 +70,9 @@ def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
     --------
     >>> import shakedown
     >>> safe = shakedown.safe_slip(shakedown.example("two-node"), 0.70)
-    >>> safe.status, bool(safe.margin > 0)
+    >>> safe.status.value, bool(safe.margin > 0)
     ('optimal', True)
-    >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status
+    >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status.value
     'infeasible'
     """
     check_load_factor(load_factor)
@@ -74,15 +80,15 @@ def safe_slip(problem: Problem, load_factor: float) -> SafeSlip:
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
-    found = widest(rows.G, norms, room, cap=cap)
-    slip, margin = found.x, found.margin
-    residual = float(rows.relative_excess(slip, load_factor).max())
+    found = widest(rows.G, norms, room, cap=cap, tolerances=tolerances)
+    residual = float(rows.relative_excess(found.x, load_factor).max())
     active = rows_named(rows, np.flatnonzero(found.multipliers))
-    if residual > DEFAULT.feasibility:
-        return SafeSlip("infeasible", load_factor, np.full(rows.n, nan), margin, active, residual)
-    if margin > 0.75 * cap:
-        return SafeSlip("unbounded", load_factor, slip, inf, (), residual)
-    return SafeSlip("optimal", load_factor, slip, margin, active, residual)
+    status, slip, margin = Status.OPTIMAL, found.x, found.margin
+    if residual > tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(rows.n, nan)
+    elif margin > 0.75 * cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    return SafeSlip(status, load_factor, slip, margin, active, residual, found.reduced_accuracy)
 
 
 def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:

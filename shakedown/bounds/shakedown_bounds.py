@@ -1,10 +1,13 @@
 """Both bounds of the load factor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.model.problem import Problem
+from shakedown.model.status import Status
+from shakedown.tolerances import DEFAULT, Tolerances
 
 
 @dataclass(frozen=True)
@@ -13,15 +16,18 @@ class ShakedownBounds:
 
     lower: LowerBound
     upper: UpperBound
+    tolerances: Tolerances = field(default=DEFAULT, repr=False)
 
     @property
     def have_gap(self) -> bool:
         """Whether there are load factors between the bounds, with a safe slip to keep near to."""
         first, last = self.lower.load_factor, self.upper.load_factor
-        return self.upper.status == "optimal" and bool(first < last * (1 - 1e-9))
+        return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))
 
 
-def shakedown_bounds(problem: Problem, *, certify: bool | None = None) -> ShakedownBounds:
+def shakedown_bounds(
+    problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
+) -> ShakedownBounds:
     """Lower and upper bound of the load factor.
 
     Parameters
@@ -29,7 +35,9 @@ def shakedown_bounds(problem: Problem, *, certify: bool | None = None) -> Shaked
     problem
         The contact and its loading loop.
     certify
-        Whether to check both in exact arithmetic; by default where that is quick.
+        Whether to check both in exact arithmetic; by default each where that is quick.
+    tolerances
+        The tolerances that decide.
 
     Raises
     ------
@@ -43,4 +51,7 @@ def shakedown_bounds(problem: Problem, *, certify: bool | None = None) -> Shaked
     >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
     (0.657373, 0.739146)
     """
-    return ShakedownBounds(lower_bound(problem, certify=certify), upper_bound(problem, certify=certify))
+    upper = upper_bound(problem, certify=certify, tolerances=tolerances)
+    exact = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
+    lower = lower_bound(problem, certify=exact, tolerances=tolerances)
+    return ShakedownBounds(lower, upper, tolerances)

@@ -1,15 +1,15 @@
 """The load factor below which no node alone can slip cyclically."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import inf, nan
 
 import numpy as np
 
-from shakedown.model.constraints import Constraints, constraints
-from shakedown.model.loading import loading
+from shakedown.model.constraints import Constraints, constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
-from shakedown.tolerances import DEFAULT
+from shakedown.tolerances import DEFAULT, Tolerances
 
 SINGLE_NODE_UP_TO = 40
 
@@ -34,7 +34,7 @@ class SingleNodeCycle:
     slip: FloatArray
 
 
-def single_node_cycle(problem: Problem) -> SingleNodeCycle:
+def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> SingleNodeCycle:
     """A lower bound on every cycle in which one node slips to and fro and all others stick.
 
     For node j the slips of the others are constant and v_j(k) is its slip at
@@ -58,7 +58,7 @@ def single_node_cycle(problem: Problem) -> SingleNodeCycle:
         return SingleNodeCycle(nan, -1, nowhere)
     first = SingleNodeCycle(inf, -1, nowhere)
     for node in range(problem.n):
-        cycle = _first_cycle(problem, node)
+        cycle = _first_cycle(problem, node, tolerances)
         if cycle.load_factor < first.load_factor:
             first = cycle
         if first.load_factor == 0.0:
@@ -66,17 +66,19 @@ def single_node_cycle(problem: Problem) -> SingleNodeCycle:
     return first
 
 
-def _first_cycle(problem: Problem, node: int) -> SingleNodeCycle:
+def _first_cycle(problem: Problem, node: int, tolerances: Tolerances) -> SingleNodeCycle:
     """The smallest λ ≥ 0 at which a cycle of one node is not excluded."""
-    matrix, right, lowest = _cycle_rows(problem, node)
-    x = _least_last(matrix, right, core=4 * problem.n)
+    matrix, right, lowest = _cycle_rows(problem, node, tolerances.cancellation)
+    x = _least_last(matrix, right, 4 * problem.n, tolerances)
     if x is None:
         return SingleNodeCycle(inf, -1, np.full(problem.n, nan))
     own = lowest @ np.append(x, 1.0)
     return SingleNodeCycle(float(x[-1]), node, np.insert(x[:-1], node, own))
 
 
-def _least_last(matrix: FloatArray, right: FloatArray, core: int) -> FloatArray | None:
+def _least_last(
+    matrix: FloatArray, right: FloatArray, core: int, tolerances: Tolerances
+) -> FloatArray | None:
     """Minimise the last unknown ≥ 0 subject to matrix · x ≤ right; None where that is infeasible.
 
     Of many rows few matter: the first ``core`` are taken, then those found violated.
@@ -92,6 +94,7 @@ def _least_last(matrix: FloatArray, right: FloatArray, core: int) -> FloatArray 
             upper=right[taken],
             column_lower=np.append(np.full(count - 1, -INF), 0.0),
             column_upper=np.full(count, INF),
+            tolerances=tolerances,
         )
         found = program.solve().vertex
         if found is None:
@@ -100,21 +103,23 @@ def _least_last(matrix: FloatArray, right: FloatArray, core: int) -> FloatArray 
         excess = (matrix @ found.x - right) / np.where(terms > 0, terms, 1.0)
         excess[taken] = 0.0
         worst = np.argsort(excess)[-count:]
-        violated = worst[excess[worst] > DEFAULT.cancellation * count]
+        violated = worst[excess[worst] > tolerances.cancellation * count]
         if violated.size == 0:
             return found.x
         taken[violated] = True
 
 
-def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _cycle_rows(
+    problem: Problem, node: int, cancellation: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Rows ``matrix`` · (v without node, λ) ≤ ``right``, and v_j at its lowest as coefficients of (…, 1)."""
-    rows, loop, f = constraints(problem), loading(problem), problem.f
-    steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
+    rows, steps = constraints(problem), step_loads(problem)
+    total = partial(_sum, cancellation)
     share, G = rows.G[:, node], np.delete(rows.G, node, axis=1)
     lowest, highest = (_slip_where_active(rows, G, i, share[i]) for i in (2 * node, 2 * node + 1))
-    blocks, bounds = [_sum(lowest[None, :-1], -highest[None, :-1])], [highest[-1:] - lowest[-1:]]
+    blocks, bounds = [total(lowest[None, :-1], -highest[None, :-1])], [highest[-1:] - lowest[-1:]]
     for end, row in ((lowest, 2 * node), (highest, 2 * node + 1)):
-        block = _sum(np.column_stack([G, steps[rows.step[row]]]), share[:, None] * end[:-1])
+        block = total(np.column_stack([G, steps[rows.step[row]]]), share[:, None] * end[:-1])
         blocks.append(np.delete(block, row, axis=0))  # the row that defines the end holds there by itself
         bounds.append(np.delete(rows.g - share * end[-1], row))
     # The two ends bound v_j(k) like further rows: v_j − highest ≤ 0 and lowest − v_j ≤ 0.
@@ -126,8 +131,8 @@ def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray, Fl
     for upper in np.flatnonzero(share > 0):
         lower = np.array([i for i in np.flatnonzero(share < 0) if (upper, i) not in implied], dtype=np.intp)
         weight = -share[upper] / share[lower]
-        load = _sum(steps[:, [upper]], weight * steps[:, lower]).max(axis=0)
-        blocks.append(np.column_stack([_sum(G[upper], weight[:, None] * G[lower]), load]))
+        load = total(steps[:, [upper]], weight * steps[:, lower]).max(axis=0)
+        blocks.append(np.column_stack([total(G[upper], weight[:, None] * G[lower]), load]))
         bounds.append(g[upper] + weight * g[lower])
     still = np.flatnonzero(share == 0)
     blocks.append(np.column_stack([G[still], steps[:, still].max(axis=0)]))
@@ -135,11 +140,11 @@ def _cycle_rows(problem: Problem, node: int) -> tuple[FloatArray, FloatArray, Fl
     return np.vstack(blocks), np.concatenate(bounds), lowest
 
 
-def _sum(a: FloatArray, b: FloatArray) -> FloatArray:
+def _sum(cancellation: float, a: FloatArray, b: FloatArray) -> FloatArray:
     """a + b, with what round-off leaves of terms that cancel set to zero."""
-    total = a + b
-    noise = DEFAULT.cancellation * (np.abs(a) + np.abs(b))
-    return np.where(np.abs(total) <= noise, 0.0, total)
+    both = a + b
+    noise = cancellation * (np.abs(a) + np.abs(b))
+    return np.where(np.abs(both) <= noise, 0.0, both)
 
 
 def _slip_where_active(rows: Constraints, G: FloatArray, row: int, share: float) -> FloatArray:

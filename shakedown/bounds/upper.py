@@ -1,16 +1,25 @@
 """Upper bound of the load factor: the largest at which a safe slip exists."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.certificate import Certificate, certified_upper, certify_by_default
+from shakedown.bounds.certificate import (
+    UPPER_CERTIFIED_UP_TO,
+    Certificate,
+    NoCertificate,
+    certified_upper,
+    significant,
+)
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
 from shakedown.programs.widest import widest
+from shakedown.tolerances import DEFAULT, Tolerances
 
+UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
 ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, any load factor is safe"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
@@ -26,8 +35,8 @@ class UpperBound:
     Attributes
     ----------
     status
-        ``"optimal"``; ``"infeasible"`` (no safe slip at any load factor);
-        ``"unbounded"`` (safe slips exist at arbitrarily large load factors).
+        Optimal; infeasible (no safe slip at any load factor); unbounded (safe slips
+        exist at arbitrarily large load factors).
     load_factor
         λ_max; NaN where infeasible, inf where unbounded.
     slip : (n,)
@@ -46,16 +55,21 @@ class UpperBound:
         Largest relative violation of what the status claims: of the rows at
         ``slip`` or along ``direction``, or of the equalities of ``multipliers``.
     least_load_factor
-        The smallest load factor ≥ 0 with a safe slip: 0 but where the constant part
-        of the loading is not the mean and alone has none; NaN where infeasible.
+        λ_lo, the smallest load factor ≥ 0 with a safe slip: safe slips exist from λ_lo
+        to λ_max. It is 0 but where the constant part of the loading is not the mean
+        and has no safe slip of its own; NaN where infeasible.
     certified
         (low, high), neighbouring floats that contain the exact λ_max of the problem
         as stored, (inf, inf) where it is proved unbounded, else None.
     exact
         Whether the status was checked in exact arithmetic.
+    uncertified
+        Why there is no certificate although it was asked for; else empty.
+    reduced_accuracy
+        Whether the linear program ended only at loosened tolerances (1e-7).
     """
 
-    status: str
+    status: Status
     load_factor: float
     slip: FloatArray
     active: tuple[tuple[int, int], ...]
@@ -66,9 +80,13 @@ class UpperBound:
     least_load_factor: float
     certified: tuple[float, float] | None
     exact: bool
+    uncertified: str = ""
+    reduced_accuracy: bool = False
 
 
-def upper_bound(problem: Problem, *, certify: bool | None = None) -> UpperBound:
+def upper_bound(
+    problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
+) -> UpperBound:
     """The largest load factor at which a safe slip exists (thesis (5.16), on the 2n extremal rows).
 
     Parameters
@@ -77,7 +95,10 @@ def upper_bound(problem: Problem, *, certify: bool | None = None) -> UpperBound:
         The contact and its loading loop.
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
-        not exactly the best, to go on from them; by default where that is quick.
+        not exactly the best, to go on from them; by default up to 250 nodes, where it
+        takes about a second.
+    tolerances
+        The tolerances that decide.
 
     Raises
     ------
@@ -88,24 +109,28 @@ def upper_bound(problem: Problem, *, certify: bool | None = None) -> UpperBound:
     --------
     >>> import shakedown
     >>> upper = shakedown.upper_bound(shakedown.example("two-node"))
-    >>> upper.status, round(upper.load_factor, 6), upper.slip.round(5)
+    >>> upper.status.value, round(upper.load_factor, 6), upper.slip.round(5)
     ('optimal', 0.739146, array([-0.15635,  1.28773]))
     >>> low, high = upper.certified
     >>> low <= upper.load_factor <= high, high - low < 1e-15
     (True, True)
     """
     rows = constraints(problem)
-    outcome = load_factor_program(rows, towards=-1.0).solve()
-    certificate = None
-    if certify_by_default(problem.n) if certify is None else certify:
-        certificate = certified_upper(problem, outcome)
+    outcome = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
+    found: Certificate | NoCertificate = NoCertificate("")
+    if problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify:
+        found = certified_upper(problem, outcome, tolerances)
+    certificate = found if isinstance(found, Certificate) else None
     status = outcome.status if certificate is None else certificate.status
-    if status == "optimal":
-        return _optimal(rows, outcome, certificate)
-    return (_infeasible if status == "infeasible" else _unbounded)(rows, certificate)
+    answer = {Status.OPTIMAL: _optimal, Status.INFEASIBLE: _infeasible, Status.UNBOUNDED: _unbounded}[status]
+    return replace(
+        answer(rows, outcome, certificate, tolerances),
+        uncertified=found.reason if isinstance(found, NoCertificate) else "",
+        reduced_accuracy=outcome.reduced_accuracy,
+    )
 
 
-def load_factor_program(rows: Constraints, towards: float) -> LinearProgram:
+def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> LinearProgram:
     """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row."""
     return LinearProgram(
         np.column_stack([rows.G, rows.d]),
@@ -114,19 +139,23 @@ def load_factor_program(rows: Constraints, towards: float) -> LinearProgram:
         upper=rows.g,
         column_lower=np.append(np.full(rows.n, -INF), 0.0),
         column_upper=np.full(rows.n + 1, INF),
+        tolerances=tolerances,
     )
 
 
-def _optimal(rows: Constraints, outcome: Solution, certificate: Certificate | None) -> UpperBound:
+def _optimal(
+    rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
+) -> UpperBound:
     if certificate is not None:
-        slip, load_factor, y = certificate.slip, certificate.load_factor, certificate.multipliers
+        load_factor, y = certificate.load_factor, certificate.multipliers
+        slip = significant(rows, certificate.slip, load_factor, tolerances)[:-1]
         active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
     else:
         assert outcome.vertex is not None
         slip, load_factor = outcome.vertex.x[:-1], float(outcome.vertex.x[-1])
         y, active, certified = -outcome.vertex.multipliers, outcome.active, None
     return UpperBound(
-        status="optimal",
+        status=Status.OPTIMAL,
         load_factor=load_factor,
         slip=slip,
         active=rows_named(rows, active),
@@ -134,29 +163,38 @@ def _optimal(rows: Constraints, outcome: Solution, certificate: Certificate | No
         direction=np.full(rows.n, nan),
         reason="",
         residual=float(rows.relative_excess(slip, load_factor).max()),
-        least_load_factor=_least_load_factor(rows),
+        least_load_factor=least_load_factor(rows, tolerances),
         certified=certified,
         exact=certificate is not None,
     )
 
 
-def _least_load_factor(rows: Constraints) -> float:
-    if np.all(rows.d >= 0):  # what is safe at one load factor is safe at every smaller one
+def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
+    """λ_lo ≥ 0, from where on there are safe slips; NaN where there are none."""
+    if np.all(rows.d >= 0) or np.all(
+        rows.g >= 0
+    ):  # what is safe is so at every smaller load factor; v = 0 is
         return 0.0
-    vertex = load_factor_program(rows, towards=+1.0).solve().vertex
-    return nan if vertex is None else float(vertex.x[-1])
+    vertex = load_factor_program(rows, towards=+1.0, tolerances=tolerances).solve().vertex
+    if vertex is None:
+        return nan
+    at_mean = rows.relative_excess(vertex.x[:-1], 0.0).max()
+    return 0.0 if at_mean <= tolerances.feasibility else float(vertex.x[-1])
 
 
-def _infeasible(rows: Constraints, certificate: Certificate | None) -> UpperBound:
+def _infeasible(
+    rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
+) -> UpperBound:
     if certificate is not None:
         y = certificate.multipliers
     else:
         matrix = np.column_stack([rows.G, rows.d])
         sizes = np.abs(matrix).max(axis=1)
-        y = widest(matrix, np.where(sizes > 0, sizes, 1.0), rows.g, cap=INF, signed=rows.n).multipliers
+        norms = np.where(sizes > 0, sizes, 1.0)
+        y = widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances).multipliers
     terms = np.abs(y) @ np.abs(rows.G)
     return UpperBound(
-        status="infeasible",
+        status=Status.INFEASIBLE,
         load_factor=nan,
         slip=np.full(rows.n, nan),
         active=rows_named(rows, np.flatnonzero(y)),
@@ -170,15 +208,17 @@ def _infeasible(rows: Constraints, certificate: Certificate | None) -> UpperBoun
     )
 
 
-def _unbounded(rows: Constraints, certificate: Certificate | None) -> UpperBound:
+def _unbounded(
+    rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
+) -> UpperBound:
     if np.all(rows.d <= 0):
         direction, reason = np.zeros(rows.n), ZERO_AMPLITUDE if not np.any(rows.d) else RELIEVING
     else:
-        direction, reason = _widest_direction(rows, certificate), WEDGING
+        direction, reason = _widest_direction(rows, certificate, tolerances), WEDGING
     terms = np.maximum(np.max(np.abs(rows.G * direction), axis=1), np.abs(rows.d))
     excess = (rows.G @ direction + rows.d) / np.where(terms > 0, terms, 1.0)
     return UpperBound(
-        status="unbounded",
+        status=Status.UNBOUNDED,
         load_factor=inf,
         slip=np.full(rows.n, nan),
         active=(),
@@ -186,15 +226,17 @@ def _unbounded(rows: Constraints, certificate: Certificate | None) -> UpperBound
         direction=direction,
         reason=reason,
         residual=float(excess.max()),
-        least_load_factor=_least_load_factor(rows),
+        least_load_factor=least_load_factor(rows, tolerances),
         certified=None if certificate is None else (inf, inf),
         exact=certificate is not None,
     )
 
 
-def _widest_direction(rows: Constraints, certificate: Certificate | None) -> FloatArray:
+def _widest_direction(
+    rows: Constraints, certificate: Certificate | None, tolerances: Tolerances
+) -> FloatArray:
     """v with G v + d ≤ 0, with room to spare where there is any."""
     norms = np.linalg.norm(rows.G, axis=1)
     cap = float(np.max(np.abs(rows.d)[norms > 0] / norms[norms > 0], initial=0.0))
-    found = widest(rows.G, norms, -rows.d, cap=cap)
+    found = widest(rows.G, norms, -rows.d, cap=cap, tolerances=tolerances)
     return found.x if found.margin >= 0 or certificate is None else certificate.slip

@@ -15,7 +15,8 @@ from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.model.arguments import check_count
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
-from shakedown.programs.rational import exact_rows, solve_integers
+from shakedown.programs.exact_rows import exact_rows
+from shakedown.programs.integer_algebra import solve_integers
 from shakedown.tolerances import DEFAULT, Tolerances
 
 Progress = Callable[[int, int], None]

@@ -3,5 +3,6 @@
 Reading order: ``problem`` (the data, validated once), ``loading`` (constant and periodic part,
 load factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``zone`` (a
 joint with some nodes open), ``initial_gap`` (gaps and interference), ``arguments`` (checks of
-what callers pass in), ``status`` (how a program ended).
+what callers pass in), ``derived`` (what a problem determines is built once), ``status`` (how a
+program ended).
 """

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.model.arguments import require_problem
+from shakedown.model.derived import once_per_problem
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 
@@ -40,6 +40,10 @@ class Constraints:
     side: NDArray[np.intp]
     step: NDArray[np.intp]
 
+    def __post_init__(self) -> None:
+        for array in (self.G, self.d, self.g, self.node, self.side, self.step):
+            array.setflags(write=False)
+
     @property
     def n(self) -> int:
         """Number of contact nodes."""
@@ -56,8 +60,9 @@ class Constraints:
         return self.excess(slip, load_factor) / np.where(size > 0, size, 1.0)
 
 
+@once_per_problem
 def constraints(problem: Problem) -> Constraints:
-    """The 2n extremal rows of a problem, with all nodes in contact.
+    """The 2n extremal rows of a problem, with all nodes in contact; built once per problem.
 
     Of the loading loop only the extreme samples enter, one per row: an LP over
     every load step (thesis (5.16)) has the same solutions.
@@ -69,18 +74,25 @@ def constraints(problem: Problem) -> Constraints:
     >>> rows.G.shape, rows.node, rows.side
     ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
     """
-    require_problem(problem)
     n, f, fB = problem.n, problem.f, problem.f[:, None] * problem.B
-    loop = loading(problem)
-    backward, forward = loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1
+    loop, steps = loading(problem), step_loads(problem)
     return Constraints(
         G=_interleaved(problem.A - fB, -(problem.A + fB)),
-        d=_interleaved(backward.max(axis=0), forward.max(axis=0)),
+        d=steps.max(axis=0),
         g=_interleaved(f * loop.p0 - loop.q0, f * loop.p0 + loop.q0),
         node=np.repeat(np.arange(n), 2),
         side=np.tile([BACKWARD, FORWARD], n),
-        step=_interleaved(backward.argmax(axis=0), forward.argmax(axis=0)),
+        step=steps.argmax(axis=0),
     )
+
+
+def step_loads(problem: Problem) -> FloatArray:
+    """The coefficients of the load factor in the 2n rows at every load step, (m, 2n) [force].
+
+    Their largest over the loop are the ``d`` of :func:`constraints`.
+    """
+    loop, f = loading(problem), problem.f
+    return np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
 
 
 def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.errors import UsageError
-from shakedown.model.arguments import require_problem
+from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
 
 LARGEST_FORCE = 1e150  # its square is still a number
@@ -28,6 +28,10 @@ class Loading:
     q1: FloatArray
     p1: FloatArray
 
+    def __post_init__(self) -> None:
+        for array in (self.q0, self.p0, self.q1, self.p1):
+            array.setflags(write=False)
+
     def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor.
 
@@ -41,8 +45,9 @@ class Loading:
         return q_w, p_w
 
 
+@once_per_problem
 def loading(problem: Problem) -> Loading:
-    """Split the loading loop of a problem into its constant and its periodic part.
+    """Split the loading loop of a problem into its constant and its periodic part; done once per problem.
 
     Examples
     --------
@@ -51,7 +56,6 @@ def loading(problem: Problem) -> Loading:
     >>> loop.q0.round(6), loop.p0.round(6)
     (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
     """
-    require_problem(problem)
     q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
     p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))

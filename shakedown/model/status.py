@@ -14,8 +14,11 @@ class Status(StrEnum):
         No point satisfies the constraints; where possible a certificate proves it.
     UNBOUNDED
         The objective can be made as large as one likes; where possible a direction proves it.
+    UNDECIDED
+        The solver stopped without an answer; what it had is not reported as a number.
     """
 
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
+    UNDECIDED = "undecided"

@@ -17,14 +17,16 @@ def typical_size(sizes: FloatArray) -> float:
     return power_of_two(float(np.median(finite)) if finite.size else 0.0)
 
 
-def equilibration(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+def equilibration(
+    matrix: FloatArray, sweeps: int = DEFAULT.equilibration_sweeps
+) -> tuple[FloatArray, FloatArray]:
     """Row and column scales, powers of two, that bring every row and column near the size 1.
 
     Scaling by powers of two is free of round-off. Zero rows and columns keep the scale 1.
     """
     rows, columns = np.ones(matrix.shape[0]), np.ones(matrix.shape[1])
     size = np.abs(matrix)
-    for _ in range(DEFAULT.equilibration_sweeps):
+    for _ in range(sweeps):
         scaled = size * rows[:, None] * columns
         rows /= _root(scaled.max(axis=1, initial=0.0))
         columns /= _root(scaled.max(axis=0, initial=0.0))

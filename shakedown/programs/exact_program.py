@@ -1,8 +1,16 @@
 """Linear programs in exact arithmetic, started from the active rows of a float solution."""
 
-from dataclasses import dataclass, replace
+from __future__ import annotations
 
-from shakedown.programs.rational import IntegerRows, solve_integers
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from shakedown.model.status import Status
+from shakedown.programs.integer_algebra import IntegerRows, integer_matrix, product, solve_integers
+
+if TYPE_CHECKING:
+    from flint import fmpz_mat
 
 MAX_PIVOTS = 500
 
@@ -15,6 +23,18 @@ class ExactProgram:
     right: list[int]
     cost: list[int]
 
+    @cached_property
+    def table(self) -> fmpz_mat:
+        """The matrix as FLINT has it."""
+        return integer_matrix(self.matrix)
+
+    def columns(self, chosen: list[int]) -> ExactProgram:
+        """The program in some of its columns, all others held at zero."""
+        if len(chosen) == len(self.cost):
+            return self
+        matrix = [[row[j] for j in chosen] for row in self.matrix]
+        return ExactProgram(matrix, self.right, [self.cost[j] for j in chosen])
+
 
 @dataclass(frozen=True)
 class ExactVertex:
@@ -23,7 +43,7 @@ class ExactVertex:
     Attributes
     ----------
     status
-        ``"optimal"``; ``"infeasible"``; ``"unbounded"`` (there is a ray of improvement;
+        Optimal; infeasible; unbounded (there is a ray of improvement;
         whether there is a feasible point as well is not examined).
     x, x_scale
         The solution, or the ray, as numerators and common denominator > 0.
@@ -31,7 +51,7 @@ class ExactVertex:
         Multipliers ≥ 0 by row that prove optimality or infeasibility, likewise.
     """
 
-    status: str
+    status: Status
     x: list[int]
     x_scale: int
     y: dict[int, int]
@@ -60,15 +80,12 @@ def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> E
     --------
     >>> program = ExactProgram([[1, 0], [0, 1], [-1, 0], [0, -1]], [2, 3, 0, 0], [1, 1])
     >>> end = exact_vertex(program, [2, 3], [0, 1])
-    >>> end.status, end.x, end.y
+    >>> end.status.value, end.x, end.y
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
     active, free = list(active), sorted(free)
     while len(active) == len(free):
-        kept = ExactProgram(
-            [[row[j] for j in free] for row in program.matrix], program.right, [program.cost[j] for j in free]
-        )
-        end = _simplex(kept, active)
+        end = _simplex(program.columns(free), active)
         if end is None:
             return None
         loose = _unbalanced(program, free, end)
@@ -87,7 +104,7 @@ def proves_at_most(program: ExactProgram, active: list[int], free: list[int], va
     if solved is None or min(solved[0], default=0) < 0:
         return False
     y = {i: weight for i, weight in zip(active, solved[0], strict=True) if weight}
-    if _unbalanced(program, free, ExactVertex("optimal", [], 1, y, solved[1])) is not None:
+    if _unbalanced(program, free, ExactVertex(Status.OPTIMAL, [], 1, y, solved[1])) is not None:
         return False
     bound = sum(weight * program.right[i] for i, weight in y.items())
     return bound * value[1] <= value[0] * solved[1]
@@ -95,10 +112,10 @@ def proves_at_most(program: ExactProgram, active: list[int], free: list[int], va
 
 def _unbalanced(program: ExactProgram, free: list[int], end: ExactVertex) -> int | None:
     """A column among those held at zero in which the multipliers of the end do not balance."""
-    if end.status == "unbounded":
+    if end.status == Status.UNBOUNDED:
         return None
     for j in sorted(set(range(len(program.cost))) - set(free)):
-        target = program.cost[j] * end.y_scale if end.status == "optimal" else 0
+        target = program.cost[j] * end.y_scale if end.status == Status.OPTIMAL else 0
         if sum(weight * program.matrix[i][j] for i, weight in end.y.items()) != target:
             return j
     return None
@@ -115,13 +132,17 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
 
 
 def _simplex(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
-    """Dual pivots until every row holds, then primal pivots until every multiplier is ≥ 0."""
+    """The basis; where it is not the best, dual pivots until every row holds, then primal pivots."""
     columns = range(len(program.cost))
     start = _weights(program, basis, program.cost)
     if start is None:
         return None
     cost = program.cost
-    if min(start[0]) < 0:  # any cost of which the basis is the best vertex will do to get feasible
+    if min(start[0], default=0) >= 0:
+        at = _point(program, basis)
+        if at is not None and max(_excess(program, *at)) <= 0:
+            return _optimum(basis, at, start)
+    else:  # any cost of which the basis is the best vertex will do to get feasible
         cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
     return _dual_pivots(program, cost, basis) or _primal_pivots(program, basis)
 
@@ -142,7 +163,7 @@ def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> Ex
         pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
         if not pairs:
             farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
-            return ExactVertex("infeasible", [], 1, farkas, scale)
+            return ExactVertex(Status.INFEASIBLE, [], 1, farkas, scale)
         basis[basis.index(_least_ratio(pairs))] = violated
     return None
 
@@ -158,18 +179,22 @@ def _primal_pivots(program: ExactProgram, basis: list[int]) -> ExactVertex | Non
             return None
         negative = [k for y, k in zip(weights[0], basis, strict=True) if y < 0]
         if not negative:
-            y = {k: value for k, value in zip(basis, weights[0], strict=True) if value}
-            return ExactVertex("optimal", *at, y, weights[1])
+            return _optimum(basis, at, weights)
         leaving = min(negative)
         edge = solve_integers([program.matrix[k] for k in basis], [-(k == leaving) for k in basis])
         if edge is None:
             return None
-        slopes = [sum(m * e for m, e in zip(row, edge[0], strict=True)) for row in program.matrix]
+        slopes = product(program.table, edge[0])
         blocking = [(-excess[i], slope, i) for i, slope in enumerate(slopes) if slope > 0 and i not in basis]
         if not blocking:
-            return ExactVertex("unbounded", *edge, {}, 1)
+            return ExactVertex(Status.UNBOUNDED, *edge, {}, 1)
         basis[basis.index(leaving)] = _least_ratio(blocking)
     return None
+
+
+def _optimum(basis: list[int], at: tuple[list[int], int], weights: tuple[list[int], int]) -> ExactVertex:
+    y = {k: value for k, value in zip(basis, weights[0], strict=True) if value}
+    return ExactVertex(Status.OPTIMAL, *at, y, weights[1])
 
 
 def _point(program: ExactProgram, basis: list[int]) -> tuple[list[int], int] | None:
@@ -184,10 +209,8 @@ def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tupl
 
 def _excess(program: ExactProgram, x: list[int], scale: int) -> list[int]:
     """matrix · x − right in every row, times the scale of x."""
-    return [
-        sum(m * value for m, value in zip(row, x, strict=True) if m) - right * scale
-        for row, right in zip(program.matrix, program.right, strict=True)
-    ]
+    values = product(program.table, x)
+    return [value - right * scale for value, right in zip(values, program.right, strict=True)]
 
 
 def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:

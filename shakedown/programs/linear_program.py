@@ -1,6 +1,9 @@
 """Small dense linear programs: dimensionless inside, solved by HiGHS, exact to round-off."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import NamedTuple
 
 import highspy
 import numpy as np
@@ -8,11 +11,15 @@ from numpy.typing import NDArray
 
 from shakedown.errors import SolverError
 from shakedown.model.problem import FloatArray
+from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, power_of_two, typical_size
+from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
-PRIMAL, DUAL = 4, 1
+PRIMAL = 4
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
+REDUCED_TOLERANCE = 1e-7  # HiGHS's own
+_BASIC = highspy.HighsBasisStatus.kBasic
 
 _OPTIONS: dict[str, bool | int | float | str] = {
     "output_flag": False,
@@ -45,6 +52,18 @@ class Vertex:
     multipliers: FloatArray
 
 
+class _End(NamedTuple):
+    """Where HiGHS stopped, equilibrated: values, multipliers and what bounds them."""
+
+    program: "LinearProgram"
+    x: FloatArray
+    y: FloatArray
+    cost: FloatArray
+    cost_scale: float
+    rows: tuple[FloatArray, FloatArray]
+    columns: tuple[FloatArray, FloatArray]
+
+
 @dataclass(frozen=True)
 class Solution:
     """How a linear program ended.
@@ -52,19 +71,33 @@ class Solution:
     Attributes
     ----------
     status
-        ``"optimal"`` with a vertex, ``"infeasible"`` or ``"unbounded"`` without.
-    active : (K,)
-        The rows held as equalities at the end.
-    free : (K,)
-        The columns that they determine; every other column is at a bound, or zero.
-    vertex
-        The optimal vertex, or None.
+        Optimal with a vertex, infeasible or unbounded without.
+    value
+        cᵀ x to the accuracy of the solver, without polish; NaN unless optimal.
+    reduced_accuracy
+        Whether the solver reached an answer only at loosened tolerances.
     """
 
-    status: str
-    active: NDArray[np.intp]
-    free: NDArray[np.intp]
-    vertex: Vertex | None = None
+    status: Status
+    value: float
+    reduced_accuracy: bool
+    _basis: highspy.HighsBasis = field(repr=False)
+    _end: _End | None = field(repr=False)
+
+    @cached_property
+    def active(self) -> NDArray[np.intp]:
+        """The rows held as equalities at the end, (K,)."""
+        return np.flatnonzero([status != _BASIC for status in self._basis.row_status])
+
+    @cached_property
+    def free(self) -> NDArray[np.intp]:
+        """The columns that they determine, (K,); every other column is at a bound, or zero."""
+        return np.flatnonzero([status == _BASIC for status in self._basis.col_status])
+
+    @cached_property
+    def vertex(self) -> Vertex | None:
+        """The optimal vertex, solved again from its active rows when first asked for; or None."""
+        return None if self._end is None else polished(self._end, self.active, self.free)
 
 
 class LinearProgram:
@@ -73,7 +106,7 @@ class LinearProgram:
     The data are handed to HiGHS once, equilibrated by powers of two; afterwards
     only bounds change and every solve starts from the last basis. The vertex
     is solved again from its active rows, so that it is exact to round-off and
-    not only to the feasibility tolerance.
+    not only to the feasibility tolerance; what round-off leaves of a zero is zero.
 
     Parameters
     ----------
@@ -85,6 +118,8 @@ class LinearProgram:
         Row bounds; ±``INF`` where there is none.
     column_lower, column_upper : (N,)
         Column bounds; ∓``INF`` where there is none.
+    tolerances
+        ``equilibration_sweeps`` and ``cancellation`` are used.
 
     Examples
     --------
@@ -105,21 +140,30 @@ class LinearProgram:
         upper: FloatArray,
         column_lower: FloatArray,
         column_upper: FloatArray,
+        tolerances: Tolerances = DEFAULT,
     ) -> None:
-        self.row_scale, self.column_scale = equilibration(matrix)
+        self.cancellation = tolerances.cancellation * matrix.shape[1]
+        self.row_scale, self.column_scale = equilibration(matrix, tolerances.equilibration_sweeps)
         self.matrix = matrix * self.row_scale[:, None] * self.column_scale
         self.size = typical_size(np.abs(np.concatenate([lower, upper])) * np.tile(self.row_scale, 2))
-        cost = cost * self.column_scale
-        self.cost_scale = 1.0 / power_of_two(np.abs(cost).max())
-        self.cost = cost * self.cost_scale
+        self.cost, self.cost_scale = self._scaled_cost(cost)
         self.lower, self.upper = self._scaled(lower), self._scaled(upper)
         unit = self.column_scale * self.size
-        self._columns = column_lower / unit, column_upper / unit
-        self._home: highspy.HighsBasis | None = None
-        self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self._columns)
+        self.columns = column_lower / unit, column_upper / unit
+        self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self.columns)
 
     def _scaled(self, bounds: FloatArray, rows: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
         return bounds * self.row_scale[rows] / self.size
+
+    def _scaled_cost(self, cost: FloatArray) -> tuple[FloatArray, float]:
+        scaled = cost * self.column_scale
+        scale = 1.0 / power_of_two(np.abs(scaled).max())
+        return scaled * scale, scale
+
+    def set_cost(self, cost: FloatArray) -> None:
+        """Change what is minimised; the basis stays, and with it the feasible vertex."""
+        self.cost, self.cost_scale = self._scaled_cost(cost)
+        self._highs.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), self.cost)
 
     def set_rows(self, rows: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
         """Change the bounds of some rows; the basis stays."""
@@ -130,9 +174,9 @@ class LinearProgram:
     def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
         """Change the bounds of some columns; the basis stays."""
         unit = self.column_scale[columns] * self.size
-        self._columns[0][columns], self._columns[1][columns] = lower / unit, upper / unit
+        self.columns[0][columns], self.columns[1][columns] = lower / unit, upper / unit
         for j in columns:
-            self._highs.changeColBounds(int(j), self._columns[0][j], self._columns[1][j])
+            self._highs.changeColBounds(int(j), self.columns[0][j], self.columns[1][j])
 
     def solve(self) -> Solution:
         """Solve from the current basis.
@@ -140,103 +184,101 @@ class LinearProgram:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch and by the dual method.
+            If HiGHS ends without an answer, also from scratch and at loosened tolerances.
         """
-        for attempt in (self._warm, self._from_home, self._cold, self._dual, self._loose):
+        attempts: tuple[Callable[[], Status | None], ...] = (self._warm, self._cold, self._loosened)
+        for attempt in attempts:
             status = attempt()
             if status is not None:
                 break
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
-        active = np.array([i for i, s in enumerate(basis.row_status) if s != basic], dtype=np.intp)
-        free = np.array([j for j, s in enumerate(basis.col_status) if s == basic], dtype=np.intp)
-        if status == "optimal":
-            self._home = basis
-        return Solution(status, active, free, self._vertex(active, free) if status == "optimal" else None)
+        value, end = np.nan, None
+        if status == Status.OPTIMAL:
+            solution = self._highs.getSolution()
+            x, y = np.array(solution.col_value), np.array(solution.row_dual)
+            value = float(self.cost @ x) * self.size / self.cost_scale
+            rows, columns = (
+                (self.lower.copy(), self.upper.copy()),
+                (self.columns[0].copy(), self.columns[1].copy()),
+            )
+            end = _End(self, x, y, self.cost, self.cost_scale, rows, columns)
+        return Solution(status, value, attempt == self._loosened, self._highs.getBasis(), end)
 
-    def _warm(self) -> str | None:
+    def _warm(self) -> Status | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
-        return self._run()
-
-    def _from_home(self) -> str | None:
-        """From the last optimal basis."""
-        if self._home is None:
-            return None
-        self._highs.setBasis(self._home)
-        return self._run()
-
-    def _cold(self) -> str | None:
-        self._highs.clearSolver()
-        return self._run()
-
-    def _dual(self) -> str | None:
-        self._highs.clearSolver()
-        self._highs.setOptionValue("simplex_strategy", DUAL)
-        status = self._run()
-        self._highs.setOptionValue("simplex_strategy", PRIMAL)
-        return status
-
-    def _loose(self) -> str | None:
-        """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
-        self._highs.clearSolver()
-        for side in ("primal", "dual"):
-            self._highs.setOptionValue(f"{side}_feasibility_tolerance", 1e-7)
-        status = self._run()
-        for side in ("primal", "dual"):
-            self._highs.setOptionValue(f"{side}_feasibility_tolerance", TOLERANCE)
-        return status
-
-    def _run(self) -> str | None:
         self._highs.run()
-        status = self._highs.getModelStatus()
-        names = {
-            highspy.HighsModelStatus.kOptimal: "optimal",
-            highspy.HighsModelStatus.kInfeasible: "infeasible",
-            highspy.HighsModelStatus.kUnbounded: "unbounded",
-        }
-        return names.get(status)
+        return _STATUSES.get(self._highs.getModelStatus())
 
-    def _vertex(self, active: NDArray[np.intp], free: NDArray[np.intp]) -> Vertex:
-        solution = self._highs.getSolution()
-        x = np.array(solution.col_value)
-        y = np.array(solution.row_dual)
-        x, y = self._polished(x, y, active, free)
-        return Vertex(
-            x=x * self.column_scale * self.size,
-            multipliers=y * self.row_scale / self.cost_scale,
-        )
+    def _cold(self) -> Status | None:
+        self._highs.clearSolver()
+        return self._warm()
 
-    def _polished(
-        self, x: FloatArray, y: FloatArray, active: NDArray[np.intp], free: NDArray[np.intp]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Solve the active rows as equalities; keep what violates the rows less."""
-        square = self.matrix[np.ix_(active, free)]
-        at_upper = np.abs(self.upper[active] - self.matrix[active] @ x) <= np.abs(
-            self.matrix[active] @ x - self.lower[active]
-        )
-        target = np.where(at_upper, self.upper[active], self.lower[active])
-        fixed = np.ones(len(x), dtype=bool)
-        fixed[free] = False
-        rest = target - self.matrix[np.ix_(active, fixed)] @ x[fixed]
-        try:
-            sharp_x, sharp_y = x.copy(), np.zeros_like(y)
-            sharp_x[free] = refined_solve(square, rest)
-            sharp_y[active] = refined_solve(square.T, self.cost[free])
-        except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
-            return x, y
-        if self._violation(sharp_x) <= max(self._violation(x), 16 * np.finfo(float).eps):
+    def _loosened(self) -> Status | None:
+        """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
+        self._set_tolerance(REDUCED_TOLERANCE)
+        status = self._cold()
+        self._set_tolerance(TOLERANCE)
+        return status
+
+    def _set_tolerance(self, tolerance: float) -> None:
+        for side in ("primal", "dual"):
+            self._highs.setOptionValue(f"{side}_feasibility_tolerance", tolerance)
+
+
+def polished(end: _End, active: NDArray[np.intp], free: NDArray[np.intp]) -> Vertex:
+    """Solve the active rows as equalities; keep what violates the rows less."""
+    program, x, y = end.program, end.x, end.y
+    matrix, (lower, upper) = program.matrix, end.rows
+    square = matrix[np.ix_(active, free)]
+    value = matrix[active] @ x
+    at_upper = np.abs(upper[active] - value) <= np.abs(value - lower[active])
+    target = np.where(at_upper, upper[active], lower[active])
+    fixed = np.ones(len(x), dtype=bool)
+    fixed[free] = False
+    try:
+        sharp_x, sharp_y = x.copy(), np.zeros_like(y)
+        sharp_x[free] = refined_solve(square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
+        sharp_y[active] = refined_solve(square.T, end.cost[free])
+    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
+        pass
+    else:
+        if _violation(end, sharp_x) <= max(_violation(end, x), 16 * np.finfo(float).eps):
             x = sharp_x
         if np.all(np.isfinite(sharp_y)):
             y = sharp_y
-        return x, y
+    bounds = np.abs(np.stack(end.rows))
+    largest = np.where(bounds < INF, bounds, 0.0).max(axis=0)
+    x = np.clip(without_round_off(matrix, x, largest, program.cancellation), *end.columns)
+    return Vertex(
+        x=x * program.column_scale * program.size, multipliers=y * program.row_scale / end.cost_scale
+    )
 
-    def _violation(self, x: FloatArray) -> float:
-        value = self.matrix @ x
-        excess = np.maximum(value - self.upper, self.lower - value).max(initial=0.0)
-        lower, upper = self._columns
-        return float(max(excess, np.maximum(x - upper, lower - x).max(initial=0.0), 0.0))
+
+def _violation(end: _End, x: FloatArray) -> float:
+    value = end.program.matrix @ x
+    excess = np.maximum(value - end.rows[1], end.rows[0] - value).max(initial=0.0)
+    lower, upper = end.columns
+    return float(max(excess, np.maximum(x - upper, lower - x).max(initial=0.0), 0.0))
+
+
+def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, threshold: float) -> FloatArray:
+    """x with zero where it counts for nothing in any row of matrix · x ≤ right.
+
+    An entry whose share in every row is below ``threshold`` times the largest term
+    of that row is what round-off left of zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows = np.array([[1.0, 1.0], [1.0, -1.0]])
+    >>> without_round_off(rows, np.array([1.0, 3e-17]), np.ones(2), threshold=2e-15)
+    array([1., 0.])
+    """
+    shares = np.abs(matrix * x)
+    terms = np.maximum(shares.max(axis=1, initial=0.0), np.abs(right))
+    return np.where(np.all(shares <= threshold * terms[:, None], axis=0), 0.0, x)
 
 
 def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
@@ -247,6 +289,22 @@ def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     x = np.linalg.solve(matrix, right)
     residual = right - matrix.astype(np.longdouble) @ x
     return np.asarray(x + np.linalg.solve(matrix, residual.astype(float)))
+
+
+_STATUSES = {
+    highspy.HighsModelStatus.kOptimal: Status.OPTIMAL,
+    highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE,
+    highspy.HighsModelStatus.kUnbounded: Status.UNBOUNDED,
+}
+
+
+@cache
+def _options() -> highspy.HighsOptions:
+    highs = highspy.Highs()
+    for name, value in _OPTIONS.items():
+        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
+            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    return highs.getOptions()
 
 
 def _highs(
@@ -270,9 +328,7 @@ def _highs(
     model.a_matrix_.index_ = np.nonzero(nonzero)[1].astype(np.int32)
     model.a_matrix_.value_ = transposed[nonzero]
     highs = highspy.Highs()
-    for name, value in _OPTIONS.items():
-        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
-            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    highs.passOptions(_options())
     if highs.passModel(model) == highspy.HighsStatus.kError:
         raise SolverError(f"HiGHS refuses the linear program of shape {matrix.shape}")
     return highs

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakedown.model.problem import FloatArray
 from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.tolerances import DEFAULT, Tolerances
 
 
 @dataclass(frozen=True)
@@ -16,10 +17,17 @@ class Widest:
     x: FloatArray
     margin: float
     multipliers: FloatArray
+    reduced_accuracy: bool
 
 
 def widest(
-    matrix: FloatArray, norms: FloatArray, right: FloatArray, *, cap: float, signed: int | None = None
+    matrix: FloatArray,
+    norms: FloatArray,
+    right: FloatArray,
+    *,
+    cap: float,
+    signed: int | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> Widest:
     """Maximise t ≤ cap subject to M x + t·norms ≤ right, and x ≥ 0 in the column ``signed``.
 
@@ -39,8 +47,10 @@ def widest(
         upper=right,
         column_lower=lower,
         column_upper=upper,
+        tolerances=tolerances,
     )
-    vertex = program.solve().vertex
-    if vertex is None:  # rows without a norm contradict each other, whatever t
-        return Widest(np.zeros(columns), -inf, np.zeros(rows))
-    return Widest(vertex.x[:-1], float(vertex.x[-1]), -vertex.multipliers)
+    end = program.solve()
+    if end.vertex is None:  # rows without a norm contradict each other, whatever t
+        return Widest(np.zeros(columns), -inf, np.zeros(rows), end.reduced_accuracy)
+    x, multipliers = end.vertex.x, -end.vertex.multipliers
+    return Widest(x[:-1], float(x[-1]), multipliers, end.reduced_accuracy)

@@ -73,6 +73,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "verdict": _verdict(v),
         "verdict_class": "disagree" if v.disagreements else "open" if v.open_questions else "agree",
         "problems": [*v.disagreements, *v.open_questions],
+        "notes": v.notes,
         "bounds": _bounds_rows(v),
         "meaning": [
             *bounds_in_words(v.bounds),

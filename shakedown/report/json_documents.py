@@ -58,9 +58,12 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     lower, upper = bounds.lower, bounds.upper
     lower_keys = (
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
-        "lift_off_bound certified residual"
+        "lift_off_bound certified uncertified reduced_accuracy residual"
     )
-    upper_keys = "status load_factor least_load_factor slip direction active certified exact reason residual"
+    upper_keys = (
+        "status load_factor least_load_factor slip direction active certified uncertified exact "
+        "reduced_accuracy reason residual"
+    )
     return plain(
         {
             "problem": problem_document(problem),
@@ -102,6 +105,7 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
             "agrees": v.agrees,
             "disagreements": v.disagreements,
             "open_questions": v.open_questions,
+            "notes": v.notes,
             "second_road": {
                 "solver": v.second_upper.solver,
                 "lower": {"status": v.second_lower.status, "load_factor": v.second_lower.load_factor},

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.bounds.coupling import WEAK
+from shakedown.model.status import Status
+
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
@@ -18,31 +21,53 @@ if TYPE_CHECKING:
 def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
+    Every sentence is about the joint with all nodes in contact.
+
     Examples
     --------
     >>> import shakedown
     >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
     ...     print(line)
-    Below λ_1 = 0.646554 the joint shakes down from every initial state (no coupling ...).
+    Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
     Above λ_max = 0.646554 it cannot shake down with all nodes in contact.
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
-    if "infeasible" in (upper.status, lower.status):
-        return [f"No load factor is safe: {upper.reason or lower.reason}."]
-    gap = bounds.have_gap or (upper.status == "unbounded" and lower.status == "optimal")
+    if upper.status == Status.INFEASIBLE:
+        return [f"No load factor is safe with all nodes in contact: {upper.reason}."]
+    if lower.status == Status.INFEASIBLE:
+        return [*_from_least(upper), _as_given(bounds), *_reservations(bounds)]
+    gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(lower)] if gap else []
-    return [_below(lower), *between, _above(upper), _as_given(lower, upper)]
+    return [_below(lower), *between, _above(upper), _as_given(bounds), *_reservations(bounds)]
 
 
 def _below(lower: LowerBound) -> str:
     if lower.load_factor == 0:
         return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
-    where = "At every load factor" if lower.status == "unbounded" else f"Below λ_1 = {lower.load_factor:.7g}"
+    where = (
+        "At every load factor" if lower.status == Status.UNBOUNDED else f"Below λ_1 = {lower.load_factor:.7g}"
+    )
     if lower.guarantee == "proved":
-        return f"{where} the joint shakes down from every initial state ({lower.reason})."
-    claim = f"{where} shakedown from every initial state is to be expected, but not proved"
+        return (
+            f"{where} the joint, closed at all nodes, shakes down from every initial state ({lower.reason})."
+        )
+    claim = (
+        f"{where} shakedown from every initial state with all nodes closed is to be expected, but not proved"
+    )
     return f"{claim} ({lower.guarantee}): {lower.reason}."
+
+
+def _from_least(upper: UpperBound) -> list[str]:
+    """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on have."""
+    start = f"λ_lo = {upper.least_load_factor:.7g}"
+    sentences = [
+        f"Below {start} there is no safe slip with all nodes in contact: under the mean load alone none "
+        "keeps every node within its friction limits. So λ_1, which is counted from there, does not exist."
+    ]
+    if upper.status == Status.UNBOUNDED:
+        return [*sentences, f"From λ_lo on a safe slip exists at every load factor: {upper.reason}."]
+    return [*sentences, f"Safe slips exist from λ_lo up to λ_max = {upper.load_factor:.7g}.", _above(upper)]
 
 
 def _between(lower: LowerBound) -> str:
@@ -53,19 +78,48 @@ def _between(lower: LowerBound) -> str:
 
 
 def _above(upper: UpperBound) -> str:
-    if upper.status == "unbounded":
-        return f"A safe slip exists at every load factor: {upper.reason}."
+    if upper.status == Status.UNBOUNDED:
+        return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
     return f"Above λ_max = {upper.load_factor:.7g} it cannot shake down with all nodes in contact."
 
 
-def _as_given(lower: LowerBound, upper: UpperBound) -> str:
-    if lower.load_factor > 1:
+def _as_given(bounds: ShakedownBounds) -> str:
+    lower, upper = bounds.lower, bounds.upper
+    if upper.least_load_factor > 1:
+        place = "below λ_lo"
+    elif lower.load_factor > 1:
         place = "below λ_1"
-    elif upper.load_factor > 1:
-        place = "between the bounds"
-    else:
+    elif upper.load_factor <= 1:
         place = "at or above λ_max"
+    else:
+        place = "where safe slips exist" if lower.status == Status.INFEASIBLE else "between the bounds"
     return f"The loading as given (λ = 1) lies {place}."
+
+
+def _reservations(bounds: ShakedownBounds) -> list[str]:
+    """What keeps a number from being certified or fully accurate, where something does."""
+    sentences = []
+    for name, bound in (("λ_1", bounds.lower), ("λ_max", bounds.upper)):
+        if bound.uncertified:
+            sentences.append(f"{name} is not certified: {bound.uncertified}.")
+        if bound.reduced_accuracy:
+            sentences.append(
+                f"{name} has reduced accuracy (1e-7): the data are at the end of double precision."
+            )
+    return sentences
+
+
+def coupling_in_words(ratio: float) -> str:
+    """How strong a coupling ratio ρ is: weak only where that proves something.
+
+    Examples
+    --------
+    >>> coupling_in_words(0.2), coupling_in_words(0.5)
+    ('weak coupling', 'moderate coupling: no node can cycle alone')
+    """
+    if ratio <= WEAK:
+        return "weak coupling"
+    return "moderate coupling: no node can cycle alone" if ratio < 1 else "strong coupling"
 
 
 def curve_in_words(curve: GuaranteeCurve) -> str:
@@ -83,17 +137,16 @@ def curve_in_words(curve: GuaranteeCurve) -> str:
 def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: ShakedownBounds) -> list[str]:
     """How many subsets there are, the smallest values, and why these differ from the bounds."""
     if critical is None:
-        return [f"The {total:,} subsets of n + 1 constraints were not enumerated: more than the budget."]
+        return [f"The {_subsets(total)} of n + 1 constraints were not enumerated: more than the budget."]
     smallest, feasible = critical.smallest_positive, critical.smallest_feasible
-    subsets = "1 subset" if total == 1 else f"{total:,} subsets"
-    counts = f"{subsets} of n + 1 constraints: {critical.regular:,} critical load factor"
-    counts += "" if critical.regular == 1 else "s"
+    plural = "s" * (critical.regular != 1)
+    counts = f"{_subsets(total)} of n + 1 constraints: {critical.regular:,} critical load factor{plural}"
     if critical.degenerate:
         counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
     if not smallest.rows:
         return [f"{counts}. None of them is positive."]
     sentences = [f"{counts}. The smallest positive one is {smallest.load_factor:.7g}."]
-    if smallest.load_factor < bounds.lower.load_factor * (1 - 1e-9):
+    if smallest.load_factor < bounds.lower.load_factor * (1 - bounds.tolerances.feasibility):
         sentences.append(
             f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to "
             "an intersection outside the safe region: there, other constraints are broken already, and "
@@ -106,6 +159,10 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
             "intersection at a positive load factor says nothing about that."
         )
     return sentences
+
+
+def _subsets(total: int) -> str:
+    return f"{total:,} subset{'s' * (total != 1)}"
 
 
 def transient_in_words(limit: TransientLimit) -> str:

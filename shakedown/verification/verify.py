@@ -8,7 +8,9 @@ import numpy as np
 
 from shakedown.bounds.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound, shakedown_bounds
+from shakedown.bounds.lower import LowerBound
+from shakedown.bounds.shakedown_bounds import ShakedownBounds, shakedown_bounds
+from shakedown.bounds.upper import UpperBound
 from shakedown.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.errors import UsageError
 from shakedown.friction.thresholds import FrictionThresholds, friction_thresholds
@@ -16,11 +18,12 @@ from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
 from shakedown.model.problem import Problem
+from shakedown.model.status import Status
+from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.verification.plan import BELOW, Case, planned_cases
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SCANNED = 20  # load factors scanned for the transient limit
-ROADS_AGREE = 1e-7  # relative; Clarabel stops at about 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class Run:
     Attributes
     ----------
     region
-        Where the load factor lies: below λ_1, between the bounds, above λ_max.
+        Where the load factor lies: below λ_1, between the bounds, above λ_max; below
+        λ_lo where safe slips exist only from there on.
     initial
         Name of the initial state.
     predicted
@@ -60,7 +64,7 @@ class Verification:
     bounds
         Both bounds, by linear programming (HiGHS).
     second_lower, second_upper
-        Both bounds once more, by an interior-point method (cvxpy with Clarabel).
+        Both bounds once more, by an interior-point method (Clarabel).
     critical
         All (n+1)-subsets, or None where there are more than the budget allows.
     subsets
@@ -79,8 +83,10 @@ class Verification:
         One sentence each; empty where prediction and simulation agree, and both
         roads to the bounds.
     open_questions
-        One sentence for each simulation without an outcome, and for a bound that
-        the second road does not reach.
+        One sentence for each simulation without an outcome.
+    notes
+        What limits the evidence without touching an answer: one sentence for each bound
+        that the second road does not reach, or not to full accuracy.
     """
 
     problem: Problem
@@ -95,6 +101,7 @@ class Verification:
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def agrees(self) -> bool:
@@ -112,11 +119,13 @@ def verify(
     method: str = "event",
     budget: int = 200_000,
     progress: Callable[[int, int], None] | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> Verification:
     """Hold the bounds against time integration from several initial states.
 
-    Below λ_1 every initial state must shake down; above λ_max none can. Between
-    the bounds the safe slip must shake down; other states may do either.
+    Below λ_1 every initial state must shake down; above λ_max none can, nor below λ_lo
+    where the mean load alone has no safe slip. Between the bounds the safe slip must
+    shake down; other states may do either.
 
     Parameters
     ----------
@@ -132,6 +141,8 @@ def verify(
         Enumerate the critical load factors where there are at most so many subsets.
     progress
         Called with (done, total) after every simulation.
+    tolerances
+        The tolerances that decide.
 
     Raises
     ------
@@ -151,18 +162,19 @@ def verify(
         raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
     if load_factors is not None and np.ndim(load_factors) != 1:
         raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
-    bounds = shakedown_bounds(problem)
+    bounds = shakedown_bounds(problem, tolerances=tolerances)
     lower, upper = bounds.lower, bounds.upper
     subsets = subset_count(problem.n)
-    cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed))
+    cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed, tolerances))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     runs = []
     for done, case in enumerate(cases, 1):
-        runs.append(_run(problem, case, cycles, method))
+        runs.append(_run(problem, case, cycles, method, tolerances))
         if progress is not None:
             progress(done, len(cases))
-    second_lower, second_upper = conic_lower_bound(problem), conic_upper_bound(problem)
-    roads = list(_road_findings(bounds, second_lower, second_upper))
+    second_lower = conic_lower_bound(problem, tolerances=tolerances)
+    second_upper = conic_upper_bound(problem, tolerances=tolerances)
+    roads = list(_road_findings(bounds, second_lower, second_upper, tolerances))
     return Verification(
         problem=problem,
         bounds=bounds,
@@ -171,25 +183,32 @@ def verify(
         critical=critical_load_factors(problem) if subsets <= budget else None,
         subsets=subsets,
         friction=friction_thresholds(problem),
-        transient=_transient(problem, upper),
-        curve=guarantee_curve(problem, CURVE_RADII) if bounds.have_gap else None,
+        transient=_transient(problem, upper, tolerances),
+        curve=guarantee_curve(problem, CURVE_RADII, tolerances=tolerances) if bounds.have_gap else None,
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
-        open_questions=(*(text for agrees, text in roads if agrees is None), *_open_questions(runs)),
+        open_questions=tuple(_open_questions(runs)),
+        notes=tuple(text for agrees, text in roads if agrees is None),
     )
 
 
-def _transient(problem: Problem, upper: UpperBound) -> TransientLimit | None:
+def _transient(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> TransientLimit | None:
     if not 0 < upper.load_factor < np.inf:
         return None
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6)
+    return transient_limit(problem, start, steps=SCANNED, accuracy=1e-6, tolerances=tolerances)
 
 
-def _run(problem: Problem, case: Case, cycles: int, method: str) -> Run:
+def _run(problem: Problem, case: Case, cycles: int, method: str, tolerances: Tolerances) -> Run:
     began = time.perf_counter()
     simulation = simulate(
-        problem, case.load_factor, case.start, cycles=cycles, method=method, record=problem.n <= 2
+        problem,
+        case.load_factor,
+        case.start,
+        cycles=cycles,
+        method=method,
+        record=problem.n <= 2,
+        tolerances=tolerances,
     )
     seconds = time.perf_counter() - began
     agrees = _agreement(case.predicted, simulation.outcome)
@@ -222,19 +241,19 @@ def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _road_findings(
-    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound
+    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
-    """(False, what differs) or (None, what is open) for each bound on which the two roads do not agree."""
+    """(False, what differs) or (None, what the second road leaves open) for each bound."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
-    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second_upper)]
-    if bounds.lower.node >= 0 or bounds.lower.status == "unbounded":  # else no node collapses on its own
-        pairs.insert(0, ("λ_1", bounds.lower, second_lower))
+    pairs = (("λ_1", bounds.lower, second_lower), ("λ_max", bounds.upper, second_upper))
     for name, first, second in pairs:
         one, two = first.load_factor, second.load_factor
-        if second.status == "undecided":
+        if second.status == Status.UNDECIDED:
             yield None, f"{name}: the second road ({second.solver}) stopped without an answer"
         elif first.status != second.status:
             yield False, f"{name}: {first.status} by linear programming, {second.status} on the second road"
-        elif np.isfinite(one) and abs(one - two) > ROADS_AGREE * max(abs(one), size):
+        elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):
             yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
+        elif first.reduced_accuracy:
+            yield None, f"{name}: by linear programming only to reduced accuracy (1e-7)"

@@ -12,7 +12,6 @@ from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
 from shakedown.model.constraints import constraints
-from shakedown.programs import rational
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:
@@ -93,15 +92,6 @@ def test_exact_multipliers_match_the_float_ones() -> None:
     np.testing.assert_allclose(exact.multipliers, plain.multipliers, rtol=1e-9, atol=1e-12)
     rows = constraints(replace(problem, f=0.2))
     assert exact.multipliers @ rows.g == pytest.approx(exact.load_factor, rel=1e-12)
-
-
-def test_without_flint_the_answer_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = replace(shakedown.example("block-9"), f=0.2)
-    quick = shakedown.shakedown_bounds(problem)
-    monkeypatch.setattr(rational, "HAS_FLINT", False)
-    plain = shakedown.shakedown_bounds(problem, certify=True)
-    assert plain.upper.certified == quick.upper.certified
-    assert plain.lower.certified == quick.lower.certified
 
 
 @pytest.mark.parametrize("tilt", [1e-13, -1e-13, 3e-16, -3e-16])

@@ -1,15 +1,15 @@
-"""Exact linear algebra: two ways to solve, outward rounding, linear programs from any start."""
+"""Exact linear algebra against Python fractions, outward rounding, linear programs from any start."""
 
 from fractions import Fraction
 from itertools import combinations
 
 import hypothesis.strategies as st
 import numpy as np
-import pytest
 from hypothesis import given, settings
 
+from benchmarks.rational_reference import solve_fractions
 from shakedown.programs.exact_program import ExactProgram, exact_vertex
-from shakedown.programs.rational import _solve_flint, enclosure, solve_bareiss
+from shakedown.programs.integer_algebra import enclosure, solve_integers
 
 LAW = settings(derandomize=True, deadline=None, max_examples=40)
 
@@ -23,7 +23,7 @@ def random_system(seed: int, n: int) -> tuple[list[list[int]], list[int]]:
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
 def test_solution_satisfies_the_system_exactly(seed: int, n: int) -> None:
     matrix, right = random_system(seed, n)
-    solved = solve_bareiss(matrix, right)
+    solved = solve_integers(matrix, right)
     if solved is None:
         assert abs(np.linalg.det(matrix)) < 0.5
         return
@@ -34,13 +34,13 @@ def test_solution_satisfies_the_system_exactly(seed: int, n: int) -> None:
 
 @LAW
 @given(seed=st.integers(0, 10_000), n=st.integers(1, 7))
-def test_flint_agrees(seed: int, n: int) -> None:
-    pytest.importorskip("flint")
+def test_fractions_agree(seed: int, n: int) -> None:
     matrix, right = random_system(seed, n)
-    plain, quick = solve_bareiss(matrix, right), _solve_flint(matrix, right)
-    assert (plain is None) == (quick is None)
-    if plain is not None and quick is not None:
-        assert [Fraction(x, plain[1]) for x in plain[0]] == [Fraction(x, quick[1]) for x in quick[0]]
+    solved = solve_integers(matrix, right)
+    plain = solve_fractions([[Fraction(a) for a in row] for row in matrix], [Fraction(b) for b in right])
+    assert (plain is None) == (solved is None)
+    if solved is not None:
+        assert [Fraction(x, solved[1]) for x in solved[0]] == plain
 
 
 @LAW
