@@ -17,7 +17,9 @@ from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, typical_size
 from shakedown.tolerances import DEFAULT, Tolerances
 
-SHARP, REDUCED = 1e-11, 1e-8  # what Clarabel is asked for, and what it must reach
+# The tolerance that Clarabel is asked for and the length of its steps; the second where the first stalls.
+ATTEMPTS = ((1e-11, 0.99), (1e-9, 0.9))
+REDUCED = 1e-8  # what it must reach
 
 _ENDS = {
     "Solved": Status.OPTIMAL,
@@ -177,22 +179,19 @@ def _nothing(status: Status, n: int, solver: str) -> ConicBound:
 
 def _by_clarabel(cost: FloatArray, matrix: FloatArray, right: FloatArray) -> tuple[Status, FloatArray, bool]:
     """Minimise cost · x subject to matrix · x ≤ right: status, x, and whether only to reduced accuracy."""
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = SHARP
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
-    count = len(cost)
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix((count, count)),
-        cost,
-        sparse.csc_matrix(matrix),
-        right,
-        [clarabel.NonnegativeConeT(len(right))],
-        settings,
-    )
-    end = solver.solve()
-    name = str(end.status)
-    return _ENDS.get(name, Status.UNDECIDED), np.array(end.x), name.startswith("Almost")
+    count, table = len(cost), sparse.csc_matrix(matrix)
+    nothing, cone = sparse.csc_matrix((count, count)), [clarabel.NonnegativeConeT(len(right))]
+    for tolerance, step in ATTEMPTS:
+        settings = clarabel.DefaultSettings()
+        settings.verbose = settings.equilibrate_enable = False  # the data come equilibrated
+        settings.max_step_fraction = step
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
+        end = clarabel.DefaultSolver(nothing, cost, table, right, cone, settings).solve()
+        name = str(end.status)
+        if name in _ENDS:
+            return _ENDS[name], np.array(end.x), name.startswith("Almost") or tolerance > ATTEMPTS[0][0]
+    return Status.UNDECIDED, np.full(count, nan), False
 
 
 def _by_cvxpy(
@@ -203,7 +202,8 @@ def _by_cvxpy(
 
     x = cp.Variable(len(cost))
     program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right])
-    sharp = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), SHARP) if solver == "CLARABEL" else {}
+    keys = ("tol_gap_abs", "tol_gap_rel", "tol_feas") if solver == "CLARABEL" else ()
+    sharp = dict.fromkeys(keys, ATTEMPTS[0][0])
     with warnings.catch_warnings():  # an inaccurate answer is a status here, not a warning
         warnings.simplefilter("ignore", UserWarning)
         try:

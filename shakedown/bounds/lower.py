@@ -182,7 +182,7 @@ def lower_bound(
     """
     if certify is None:
         certify = guarantee and constraints(problem).n <= LOWER_CERTIFIED_UP_TO
-    bound = replace(_first_collapse(problem, certify, tolerances), tolerances=tolerances)
+    bound = _first_collapse(problem, certify, tolerances)
     if guarantee:
         _ = bound.proof
     return bound
@@ -192,10 +192,9 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     rows = constraints(problem)
     program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
     if not _starts_safe(problem, rows, program, certify, tolerances):
-        return _without_collapse(problem, Status.INFEASIBLE, nan)
+        return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     outcomes = _collapses(rows, program, all_nodes=certify)
-    values = np.array([inf if np.isnan(o.value) else o.value for o in outcomes])
-    node = _first(outcomes, values)
+    node = _first(outcomes)
     found: Certificate | NoCertificate = NoCertificate("")
     if certify:
         node, found = certified_lower(problem, outcomes, node, tolerances)
@@ -203,17 +202,16 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     if vertex is None and isinstance(found, NoCertificate):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
         if upper.status == Status.OPTIMAL:
-            return _vanishing(problem, upper)
-        return _without_collapse(problem, Status.UNBOUNDED, inf)
-    answer = _collapse(problem, node, outcomes[node], found, tolerances)
-    if has_free_motion(rows, tolerances):  # else λ_max has both rows of some node active, and λ_1 ≤ λ_max
+            return _vanishing(problem, upper, tolerances)
+        return _without_collapse(problem, Status.UNBOUNDED, inf, tolerances)
+    answer = _collapse(problem, node, outcomes, found, tolerances)
+    # Where the witness satisfies every row, λ_max is no smaller; so it is without free motions.
+    safe = rows.relative_excess(answer.slip, answer.load_factor).max() <= tolerances.feasibility
+    if not safe and has_free_motion(rows, tolerances):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
         if upper.status == Status.OPTIMAL and upper.load_factor < answer.load_factor:
-            return _vanishing(problem, upper)
-    per_node = np.append(values, np.full(rows.n - len(values), nan))
-    per_node[node] = answer.load_factor
-    reduced = any(outcome.reduced_accuracy for outcome in outcomes)
-    return replace(answer, per_node=per_node, reduced_accuracy=reduced)
+            return _vanishing(problem, upper, tolerances)
+    return answer
 
 
 def _starts_safe(
@@ -247,8 +245,13 @@ def _collapses(rows: Constraints, program: LinearProgram, all_nodes: bool) -> li
     return outcomes
 
 
-def _first(outcomes: list[Solution], values: FloatArray) -> int:
+def _values(outcomes: list[Solution]) -> FloatArray:
+    return np.array([inf if np.isnan(outcome.value) else outcome.value for outcome in outcomes])
+
+
+def _first(outcomes: list[Solution]) -> int:
     """The node that collapses first: of those that the solver cannot tell apart, the first to round-off."""
+    values = _values(outcomes)
     least = values.min()
     near = (
         np.flatnonzero(values <= least + _NEARLY_FIRST * abs(least)) if np.isfinite(least) else np.array([0])
@@ -261,29 +264,37 @@ def _value(outcome: Solution) -> float:
 
 
 def _collapse(
-    problem: Problem, node: int, outcome: Solution, found: Certificate | NoCertificate, tolerances: Tolerances
+    problem: Problem,
+    node: int,
+    outcomes: list[Solution],
+    found: Certificate | NoCertificate,
+    tolerances: Tolerances,
 ) -> LowerBound:
-    rows = constraints(problem)
+    rows, vertex = constraints(problem), outcomes[node].vertex
     if isinstance(found, Certificate):
         x = significant(rows, found.slip, found.load_factor, tolerances)
         x[-1] = found.load_factor
         y = np.where(rows.node == node, 1.0, -1.0) * found.multipliers
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
     else:
-        assert outcome.vertex is not None
-        x, y, active, certified = outcome.vertex.x, outcome.vertex.multipliers, outcome.active, None
+        assert vertex is not None
+        x, y, active, certified = vertex.x, vertex.multipliers, outcomes[node].active, None
+    per_node = np.append(_values(outcomes), np.full(rows.n - len(outcomes), nan))
+    per_node[node] = x[-1]
     return LowerBound(
         problem=problem,
         status=Status.OPTIMAL,
         load_factor=float(x[-1]),
         node=node,
         slip=x[:-1],
-        per_node=np.full(rows.n, nan),
+        per_node=per_node,
         active=rows_named(rows, active),
         multipliers=y,
         residual=_collapse_excess(rows, node, x),
         certified=certified,
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
+        reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes),
+        tolerances=tolerances,
     )
 
 
@@ -294,10 +305,10 @@ def has_free_motion(rows: Constraints, tolerances: Tolerances) -> bool:
     return bool(values[-1] <= tolerances.degeneracy * values[0])
 
 
-def _vanishing(problem: Problem, upper: UpperBound) -> LowerBound:
+def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> LowerBound:
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
     return replace(
-        _without_collapse(problem, Status.OPTIMAL, upper.load_factor),
+        _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances),
         per_node=np.full(problem.n, inf),
         active=upper.active,
         multipliers=upper.multipliers,
@@ -308,7 +319,9 @@ def _vanishing(problem: Problem, upper: UpperBound) -> LowerBound:
     )
 
 
-def _without_collapse(problem: Problem, status: Status, load_factor: float) -> LowerBound:
+def _without_collapse(
+    problem: Problem, status: Status, load_factor: float, tolerances: Tolerances
+) -> LowerBound:
     """The answer where no node collapses."""
     return LowerBound(
         problem=problem,
@@ -320,6 +333,7 @@ def _without_collapse(problem: Problem, status: Status, load_factor: float) -> L
         active=(),
         multipliers=np.zeros(2 * problem.n),
         residual=nan,
+        tolerances=tolerances,
     )
 
 

@@ -239,8 +239,9 @@ def polished(end: _End, active: NDArray[np.intp], free: NDArray[np.intp]) -> Ver
     fixed[free] = False
     try:
         sharp_x, sharp_y = x.copy(), np.zeros_like(y)
-        sharp_x[free] = refined_solve(square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
-        sharp_y[active] = refined_solve(square.T, end.cost[free])
+        inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
+        sharp_x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
+        sharp_y[active] = refined(inverse.T, square.T, end.cost[free])
     except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
         pass
     else:
@@ -281,14 +282,11 @@ def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, thre
     return np.where(np.all(shares <= threshold * terms[:, None], axis=0), 0.0, x)
 
 
-def refined_solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve a square system with one step of iterative refinement in extended precision.
-
-    Raises ``numpy.linalg.LinAlgError`` if the matrix is exactly singular.
-    """
-    x = np.linalg.solve(matrix, right)
+def refined(inverse: FloatArray, matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve a square system with its inverse and one step of refinement in extended precision."""
+    x = inverse @ right
     residual = right - matrix.astype(np.longdouble) @ x
-    return np.asarray(x + np.linalg.solve(matrix, residual.astype(float)))
+    return np.asarray(x + inverse @ residual.astype(float))
 
 
 _STATUSES = {

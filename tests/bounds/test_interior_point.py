@@ -1,5 +1,7 @@
 """The two roads to the bounds, held against each other."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -32,3 +34,21 @@ def test_statuses_agree() -> None:
     problem = shakedown.example("two-node")
     for changed in (replace(problem, f=2.5), replace(problem, p_w=problem.p_w - 9000.0)):
         assert shakedown.conic_upper_bound(changed).status == shakedown.upper_bound(changed).status
+
+
+@pytest.mark.parametrize("solver", ["CLARABEL", "HIGHS"])
+def test_any_solver_of_the_modelling_road(solver: str) -> None:
+    problem = shakedown.example("two-node")
+    upper = shakedown.conic_upper_bound(problem, solver=solver)
+    lower = shakedown.conic_lower_bound(problem, solver=solver)
+    assert upper.solver == lower.solver == solver
+    assert upper.load_factor == pytest.approx(0.7391455673806329, rel=1e-8)
+    assert lower.load_factor == pytest.approx(0.6573734697246544, rel=1e-8)
+
+
+def test_the_default_road_does_without_cvxpy() -> None:
+    code = (
+        "import sys, shakedown; shakedown.conic_lower_bound(shakedown.example('two-node'));"
+        "assert 'cvxpy' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

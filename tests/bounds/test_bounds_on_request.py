@@ -1,0 +1,172 @@
+"""The cheap road to λ_1, what is asked for on top of it, and what cannot be had."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import chain, joint
+from shakedown import Problem
+from shakedown.bounds import lower as lower_room
+from shakedown.bounds.certificate import NO_VERTEX, ROUND_OFF
+from shakedown.bounds.proof_status import guarantee_status
+
+
+def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+
+    def counted(*arguments, **keywords):
+        calls.append(1)
+        return guarantee_status(*arguments, **keywords)
+
+    monkeypatch.setattr(lower_room, "guarantee_status", counted)
+    lower = shakedown.lower_bound(shakedown.example("two-node"))
+    assert calls == []
+    assert (lower.guarantee, lower.reason[:9]) == ("proved", "two nodes")
+    assert lower.single_node_bound >= lower.load_factor * (1 - 1e-12)
+    assert calls == [1]
+    shakedown.lower_bound(shakedown.example("two-node"), guarantee=True)
+    assert calls == [1, 1]
+
+
+def test_a_result_can_be_sent_to_another_process() -> None:
+    lower = shakedown.lower_bound(shakedown.example("block-9"), guarantee=True)
+    sent = pickle.loads(pickle.dumps(lower))
+    assert (sent.load_factor, sent.guarantee) == (lower.load_factor, lower.guarantee)
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 12])
+def test_both_roads_to_the_lower_bound_agree(n: int) -> None:
+    for seed in range(4):
+        problem = joint(seed, n)
+        cheap, full = shakedown.lower_bound(problem), shakedown.lower_bound(problem, guarantee=True)
+        assert cheap.certified is None
+        assert cheap.uncertified == ""
+        low, high = full.certified
+        assert low <= full.load_factor <= high
+        assert cheap.node == full.node
+        assert cheap.load_factor == pytest.approx(full.load_factor, rel=1e-12)
+        assert cheap.per_node[cheap.node] == cheap.load_factor == cheap.per_node.min()
+        np.testing.assert_allclose(cheap.per_node, full.per_node, rtol=1e-8)
+
+
+def test_nothing_is_solved_after_a_collapse_at_zero() -> None:
+    problem = shakedown.example("block-9")
+    lower, complete = shakedown.lower_bound(problem), shakedown.lower_bound(problem, certify=True)
+    assert lower.load_factor == complete.load_factor == 0.0
+    assert not np.isnan(complete.per_node).any()
+    known = ~np.isnan(lower.per_node)
+    np.testing.assert_allclose(lower.per_node[known], complete.per_node[known], atol=1e-9)
+
+
+@pytest.mark.parametrize("n", [60, 120])
+def test_the_upper_bound_of_a_large_joint_is_certified_by_default(n: int) -> None:
+    problem = chain(n)
+    upper, plain = shakedown.upper_bound(problem), shakedown.upper_bound(problem, certify=False)
+    low, high = upper.certified
+    assert low <= upper.load_factor <= high <= np.nextafter(low, np.inf)
+    assert plain.load_factor == pytest.approx(upper.load_factor, rel=1e-12)
+
+
+def test_no_certificate_comes_with_its_reason() -> None:
+    floating = shakedown.upper_bound(shakedown.example("receding-block"), certify=True)
+    assert floating.certified is None
+    assert floating.uncertified in (ROUND_OFF, NO_VERTEX)
+    assert shakedown.upper_bound(shakedown.example("two-node")).uncertified == ""
+    assert shakedown.upper_bound(shakedown.example("receding-block"), certify=False).uncertified == ""
+
+
+def test_loads_safe_from_some_load_factor_on() -> None:
+    """One node that the mean load opens: safe exactly from λ = 1/2.4 on."""
+    problem = Problem(
+        A=[[1.0]],
+        B=[[0.0]],
+        C=[[1.0]],
+        f=0.5,
+        q_w=[[0.3], [-0.3]],
+        p_w=[[2.0], [2.0]],
+        q_mean=[0.0],
+        p_mean=[-1.0],
+    )
+    upper, lower = shakedown.upper_bound(problem), shakedown.lower_bound(problem)
+    assert upper.least_load_factor == pytest.approx(1 / 2.4, rel=1e-12)
+    assert shakedown.safe_slip(problem, 0.4167).status == "optimal"
+    assert shakedown.safe_slip(problem, 0.4166).status == "infeasible"
+    assert (lower.status, lower.guarantee) == ("infeasible", "evidence")
+
+
+def test_a_safe_interval_that_ends() -> None:
+    """Pressure grows with the load factor at one load step only: safe between two positive load factors."""
+    problem = Problem(
+        A=[[1.0, 0.0], [0.0, 1.0]],
+        B=np.zeros((2, 2)),
+        f=0.5,
+        q_w=[[0.3, 1.0], [-0.3, -1.0]],
+        p_w=[[2.0, 3.0], [2.0, 3.0]],
+        q_mean=[0.0, 0.0],
+        p_mean=[-1.0, 3.0],
+    )
+    upper = shakedown.upper_bound(problem)
+    assert (upper.status, upper.load_factor) == ("optimal", pytest.approx(1.5))
+    assert upper.least_load_factor == pytest.approx(1 / 2.4)
+    second = shakedown.conic_upper_bound(problem), shakedown.conic_lower_bound(problem)
+    assert second[0].load_factor == pytest.approx(1.5, rel=1e-9)
+    assert second[1].status == "infeasible"
+
+
+@pytest.mark.parametrize(("power", "length"), [(-60, 0), (-1, 0), (7, 3), (0, -5), (90, 1)])
+@pytest.mark.parametrize("name", ["two-node", "three-node", "block-9", "uncoupled"])
+def test_units_by_powers_of_two_change_no_bit(name: str, power: int, length: int) -> None:
+    problem, unit, per = shakedown.example(name), 2.0**power, 2.0 ** (power - length)
+    scaled = replace(
+        problem,
+        A=problem.A * per,
+        B=problem.B * per,
+        C=None if problem.C is None else problem.C * per,
+        q_w=problem.q_w * unit,
+        p_w=problem.p_w * unit,
+        q_mean=None if problem.q_mean is None else problem.q_mean * unit,
+        p_mean=None if problem.p_mean is None else problem.p_mean * unit,
+    )
+    here, there = shakedown.shakedown_bounds(problem), shakedown.shakedown_bounds(scaled)
+    assert there.lower.load_factor == here.lower.load_factor
+    assert there.upper.load_factor == here.upper.load_factor
+    assert there.lower.proof == here.lower.proof
+    np.testing.assert_array_equal(there.upper.slip / 2.0**length, here.upper.slip)
+    np.testing.assert_array_equal(there.lower.slip / 2.0**length, here.lower.slip)
+
+
+def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
+    """λ_1 and the lift-off bound are the same number here, computed on two roads."""
+    base = Problem(
+        A=np.eye(2),
+        B=[[0.0, 0.05], [0.05, 0.0]],
+        f=0.3,
+        q_w=[[0.9, 0.0], [-0.9, 0.0]],
+        p_w=[[2.0, 4.0], [4.0, 4.0]],
+    )
+    lower = shakedown.lower_bound(base)
+    status = {
+        guarantee_status(base, lower.load_factor * (1 + k * np.finfo(float).eps)).guarantee
+        for k in range(-8, 9)
+    }
+    assert len(status) == 1
+
+
+def test_round_off_is_not_shown_as_a_number() -> None:
+    """A symmetric loop: the safe slip of the second node is zero, and so it is reported."""
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        q = rng.uniform(0.1, 1.0, 2)
+        problem = Problem(
+            A=[[1.1, 0.3], [0.3, 0.7]],
+            B=[[0.1, 0.2], [0.0, 0.1]],
+            f=0.3,
+            q_w=[q, -q],
+            p_w=np.full((2, 2), 3.3),
+        )
+        bounds = shakedown.shakedown_bounds(problem)
+        for number in (*bounds.upper.slip, *bounds.lower.slip, bounds.lower.single_node_bound):
+            assert number == 0 or abs(number) > 1e-13

@@ -1,0 +1,111 @@
+"""Verification: what is planned, when the two roads agree, and what only limits the evidence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+from shakedown.bounds.interior_point import ConicBound
+from shakedown.model.status import Status
+from shakedown.report.words import bounds_in_words, critical_in_words
+from shakedown.tolerances import DEFAULT
+from shakedown.verification import verify as room
+from shakedown.verification.plan import ABOVE, UNSAFE, default_load_factors, region_of
+
+SAFE_LATER = Problem(
+    A=[[1.0]],
+    B=[[0.0]],
+    C=[[1.0]],
+    f=0.5,
+    q_w=[[0.3], [-0.3]],
+    p_w=[[2.0], [2.0]],
+    q_mean=[0.0],
+    p_mean=[-1.0],
+)
+SAFE_BETWEEN = Problem(
+    A=np.eye(2),
+    B=np.zeros((2, 2)),
+    C=np.eye(2),
+    f=0.5,
+    q_w=[[0.3, 1.0], [-0.3, -1.0]],
+    p_w=[[2.0, 3.0], [2.0, 3.0]],
+    q_mean=[0.0, 0.0],
+    p_mean=[-1.0, 3.0],
+)
+
+
+@pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN])
+def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem: Problem) -> None:
+    bounds = shakedown.shakedown_bounds(problem)
+    factors = default_load_factors(bounds.lower, bounds.upper)
+    assert np.isfinite(factors).all()
+    regions = [region_of(factor, bounds.lower, bounds.upper) for factor in factors]
+    assert regions[0] == UNSAFE
+    assert (ABOVE in regions) == (bounds.upper.status == "optimal")
+    report = shakedown.verify(problem, random_states=1)
+    assert report.agrees, report.disagreements
+    judged = {run.region for run in report.runs if run.agrees}
+    assert {UNSAFE, "between"} <= judged
+
+
+def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
+    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_LATER)))
+    assert "No load factor is safe" not in text
+    assert "λ_lo = 0.4166667" in text
+    assert "all nodes in contact" in text
+    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_BETWEEN)))
+    assert "from λ_lo up to λ_max = 1.5" in text
+    nowhere = replace(shakedown.example("two-node"), p_w=shakedown.example("two-node").p_w - 9000.0)
+    assert bounds_in_words(shakedown.shakedown_bounds(nowhere))[0].startswith("No load factor is safe")
+
+
+def second(status: Status, load_factor: float) -> ConicBound:
+    return ConicBound(status, load_factor, -1, np.zeros(1), "A SOLVER")
+
+
+@pytest.mark.parametrize(
+    ("status", "load_factor", "agrees"),
+    [
+        (Status.OPTIMAL, 0.7391455673806329, "yes"),
+        (Status.OPTIMAL, 0.7391, False),
+        (Status.UNBOUNDED, np.inf, False),
+        (Status.INFEASIBLE, np.nan, False),
+        (Status.UNDECIDED, np.nan, None),
+    ],
+)
+def test_a_second_road_that_contradicts_is_found(status, load_factor, agrees) -> None:
+    bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
+    good = second(Status.OPTIMAL, bounds.lower.load_factor)
+    found = list(room._road_findings(bounds, good, second(status, load_factor), DEFAULT))
+    assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
+
+
+@pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled")])
+def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> None:
+    floating = Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]],
+        B=np.zeros((2, 2)),
+        f=0.5,
+        q_w=np.full((4, 2), -0.3),
+        p_w=[[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]],
+    )
+    for joint in (problem, floating, replace(shakedown.example("two-node"), f=2.5)):
+        bounds = shakedown.shakedown_bounds(joint)
+        roads = shakedown.conic_lower_bound(joint), shakedown.conic_upper_bound(joint)
+        assert list(room._road_findings(bounds, *roads, DEFAULT)) == []
+
+
+def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
+    report = shakedown.verify(shakedown.example("one-node"), random_states=0)
+    assert report.agrees
+    assert report.open_questions == ()
+    assert report.notes == ("λ_max: the second road (A SOLVER) stopped without an answer",)
+
+
+def test_one_subset_is_singular() -> None:
+    joint = shakedown.example("one-node")
+    critical, bounds = shakedown.critical_load_factors(joint), shakedown.shakedown_bounds(joint)
+    assert critical_in_words(critical, critical.total, bounds)[0].startswith("1 subset of")
