@@ -14,6 +14,7 @@ from .output import echo_json, headline, listing, number, paragraph, table
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
+ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
@@ -21,6 +22,8 @@ CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 @json_option
 def solve(problem: Problem, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
+    if problem.n >= ANNOUNCED_FROM:
+        click.echo(f"{problem.n} linear programs for λ_1: this may take a minute.", err=True)
     bounds = shakedown.shakedown_bounds(problem)
     limits = shakedown.friction_thresholds(problem)
     curve = None
