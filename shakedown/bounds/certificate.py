@@ -12,7 +12,8 @@ from shakedown.model.status import Status
 from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
 from shakedown.programs.exact_rows import ExactRows, exact_rows
 from shakedown.programs.integer_algebra import enclosure
-from shakedown.programs.linear_program import Solution, without_round_off
+from shakedown.programs.linear_program import Solution
+from shakedown.programs.vertex import without_round_off
 from shakedown.tolerances import Tolerances
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, about a second

@@ -55,7 +55,7 @@ def _first_lift_off(problem: Problem, corners: FloatArray, tolerances: Tolerance
     program = LinearProgram(
         np.column_stack([rows.G, corners.T]),
         cost=np.append(np.zeros(rows.n), np.ones(count)),
-        lower=np.full(2 * rows.n, -INF),
+        lower=np.full(len(rows.g), -INF),
         upper=rows.g,
         column_lower=np.append(np.full(rows.n, -INF), np.zeros(count)),
         column_upper=np.full(rows.n + count, INF),

@@ -12,19 +12,22 @@ from shakedown.bounds.certificate import (
     NoCertificate,
     certified_lower,
     significant,
-    starts_safe,
+)
+from shakedown.bounds.collapse_programs import (
+    collapse_excess,
+    collapse_values,
+    collapses,
+    first_to_collapse,
+    has_free_motion,
+    mean_load_is_safe,
 )
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, load_factor_program, upper_bound
-from shakedown.model.constraints import Constraints, constraints, rows_named
+from shakedown.model.constraints import constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
-from shakedown.programs.linear_program import INF, LinearProgram, Solution
+from shakedown.programs.linear_program import Solution
 from shakedown.tolerances import DEFAULT, Tolerances
-
-_NEARLY_FIRST = (
-    1e-8  # nodes this near to the first collapse, relative: the solver's 1e-10 does not tell which
-)
 
 
 @dataclass(frozen=True)
@@ -191,10 +194,10 @@ def lower_bound(
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> LowerBound:
     rows = constraints(problem)
     program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
-    if not _starts_safe(problem, rows, program, certify, tolerances):
+    if not mean_load_is_safe(problem, rows, program, certify, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
-    outcomes = _collapses(rows, program, all_nodes=certify)
-    node = _first(outcomes)
+    outcomes = collapses(rows, program, all_nodes=certify)
+    node = first_to_collapse(outcomes)
     found: Certificate | NoCertificate = NoCertificate("")
     if certify:
         node, found = certified_lower(problem, outcomes, node, tolerances)
@@ -214,55 +217,6 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     return answer
 
 
-def _starts_safe(
-    problem: Problem, rows: Constraints, program: LinearProgram, certify: bool, tolerances: Tolerances
-) -> bool:
-    """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0):  # slip zero is
-        return True
-    start = program.solve()
-    exact = starts_safe(problem, start, tolerances) if certify else None
-    if exact is not None or start.vertex is None:
-        return bool(exact)
-    return bool(rows.relative_excess(start.vertex.x[:-1], 0.0).max() <= tolerances.feasibility)
-
-
-def _collapses(rows: Constraints, program: LinearProgram, all_nodes: bool) -> list[Solution]:
-    """The end of every node's program: in one model the two rows of one node are reversed at a time.
-
-    Unless ``all_nodes`` are wanted, the first one that collapses at λ = 0 is the last:
-    none can collapse earlier.
-    """
-    outcomes: list[Solution] = []
-    free = np.full(2, INF)
-    for node in range(rows.n):
-        pair = np.array([2 * node, 2 * node + 1])
-        program.set_rows(pair, rows.g[pair], free)
-        outcomes.append(program.solve())
-        program.set_rows(pair, -free, rows.g[pair])
-        if not all_nodes and outcomes[-1].value <= 0.0 and _value(outcomes[-1]) == 0.0:
-            break
-    return outcomes
-
-
-def _values(outcomes: list[Solution]) -> FloatArray:
-    return np.array([inf if np.isnan(outcome.value) else outcome.value for outcome in outcomes])
-
-
-def _first(outcomes: list[Solution]) -> int:
-    """The node that collapses first: of those that the solver cannot tell apart, the first to round-off."""
-    values = _values(outcomes)
-    least = values.min()
-    near = (
-        np.flatnonzero(values <= least + _NEARLY_FIRST * abs(least)) if np.isfinite(least) else np.array([0])
-    )
-    return min(near.tolist(), key=lambda node: _value(outcomes[node]))
-
-
-def _value(outcome: Solution) -> float:
-    return inf if outcome.vertex is None else float(outcome.vertex.x[-1])
-
-
 def _collapse(
     problem: Problem,
     node: int,
@@ -279,7 +233,7 @@ def _collapse(
     else:
         assert vertex is not None
         x, y, active, certified = vertex.x, vertex.multipliers, outcomes[node].active, None
-    per_node = np.append(_values(outcomes), np.full(rows.n - len(outcomes), nan))
+    per_node = np.append(collapse_values(outcomes), np.full(rows.n - len(outcomes), nan))
     per_node[node] = x[-1]
     return LowerBound(
         problem=problem,
@@ -290,19 +244,12 @@ def _collapse(
         per_node=per_node,
         active=rows_named(rows, active),
         multipliers=y,
-        residual=_collapse_excess(rows, node, x),
+        residual=collapse_excess(rows, node, x),
         certified=certified,
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
         reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes),
         tolerances=tolerances,
     )
-
-
-def has_free_motion(rows: Constraints, tolerances: Tolerances) -> bool:
-    """Whether some slip changes no row, to round-off: a body that nothing but the contact holds."""
-    sizes = np.linalg.norm(rows.G, axis=1, keepdims=True)
-    values = np.linalg.svd(rows.G / np.where(sizes > 0, sizes, 1.0), compute_uv=False)
-    return bool(values[-1] <= tolerances.degeneracy * values[0])
 
 
 def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> LowerBound:
@@ -335,9 +282,3 @@ def _without_collapse(
         residual=nan,
         tolerances=tolerances,
     )
-
-
-def _collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
-    """Largest relative violation of the rows, those of the collapsing node reversed."""
-    excess = rows.relative_excess(x[:-1], float(x[-1]))
-    return float(np.where(rows.node == node, -excess, excess).max())

@@ -135,7 +135,7 @@ def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerance
     return LinearProgram(
         np.column_stack([rows.G, rows.d]),
         cost=np.append(np.zeros(rows.n), towards),
-        lower=np.full(2 * rows.n, -INF),
+        lower=np.full(len(rows.g), -INF),
         upper=rows.g,
         column_lower=np.append(np.full(rows.n, -INF), 0.0),
         column_upper=np.full(rows.n + 1, INF),
@@ -222,7 +222,7 @@ def _unbounded(
         load_factor=inf,
         slip=np.full(rows.n, nan),
         active=(),
-        multipliers=np.zeros(2 * rows.n),
+        multipliers=np.zeros(len(rows.g)),
         direction=direction,
         reason=reason,
         residual=float(excess.max()),

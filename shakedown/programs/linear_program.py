@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import NamedTuple
 
 import highspy
 import numpy as np
@@ -13,6 +12,7 @@ from shakedown.errors import SolverError
 from shakedown.model.problem import FloatArray
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, power_of_two, typical_size
+from shakedown.programs.vertex import End, Vertex, polished
 from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
@@ -36,35 +36,6 @@ _OPTIONS: dict[str, bool | int | float | str] = {
 
 
 @dataclass(frozen=True)
-class Vertex:
-    """An optimal vertex of a :class:`LinearProgram`.
-
-    Attributes
-    ----------
-    x : (N,)
-        The solution.
-    multipliers : (R,)
-        Row multipliers y with yᵀ M = cᵀ on the columns that are not at a bound
-        (y ≤ 0 at an upper, y ≥ 0 at a lower row bound).
-    """
-
-    x: FloatArray
-    multipliers: FloatArray
-
-
-class _End(NamedTuple):
-    """Where HiGHS stopped, equilibrated: values, multipliers and what bounds them."""
-
-    program: "LinearProgram"
-    x: FloatArray
-    y: FloatArray
-    cost: FloatArray
-    cost_scale: float
-    rows: tuple[FloatArray, FloatArray]
-    columns: tuple[FloatArray, FloatArray]
-
-
-@dataclass(frozen=True)
 class Solution:
     """How a linear program ended.
 
@@ -82,7 +53,8 @@ class Solution:
     value: float
     reduced_accuracy: bool
     _basis: highspy.HighsBasis = field(repr=False)
-    _end: _End | None = field(repr=False)
+    _end: End | None = field(repr=False)
+    _cancellation: float = field(repr=False)
 
     @cached_property
     def active(self) -> NDArray[np.intp]:
@@ -97,7 +69,7 @@ class Solution:
     @cached_property
     def vertex(self) -> Vertex | None:
         """The optimal vertex, solved again from its active rows when first asked for; or None."""
-        return None if self._end is None else polished(self._end, self.active, self.free)
+        return None if self._end is None else polished(self._end, self.active, self.free, self._cancellation)
 
 
 class LinearProgram:
@@ -203,8 +175,10 @@ class LinearProgram:
                 (self.lower.copy(), self.upper.copy()),
                 (self.columns[0].copy(), self.columns[1].copy()),
             )
-            end = _End(self, x, y, self.cost, self.cost_scale, rows, columns)
-        return Solution(status, value, attempt == self._loosened, self._highs.getBasis(), end)
+            units = self.column_scale * self.size, self.row_scale / self.cost_scale
+            end = End(self.matrix, self.cost, x, y, rows, columns, *units)
+        loosened, basis = attempt == self._loosened, self._highs.getBasis()
+        return Solution(status, value, loosened, basis, end, self.cancellation)
 
     def _warm(self) -> Status | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
@@ -225,68 +199,6 @@ class LinearProgram:
     def _set_tolerance(self, tolerance: float) -> None:
         for side in ("primal", "dual"):
             self._highs.setOptionValue(f"{side}_feasibility_tolerance", tolerance)
-
-
-def polished(end: _End, active: NDArray[np.intp], free: NDArray[np.intp]) -> Vertex:
-    """Solve the active rows as equalities; keep what violates the rows less."""
-    program, x, y = end.program, end.x, end.y
-    matrix, (lower, upper) = program.matrix, end.rows
-    square = matrix[np.ix_(active, free)]
-    value = matrix[active] @ x
-    at_upper = np.abs(upper[active] - value) <= np.abs(value - lower[active])
-    target = np.where(at_upper, upper[active], lower[active])
-    fixed = np.ones(len(x), dtype=bool)
-    fixed[free] = False
-    try:
-        sharp_x, sharp_y = x.copy(), np.zeros_like(y)
-        inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
-        sharp_x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
-        sharp_y[active] = refined(inverse.T, square.T, end.cost[free])
-    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
-        pass
-    else:
-        if _violation(end, sharp_x) <= max(_violation(end, x), 16 * np.finfo(float).eps):
-            x = sharp_x
-        if np.all(np.isfinite(sharp_y)):
-            y = sharp_y
-    bounds = np.abs(np.stack(end.rows))
-    largest = np.where(bounds < INF, bounds, 0.0).max(axis=0)
-    x = np.clip(without_round_off(matrix, x, largest, program.cancellation), *end.columns)
-    return Vertex(
-        x=x * program.column_scale * program.size, multipliers=y * program.row_scale / end.cost_scale
-    )
-
-
-def _violation(end: _End, x: FloatArray) -> float:
-    value = end.program.matrix @ x
-    excess = np.maximum(value - end.rows[1], end.rows[0] - value).max(initial=0.0)
-    lower, upper = end.columns
-    return float(max(excess, np.maximum(x - upper, lower - x).max(initial=0.0), 0.0))
-
-
-def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, threshold: float) -> FloatArray:
-    """x with zero where it counts for nothing in any row of matrix · x ≤ right.
-
-    An entry whose share in every row is below ``threshold`` times the largest term
-    of that row is what round-off left of zero.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> rows = np.array([[1.0, 1.0], [1.0, -1.0]])
-    >>> without_round_off(rows, np.array([1.0, 3e-17]), np.ones(2), threshold=2e-15)
-    array([1., 0.])
-    """
-    shares = np.abs(matrix * x)
-    terms = np.maximum(shares.max(axis=1, initial=0.0), np.abs(right))
-    return np.where(np.all(shares <= threshold * terms[:, None], axis=0), 0.0, x)
-
-
-def refined(inverse: FloatArray, matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve a square system with its inverse and one step of refinement in extended precision."""
-    x = inverse @ right
-    residual = right - matrix.astype(np.longdouble) @ x
-    return np.asarray(x + inverse @ residual.astype(float))
 
 
 _STATUSES = {
