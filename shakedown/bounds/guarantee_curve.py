@@ -8,12 +8,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.coupling import coupling
 from shakedown.bounds.safe_slip import safe_slip
-from shakedown.bounds.upper import load_factor_program, upper_bound
+from shakedown.bounds.upper import upper_bound
 from shakedown.errors import UsageError
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 

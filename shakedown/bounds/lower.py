@@ -22,11 +22,12 @@ from shakedown.bounds.collapse_programs import (
     mean_load_is_safe,
 )
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
-from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, load_factor_program, upper_bound
+from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
 from shakedown.model.constraints import constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import Solution
+from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 

@@ -1,14 +1,17 @@
 """Safe slips: slips that satisfy every frictional constraint, with as much room as possible."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf, nan
+from typing import Literal
 
 import numpy as np
 
 from shakedown.model.arguments import check_load_factor
-from shakedown.model.constraints import Constraints, constraints, rows_named
+from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
+from shakedown.programs.best_zone import chosen_zone
 from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -36,6 +39,8 @@ class SafeSlip:
         Largest relative violation of a row at ``slip``; ≤ 0 where it is safe.
     reduced_accuracy
         Whether the linear program ended only at loosened tolerances (1e-7).
+    open_nodes
+        The nodes that are open; their slip is their displacement under the mean load.
     """
 
     status: Status
@@ -45,9 +50,16 @@ class SafeSlip:
     active: tuple[tuple[int, int], ...]
     residual: float
     reduced_accuracy: bool = False
+    open_nodes: tuple[int, ...] = ()
 
 
-def safe_slip(problem: Problem, load_factor: float, *, tolerances: Tolerances = DEFAULT) -> SafeSlip:
+def safe_slip(
+    problem: Problem,
+    load_factor: float,
+    *,
+    open_nodes: Iterable[int] | Literal["auto"] = (),
+    tolerances: Tolerances = DEFAULT,
+) -> SafeSlip:
     """The safe slip farthest from slipping: max t with G v + t‖Gᵢ‖ ≤ g − λ d (thesis (5.4)).
 
     From this slip the system shakes down at once: no node ever moves.
@@ -58,6 +70,8 @@ def safe_slip(problem: Problem, load_factor: float, *, tolerances: Tolerances = 
         The contact and its loading loop.
     load_factor
         λ ≥ 0, the factor on the periodic part of the loading.
+    open_nodes
+        As for :func:`upper_bound`.
     tolerances
         ``feasibility`` decides what is safe.
 
@@ -76,7 +90,8 @@ def safe_slip(problem: Problem, load_factor: float, *, tolerances: Tolerances = 
     'infeasible'
     """
     check_load_factor(load_factor)
-    rows = constraints(problem)
+    zone = chosen_zone(problem, open_nodes, tolerances)
+    rows = zone.constraints
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
@@ -88,7 +103,9 @@ def safe_slip(problem: Problem, load_factor: float, *, tolerances: Tolerances = 
         status, slip = Status.INFEASIBLE, np.full(rows.n, nan)
     elif margin > 0.75 * cap:
         status, margin, active = Status.UNBOUNDED, inf, ()
-    return SafeSlip(status, load_factor, slip, margin, active, residual, found.reduced_accuracy)
+    reduced = found.reduced_accuracy
+    slip = zone.slips(slip)
+    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes)
 
 
 def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:

@@ -1,7 +1,9 @@
 """Upper bound of the load factor: the largest at which a safe slip exists."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, nan
+from typing import Literal
 
 import numpy as np
 
@@ -13,9 +15,12 @@ from shakedown.bounds.certificate import (
     significant,
 )
 from shakedown.model.constraints import Constraints, constraints, rows_named
+from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
-from shakedown.programs.linear_program import INF, LinearProgram, Solution
+from shakedown.programs.best_zone import chosen_zone
+from shakedown.programs.linear_program import INF, Solution
+from shakedown.programs.load_factor import load_factor_program
 from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -30,7 +35,9 @@ WEDGING = "wedging: slip along one direction raises the friction limits faster t
 class UpperBound:
     """Largest load factor at which a safe slip exists: λ_max of thesis (5.16).
 
-    Above it shakedown is impossible, whatever the initial state.
+    With all nodes in contact: above it no slip keeps every node closed and at rest
+    through the period. With nodes of a zone open: above it there is no state at rest with
+    exactly these nodes open throughout; other zones may do better.
 
     Attributes
     ----------
@@ -67,6 +74,9 @@ class UpperBound:
         Why there is no certificate although it was asked for; else empty.
     reduced_accuracy
         Whether the linear program ended only at loosened tolerances (1e-7).
+    open_nodes
+        The nodes that are open through the whole period; empty with all nodes in contact.
+        The slip of an open node is its displacement under the mean load.
     """
 
     status: Status
@@ -82,10 +92,15 @@ class UpperBound:
     exact: bool
     uncertified: str = ""
     reduced_accuracy: bool = False
+    open_nodes: tuple[int, ...] = ()
 
 
 def upper_bound(
-    problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    *,
+    open_nodes: Iterable[int] | Literal["auto"] = (),
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> UpperBound:
     """The largest load factor at which a safe slip exists (thesis (5.16), on the 2n extremal rows).
 
@@ -93,10 +108,14 @@ def upper_bound(
     ----------
     problem
         The contact and its loading loop.
+    open_nodes
+        The nodes that stay open through the whole period, all others closed: the rows are
+        those of the condensed joint, and each open node adds its gap. ``"auto"`` searches
+        the zone with the largest λ_max, from the nodes that the mean load opens.
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
         not exactly the best, to go on from them; by default up to 250 nodes, where it
-        takes about a second.
+        takes about a second. Only with all nodes in contact.
     tolerances
         The tolerances that decide.
 
@@ -104,6 +123,10 @@ def upper_bound(
     ------
     SolverError
         If the linear program ends without an answer.
+    UsageError
+        If there is no such node, no node stays closed, or nothing holds the open ones.
+    ProblemError
+        If nodes are open and the problem has no C.
 
     Examples
     --------
@@ -115,10 +138,28 @@ def upper_bound(
     >>> low <= upper.load_factor <= high, high - low < 1e-15
     (True, True)
     """
-    rows = constraints(problem)
+    zone = chosen_zone(problem, open_nodes, tolerances)
+    if zone.open_nodes:
+        return _in_zone(zone, _solved(problem, zone.constraints, False, tolerances))
+    certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify
+    return _solved(problem, constraints(problem), certify, tolerances)
+
+
+def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
+    """A bound on the closed nodes in terms of all nodes."""
+    return replace(
+        found,
+        slip=zone.slips(found.slip),
+        direction=zone.spread(found.direction),
+        reason=found.reason,
+        open_nodes=zone.open_nodes,
+    )
+
+
+def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tolerances) -> UpperBound:
     outcome = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
     found: Certificate | NoCertificate = NoCertificate("")
-    if problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify:
+    if certify:
         found = certified_upper(problem, outcome, tolerances)
     certificate = found if isinstance(found, Certificate) else None
     status = outcome.status if certificate is None else certificate.status
@@ -127,19 +168,6 @@ def upper_bound(
         answer(rows, outcome, certificate, tolerances),
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
         reduced_accuracy=outcome.reduced_accuracy,
-    )
-
-
-def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> LinearProgram:
-    """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row."""
-    return LinearProgram(
-        np.column_stack([rows.G, rows.d]),
-        cost=np.append(np.zeros(rows.n), towards),
-        lower=np.full(len(rows.g), -INF),
-        upper=rows.g,
-        column_lower=np.append(np.full(rows.n, -INF), 0.0),
-        column_upper=np.full(rows.n + 1, INF),
-        tolerances=tolerances,
     )
 
 

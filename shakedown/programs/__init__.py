@@ -1,7 +1,8 @@
-"""Linear programs, in floats and in exact arithmetic. Nothing here knows what a contact is.
+"""Programs over the rows of a joint: linear ones, in floats and in exact arithmetic, and a search.
 
 Reading order: ``equilibration`` (scaling by powers of two), ``vertex`` (polish),
-``linear_program`` (HiGHS),
-``widest`` (largest margin), ``integer_algebra`` (FLINT), ``exact_rows`` (a problem's rows without
+``linear_program`` (HiGHS), ``load_factor`` (slip and load factor over all rows), ``widest``
+(largest margin), ``best_zone`` (which nodes stay open), ``integer_algebra`` (FLINT),
+``exact_rows`` (a problem's rows without
 round-off), ``exact_program`` (exact optimality of a basis).
 """

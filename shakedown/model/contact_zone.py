@@ -77,6 +77,17 @@ class Zone:
         o = list(self.open_nodes)
         return np.hstack([q[:, o], p[:, o]]) @ self.flexibility.T
 
+    def spread(self, slip: FloatArray, elsewhere: float = np.nan) -> FloatArray:
+        """What belongs to the closed nodes (k,) in an array of all nodes (n,)."""
+        everywhere = np.full(self.problem.n, elsewhere)
+        everywhere[list(self.closed_nodes)] = slip
+        return everywhere
+
+    def slips(self, slip: FloatArray) -> FloatArray:
+        """Slips of all nodes (n,) [length]: of open ones their displacement under the mean load."""
+        loop = loading(self.problem)
+        return self.displacements(slip, loop.q0[None], loop.p0[None])[0, : self.problem.n]
+
     def displacements(self, slip: FloatArray, q_w: FloatArray, p_w: FloatArray) -> FloatArray:
         """u = (v, w) of all nodes, (m, 2n) [length], with the closed ones at ``slip`` (k,).
 

@@ -7,8 +7,8 @@ import pytest
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, loading
+from shakedown.model.contact_zone import contact_zone
 from shakedown.model.initial_gap import with_initial_gap
-from shakedown.model.zone import contact_zone
 
 BLOCK = shakedown.example("block-9")
 OPEN = (0, 3, 8)

@@ -1,0 +1,123 @@
+"""Bounds of partly open joints: what a zone promises the exact evolution keeps."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, UsageError, loading, safe_slip, upper_bound
+from shakedown.evolution.cycle_record import State
+from shakedown.evolution.integrator import Evolution
+from shakedown.kernels.gauss_seidel import OPEN
+from shakedown.model.contact_zone import contact_zone
+from shakedown.programs.best_zone import best_zone, opened_by_mean_load
+
+RECEDING = shakedown.example("receding-block")
+
+
+def partly_open(seed, n=None):
+    """A random joint, some nodes of which the mean load pulls open."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 8)) if n is None else n
+    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+    M = rng.normal(size=(2 * n, 2 * n)) * np.exp(-0.3 * np.tile(apart, (2, 2)))
+    K = M @ M.T + 0.5 * np.eye(2 * n)
+    p_w = rng.normal(0.6, 1.0, n) + 0.3 * rng.normal(size=(8, n))
+    q_w = 0.5 * rng.normal(size=(8, n))
+    return Problem(A=K[:n, :n], B=K[n:, :n], C=K[n:, n:], f=0.3, q_w=q_w, p_w=p_w)
+
+
+def slip_in_zone(problem, upper, load_factor, cycles=4):
+    """Largest slip in contact per cycle, started at rest in the zone."""
+    zone = contact_zone(problem, upper.open_nodes)
+    evolution = Evolution(problem, load_factor)
+    q_w, p_w = loading(problem).at(load_factor)
+    u = zone.displacements(upper.slip[list(zone.closed_nodes)], q_w[-1:], p_w[-1:])[0]
+    contact = np.zeros(problem.n, dtype=np.int64)
+    contact[list(zone.open_nodes)] = OPEN
+    evolution.done = 1
+    evolution.state = State(u, contact)
+    return max(float(evolution.cycle().slip.max()) for _ in range(cycles))
+
+
+SOME = [seed for seed in range(60) if opened_by_mean_load(partly_open(seed))][:25]
+
+
+@pytest.mark.parametrize("seed", SOME)
+def test_below_the_bound_of_the_zone_nothing_slips(seed):
+    problem = partly_open(seed)
+    upper = upper_bound(problem, open_nodes="auto")
+    if upper.status != "optimal":
+        assert np.isnan(upper.load_factor) or upper.load_factor == np.inf
+        return
+    assert upper.residual < 1e-9
+    size = np.abs(upper.slip).max()
+    least = upper.least_load_factor
+    for share in (0.5, 0.999):
+        assert slip_in_zone(problem, upper, least + share * (upper.load_factor - least)) < 1e-9 * size
+
+
+@pytest.mark.parametrize("seed", SOME[:12])
+def test_the_search_finds_the_best_of_all_zones(seed):
+    problem = partly_open(seed, n=5)
+    found = best_zone(problem)
+    every = [
+        upper_bound(problem, open_nodes=nodes)
+        for count in range(problem.n)
+        for nodes in combinations(range(problem.n), count)
+    ]
+    values = [bound.load_factor for bound in every if bound.status != "infeasible"]
+    best = max(values, default=-np.inf)
+    assert found.load_factor == pytest.approx(best, rel=1e-9)
+
+
+def test_the_receding_block_has_a_bound():
+    upper = upper_bound(RECEDING, open_nodes="auto")
+    assert upper_bound(RECEDING).status == "infeasible"
+    assert upper.status == "optimal"
+    assert upper.open_nodes == (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
+    assert slip_in_zone(RECEDING, upper, 0.999 * upper.load_factor) < 1e-12
+    assert slip_in_zone(RECEDING, upper, 1.02 * upper.load_factor) > 1e-9
+
+
+def test_with_all_nodes_closed_nothing_changes():
+    for name in ("two-node", "block-9"):
+        problem = shakedown.example(name)
+        plain, searched = upper_bound(problem), upper_bound(problem, open_nodes="auto")
+        assert searched.open_nodes == plain.open_nodes == ()
+        assert searched.load_factor == plain.load_factor
+        assert searched.certified == plain.certified
+
+
+def test_the_safe_slip_of_a_zone_has_room_at_every_row():
+    upper = upper_bound(RECEDING, open_nodes="auto")
+    safe = safe_slip(RECEDING, 0.5 * upper.load_factor, open_nodes=upper.open_nodes)
+    assert safe.open_nodes == upper.open_nodes
+    assert safe.margin > 0
+    zone = contact_zone(RECEDING, upper.open_nodes)
+    inside = safe.slip[list(zone.closed_nodes)]
+    assert (zone.constraints.excess(inside, 0.5 * upper.load_factor) < 0).all()
+
+
+def test_a_wrong_zone_is_reported_not_believed():
+    assert upper_bound(RECEDING, open_nodes=[16]).status == "infeasible"
+    with pytest.raises(UsageError, match="from 0 to 32, found 33"):
+        upper_bound(RECEDING, open_nodes=[33])
+    with pytest.raises(UsageError, match="node numbers or 'auto', found 'all'"):
+        upper_bound(RECEDING, open_nodes="all")
+    with pytest.raises(UsageError, match="found all 33 open"):
+        upper_bound(RECEDING, open_nodes=range(33))
+    with pytest.raises(shakedown.ProblemError, match="key 'C'"):
+        upper_bound(replace(RECEDING, C=None), open_nodes=[0])
+
+
+@pytest.mark.parametrize("power", [-60, 30])
+def test_units_do_not_matter(power):
+    factor = 2.0**power
+    parts = {key: factor * getattr(RECEDING, key) for key in ("A", "B", "C", "q_w", "p_w")}
+    parts |= {key: factor * getattr(RECEDING, key) for key in ("q_transient", "p_transient")}
+    here, there = (upper_bound(one, open_nodes="auto") for one in (RECEDING, replace(RECEDING, **parts)))
+    assert there.open_nodes == here.open_nodes
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
