@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.runner import RESULTS
-from shakedown.files.npz import atomic_write
+from shakedown.files.atomic_write import atomic_write
 
 README = Path(__file__).parents[1] / "README.md"
 BEGIN, END = "<!-- figures: python -m benchmarks.claims -->\n", "<!-- end of figures -->"

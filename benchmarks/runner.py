@@ -9,7 +9,7 @@ import time
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from shakedown.files.npz import atomic_write
+from shakedown.files.atomic_write import atomic_write
 
 RESULTS = Path(__file__).parent / "results"
 PACKAGES = ["numpy", "scipy", "highspy", "clarabel", "cvxpy", "numba", "scikit-fem", "python-flint"]

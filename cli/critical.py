@@ -9,8 +9,8 @@ from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import critical_document
 from shakedown.report.words import critical_in_words
 
-from .options import json_option, problem_argument
-from .output import echo_json, headline, number, paragraph, progress, table
+from .options import json_option, problem_argument, quiet_option
+from .output import echo_json, headline, number, paragraph, progress, remark, say, table
 
 
 @click.command(short_help="All critical load factors.")
@@ -24,18 +24,19 @@ from .output import echo_json, headline, number, paragraph, progress, table
 )
 @click.option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
 @json_option
+@quiet_option
 def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> None:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
     n = problem.n
     count = shakedown.subset_count(n)
     subsets = "1 subset" if count == 1 else f"{count:,} subsets"
-    click.echo(f"{subsets} of {n + 1} of {2 * n} constraints", err=True)
+    remark(f"{subsets} of {n + 1} of {2 * n} constraints")
     with progress("subsets") as update:
         result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     if as_json:
         echo_json(critical_document(result))
     else:
-        click.echo(_text(problem, result, list_all))
+        say(_text(problem, result, list_all))
 
 
 def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: bool) -> str:

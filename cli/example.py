@@ -9,14 +9,15 @@ import click
 import shakedown
 from shakedown.report.json_documents import problem_document
 
-from .options import json_option
-from .output import echo_json, headline
+from .options import OutputFile, json_option, quiet_option
+from .output import echo_json, headline, say
 
 
 @click.command(short_help="List or write the built-in problems.")
 @click.argument("name", required=False)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
+@click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @json_option
+@quiet_option
 def example(name: str | None, output: Path | None, as_json: bool) -> None:
     """List the built-in problems, or write one to a file."""
     if name is None:
@@ -30,7 +31,7 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
             return
         width = max(map(len, names))
         for each, problem in zip(names, problems, strict=True):
-            click.echo(f"{each:{width}}  n = {problem.n:2}, m = {problem.m:2}  {problem.name}")
+            say(f"{each:{width}}  n = {problem.n:2}, m = {problem.m:2}  {problem.name}")
         return
     problem = shakedown.example(name)
     target = output or Path(f"{name}.npz")
@@ -40,5 +41,5 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
     if as_json:
         echo_json({"example": name, "file": str(target)} | problem_document(problem))
         return
-    click.echo(f"wrote {target}")
-    click.echo(headline(problem))
+    say(f"wrote {target}")
+    say(headline(problem))

@@ -9,16 +9,15 @@ import click
 import shakedown
 from shakedown.report.json_documents import plain, problem_document
 
-from .options import json_option
-from .output import echo_json, headline, number, paragraph
+from .options import OutputFile, json_option, quiet_option
+from .output import echo_json, headline, number, paragraph, say
 
 
 @click.command("import", short_help="Make a problem file from finite-element output.")
 @click.argument("config", metavar="CONFIG.toml", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", required=True, type=click.Path(path_type=Path), help="Write the problem file here."
-)
+@click.option("-o", "--output", required=True, type=OutputFile(), help="Write the problem file here.")
 @json_option
+@quiet_option
 def import_problem_command(config: Path, output: Path, as_json: bool) -> None:
     """Make a problem file from the output of a finite-element code.
 
@@ -47,10 +46,10 @@ def import_problem_command(config: Path, output: Path, as_json: bool) -> None:
             }
         )
         return
-    click.echo(f"wrote {output}")
-    click.echo(headline(made.problem))
-    click.echo(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
+    say(f"wrote {output}")
+    say(headline(made.problem))
+    say(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
     if made.static_run == made.static_run:
-        click.echo(f"agrees with the static run to {number(made.static_run, 2)}")
+        say(f"agrees with the static run to {number(made.static_run, 2)}")
     for note in made.notes:
-        click.echo(paragraph(f"note: {note}"))
+        say(paragraph(f"note: {note}"))

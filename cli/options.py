@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 import click
 
 import shakedown
+
+from .output import QUIET
 
 
 class ProblemFile(click.ParamType):
@@ -20,9 +23,9 @@ class ProblemFile(click.ParamType):
             return value
         if not value:
             raise click.UsageError("FILE: expected a file or the name of a built-in problem, found ''")
-        if not Path(value).exists() and value in shakedown.example_names():
+        if not os.path.exists(value) and value in shakedown.example_names():
             return shakedown.example(value)
-        if not Path(value).exists() and Path(value).suffix == "" and "/" not in value:
+        if not os.path.exists(value) and Path(value).suffix == "" and "/" not in value:
             names = ", ".join(shakedown.example_names())
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
@@ -30,8 +33,34 @@ class ProblemFile(click.ParamType):
         return shakedown.load_problem(value)
 
 
+class OutputFile(click.Path):
+    """A file to write, found to be writable before the work starts."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not value or str(value).endswith(("/", os.sep)):
+            raise click.UsageError(f"-o: expected the name of a file, found '{value}'")
+        shakedown.check_target(value)
+        return super().convert(value, param, ctx)
+
+
+def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None:
+    context.meta[QUIET] = value
+
+
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+quiet_option = click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_keep_quiet,
+    help="No progress and no remarks on stderr.",
+)
 method_option = click.option(
     "--method",
     type=click.Choice(["event", "gauss-seidel"]),

@@ -1,7 +1,8 @@
-"""How results look: JSON for programs, tables within 80 columns for people."""
+"""How results look: JSON for programs, text as wide as the terminal for people."""
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,11 +13,31 @@ import click
 from shakedown import Problem
 from shakedown.report.json_documents import as_text
 from shakedown.report.text_table import table as table
+from shakedown.visible_text import shortened, visible
+
+QUIET = "shakedown.quiet"  # key of the command's context
+COLUMNS = 80  # where there is no terminal to ask
 
 
 def echo_json(document: dict[str, Any]) -> None:
     """The one document on stdout."""
     click.echo(as_text(document))
+
+
+def say(text: str) -> None:
+    """Text on stdout, with nothing in it that a terminal would obey."""
+    click.echo(visible(text, keep="\n"))
+
+
+def remark(text: str) -> None:
+    """A line on stderr beside the result, unless the user wants none."""
+    if not is_quiet():
+        click.echo(visible(text), err=True)
+
+
+def is_quiet() -> bool:
+    """Whether the command was called with ``--quiet``."""
+    return bool(click.get_current_context().meta.get(QUIET))
 
 
 def number(value: float | None, digits: int = 7) -> str:
@@ -42,8 +63,15 @@ def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
 
 
 def paragraph(text: str, indent: str = "") -> str:
-    """Text wrapped to 80 columns."""
-    return click.wrap_text(text, width=79, initial_indent=indent, subsequent_indent=indent)
+    """Text wrapped to the width of the terminal."""
+    return click.wrap_text(text, width=columns() - 1, initial_indent=indent, subsequent_indent=indent)
+
+
+def columns() -> int:
+    """Columns of the terminal; 80 where stdout is none."""
+    if sys.stdout is None or not sys.stdout.isatty():
+        return COLUMNS
+    return max(shutil.get_terminal_size((COLUMNS, 24)).columns, 40)
 
 
 def headline(problem: Problem) -> str:
@@ -52,14 +80,14 @@ def headline(problem: Problem) -> str:
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
     steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
-    units = f", units {problem.units}" if problem.units else ""
-    return paragraph(f"{problem.name or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}")
+    units = f", units {shortened(problem.units)}" if problem.units else ""
+    return paragraph(f"{shortened(problem.name) or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}")
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[int, int], None] | None]:
     """A callback (done, total) that draws a bar on stderr, or None where nobody watches."""
-    if not sys.stderr.isatty():
+    if is_quiet() or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
     bar: Any = None

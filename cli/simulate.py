@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import click
@@ -10,9 +11,12 @@ import numpy as np
 import shakedown
 from shakedown import FloatArray, Problem
 from shakedown.report.json_documents import simulation_document
+from shakedown.visible_text import shortened
 
-from .options import cycles_option, json_option, method_option, problem_argument
-from .output import echo_json, headline, listing, number, paragraph, table, tiny
+from .options import OutputFile, cycles_option, json_option, method_option, problem_argument, quiet_option
+from .output import echo_json, headline, listing, number, paragraph, say, table, tiny
+
+LONGEST_INDEX = 18  # digits of a state number
 
 
 @click.command(short_help="Evolution from one initial state.")
@@ -26,10 +30,9 @@ from .output import echo_json, headline, listing, number, paragraph, table, tiny
 )
 @cycles_option
 @method_option
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Write the path here (NPZ): events or load steps."
-)
+@click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
 @json_option
+@quiet_option
 @click.pass_context
 def simulate(
     context: click.Context,
@@ -53,7 +56,7 @@ def simulate(
     if as_json:
         echo_json(simulation_document(run))
     else:
-        click.echo(_text(problem, run, initial))
+        say(_text(problem, run, initial))
     if run.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
 
@@ -62,7 +65,7 @@ def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatAr
     """The initial slip, (n,), that a word or a file on the command line stands for."""
     word, colon, index = initial.partition(":")
     if colon and word in ("zero", "safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: only given takes a state number")
+        raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
     if word == "zero":
         return np.zeros(problem.n)
     if word == "given":
@@ -71,17 +74,18 @@ def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatAr
         return _existing(shakedown.safe_slip(problem, load_factor).slip, "a safe slip", load_factor)
     if word == "witness":
         return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
-    return _from_file(Path(initial))
+    return _from_file(initial)
 
 
 def _given(problem: Problem, index: str) -> FloatArray:
     states = problem.initial_slip
     if states is None:
         raise click.UsageError("--initial given: the problem has no initial_slip")
+    shown = shortened(index, 20)
     if not index.isdecimal() and index:
-        raise click.UsageError(f"--initial given:{index}: expected a state number")
-    if int(index or 0) >= len(states):
-        raise click.UsageError(f"--initial given:{index}: the problem has {len(states)} state(s), from 0")
+        raise click.UsageError(f"--initial given:{shown}: expected a state number")
+    if len(index) > LONGEST_INDEX or int(index or 0) >= len(states):
+        raise click.UsageError(f"--initial given:{shown}: the problem has {len(states)} state(s), from 0")
     return states[int(index or 0)]
 
 
@@ -91,24 +95,22 @@ def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
     return slip
 
 
-def _from_file(path: Path) -> FloatArray:
-    if not path.is_file():
+def _from_file(path: str) -> FloatArray:
+    if not os.path.lexists(path):
         raise click.UsageError(
-            f"--initial {path}: expected zero, safe, witness, given or an existing NPY file"
+            f"--initial {shortened(path)}: expected zero, safe, witness, given or an existing NPY file"
         )
     try:
-        array = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        reason = (str(error).splitlines() or ["empty"])[0]
-        raise click.UsageError(f"--initial {path}: not a readable NPY file ({reason})") from None
-    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
-        raise click.UsageError(f"--initial {path}: expected one array of real numbers")
-    return array
+        return shakedown.load_initial_slip(path)
+    except shakedown.ProblemError as error:
+        raise click.UsageError(f"--initial {error}") from None
 
 
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines = [headline(problem), ""]
-    lines.append(paragraph(f"Load factor {run.load_factor:g}, initial state {initial}: {run.outcome}"))
+    lines.append(
+        paragraph(f"Load factor {run.load_factor:g}, initial state {shortened(initial)}: {run.outcome}")
+    )
     lines.append(paragraph(f"({run.reason}).", "  "))
     lines.append("")
     facts = [

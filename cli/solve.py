@@ -9,8 +9,8 @@ from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import bounds_document, curve_document, friction_document
 from shakedown.report.words import bounds_in_words, coupling_in_words, curve_in_words, friction_in_words
 
-from .options import json_option, problem_argument
-from .output import echo_json, headline, listing, number, paragraph, table
+from .options import json_option, problem_argument, quiet_option
+from .output import echo_json, headline, listing, number, paragraph, say, table
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
@@ -20,6 +20,7 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
 @problem_argument
 @json_option
+@quiet_option
 def solve(problem: Problem, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     if problem.n >= ANNOUNCED_FROM:
@@ -33,7 +34,7 @@ def solve(problem: Problem, as_json: bool) -> None:
         more = {"friction": friction_document(limits), "guarantee_curve": curve and curve_document(curve)}
         echo_json(bounds_document(problem, bounds) | more)
     else:
-        click.echo(_text(problem, bounds, limits, curve))
+        say(_text(problem, bounds, limits, curve))
 
 
 def _text(

@@ -11,15 +11,13 @@ from shakedown import Problem
 from shakedown.report.json_documents import verification_document
 from shakedown.report.words import bounds_in_words, friction_in_words, transient_in_words
 
-from .options import cycles_option, json_option, method_option, problem_argument
-from .output import echo_json, headline, number, paragraph, progress, table, tiny
+from .options import OutputFile, cycles_option, json_option, method_option, problem_argument, quiet_option
+from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
 
 
 @click.command(short_help="Prediction against time integration; report.")
 @problem_argument
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Write the report (HTML) here, JSON beside it."
-)
+@click.option("-o", "--output", type=OutputFile(), help="Write the report (HTML) here, JSON beside it.")
 @click.option(
     "--load-factor", "load_factors", type=float, multiple=True, help="Simulate at this λ; may be repeated."
 )
@@ -41,6 +39,7 @@ from .output import echo_json, headline, number, paragraph, progress, table, tin
 @cycles_option
 @method_option
 @json_option
+@quiet_option
 @click.pass_context
 def verify(
     context: click.Context,
@@ -74,9 +73,9 @@ def verify(
     if as_json:
         echo_json(verification_document(result))
     else:
-        click.echo(_text(problem, result))
+        say(_text(problem, result))
         if output is not None:
-            click.echo(f"\nreport: {output}, {output.with_suffix('.json')}")
+            say(f"\nreport: {output}, {output.with_suffix('.json')}")
     if not result.agrees:
         context.exit(1)
 

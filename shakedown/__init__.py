@@ -52,8 +52,10 @@ if TYPE_CHECKING:
     from shakedown.evolution.reduced_scene import Scene as Scene
     from shakedown.evolution.reduced_scene import reduced_scene as reduced_scene
     from shakedown.evolution.viscous_jump import Jump as Jump
+    from shakedown.files.atomic_write import check_target as check_target
     from shakedown.files.examples import example as example
     from shakedown.files.examples import example_names as example_names
+    from shakedown.files.npz import load_initial_slip as load_initial_slip
     from shakedown.files.npz import load_problem as load_problem
     from shakedown.files.npz import save_problem as save_problem
     from shakedown.friction.thresholds import FrictionThresholds as FrictionThresholds
@@ -101,7 +103,8 @@ _HOMES = {
     "shakedown.model.constraints": "Constraints constraints SIDE_NAMES",
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.model.problem": "FloatArray Problem",
-    "shakedown.files.npz": "load_problem save_problem",
+    "shakedown.files.atomic_write": "check_target",
+    "shakedown.files.npz": "load_initial_slip load_problem save_problem",
     "shakedown.condensation.condense": "Condensation condense condensed_stiffness",
     "shakedown.importing.import_model": "Import import_model import_problem",
     "shakedown.condensation.load_case": "LoadCase",

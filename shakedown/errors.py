@@ -1,8 +1,17 @@
 """The exceptions that the toolkit raises, in one tree."""
 
+from shakedown.visible_text import one_line
+
 
 class ShakedownError(Exception):
-    """Base class of every exception that the toolkit raises on purpose."""
+    """Base class of every exception that the toolkit raises on purpose.
+
+    Its text is one line of bounded length without control characters, whatever
+    names, keys and paths went into it.
+    """
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class ProblemError(ShakedownError, ValueError):

@@ -1,5 +1,6 @@
-"""Problem files and built-in problems.
+"""Problem files and built-in problems: the border that everything on disk crosses.
 
-Reading order: ``npz`` (NPZ archives, read with suspicion, written whole or not at all),
+Reading order: ``regular_file`` (what is opened for reading), ``npy`` (one array, read with
+suspicion), ``npz`` (problem files), ``atomic_write`` (the one way in which files are written),
 ``examples`` (the built-in problems).
 """

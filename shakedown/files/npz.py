@@ -1,21 +1,29 @@
 """Problem files: NPZ archives that are never unpickled and are written whole or not at all."""
 
 import os
-import tempfile
+import struct
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+import zlib
+from collections.abc import Mapping
 from dataclasses import fields
-from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import SHAPES, TEXTS, Problem
+from shakedown.errors import ProblemError, UsageError
+from shakedown.files.atomic_write import atomic_write
+from shakedown.files.npy import Header, load_array, read_array, read_header
+from shakedown.files.regular_file import open_regular
+from shakedown.model.problem import SHAPES, TEXTS, FloatArray, Problem, check_shapes, plain_text, real_numbers
+from shakedown.visible_text import shortened
 
 SCHEMA = "shakedown/1"
 KEYS = frozenset(SHAPES) | frozenset(TEXTS)
+HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
+MOST_TIMES = 100  # the size of a larger file; compressed stiffness is no tenth of this
+LONGEST_TEXT = 2**20  # characters
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
 
 
 def load_problem(path: str | os.PathLike[str]) -> Problem:
@@ -24,14 +32,17 @@ def load_problem(path: str | os.PathLike[str]) -> Problem:
     Parameters
     ----------
     path
-        The file. Nothing in it is unpickled, and no array is read before its
-        header has been checked against the size of the file.
+        The file. Nothing in it is unpickled. Before any array is read, all their
+        headers are checked against each other, against the size of the file and
+        against a limit: a quarter of the machine's memory for all arrays together,
+        and 100 times the size of the file where that is more than 256 MiB.
 
     Raises
     ------
     ProblemError
-        If the file cannot be read, is not an NPZ archive, holds an unknown key
-        or breaks a rule of :class:`Problem`; the message starts with the path.
+        If the file cannot be read, is not an NPZ archive of stored or deflated
+        members, holds an unknown key or breaks a rule of :class:`Problem`; the
+        message starts with the path.
 
     Examples
     --------
@@ -62,118 +73,141 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
     ProblemError
         If the file cannot be written.
     """
-    target = _path(path)
     if not isinstance(problem, Problem):
         raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
     try:
-        with atomic_write(target) as file:
+        with atomic_write(_path(path)) as file:
             np.savez(file, schema=np.array(SCHEMA), **arrays)
-    except OSError as error:
-        raise ProblemError(f"{os.fspath(path)}: cannot be written ({error.strerror})") from None
+    except UsageError as error:
+        raise ProblemError(str(error)) from None
 
 
-def _path(path: str | os.PathLike[str]) -> Path:
+def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
+    """Read an initial slip, or any array of real numbers, from an NPY file.
+
+    Parameters
+    ----------
+    path
+        The file, read as carefully as a problem file.
+
+    Returns
+    -------
+    (n,)
+        The slip [length], in the shape that the file has.
+
+    Raises
+    ------
+    ProblemError
+        If the file is not an NPY file of real, finite numbers; the message starts
+        with the path.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "slip.npy"
+    >>> np.save(path, np.array([0.5, 0.25]))
+    >>> load_initial_slip(path)
+    array([0.5 , 0.25])
+    """
+    try:
+        return real_numbers("initial slip", load_array(_path(path), _memory() // 4))
+    except ProblemError as error:
+        raise ProblemError(f"{path}: {error}") from None
+
+
+def _path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise ProblemError(f"expected the path of a file, found {path!r}")
-    return Path(path)
+    return path
 
 
-@contextmanager
-def atomic_write(path: Path) -> Iterator[IO[bytes]]:
-    """Open a temporary file beside ``path`` that replaces it when the block ends without error."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+def _read_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+    with open_regular(path, "an NPZ file") as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                members = _members(archive)
+                headers = {key: _read_header(archive, key, info) for key, info in members.items()}
+                _check_sizes(headers, os.fstat(file.fileno()).st_size)
+                check_shapes({key: header.shape for key, header in headers.items() if key in SHAPES})
+                arrays = {key: _read_member(archive, key, members[key], headers[key]) for key in headers}
+        except ProblemError:
+            raise
+        except OSError as error:
+            raise ProblemError(f"cannot be read ({error.strerror or error})") from None
+        except (
+            zipfile.BadZipFile,
+            EOFError,
+            NotImplementedError,
+            ValueError,
+            struct.error,
+            OverflowError,
+        ) as error:
+            raise ProblemError(f"expected an NPZ file, found a damaged or different one ({error})") from None
+    if "schema" in arrays and (schema := plain_text("schema", arrays.pop("schema"))) != SCHEMA:
+        raise ProblemError(f"key 'schema': expected '{SCHEMA}', found '{shortened(schema)}'")
+    return arrays
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _read_arrays(path: Path) -> dict[str, Any]:
-    if path.is_dir():
-        raise ProblemError("expected an NPZ file, found a directory")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = {_key(info): info for info in archive.infolist()}
-            _check_keys(members, archive)
-            return {key: _read_member(key, archive, info) for key, info in members.items() if key != "schema"}
-    except FileNotFoundError:
-        raise ProblemError("no such file") from None
-    except (zipfile.BadZipFile, EOFError, NotImplementedError) as error:
-        raise ProblemError(f"expected an NPZ file, found a damaged or different one ({error})") from None
-    except OSError as error:
-        raise ProblemError(f"cannot be read ({error.strerror or error})") from None
-
-
-def _key(info: zipfile.ZipInfo) -> str:
-    return info.filename.removesuffix(".npy")
-
-
-def _check_keys(members: dict[str, zipfile.ZipInfo], archive: zipfile.ZipFile) -> None:
-    if len(members) != len(archive.infolist()):
-        raise ProblemError("expected every key once, found one twice")
+def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
+    """The members of an archive by key, each known, there once and of a plain kind."""
+    listed = archive.infolist()
+    members = {info.filename.removesuffix(".npy"): info for info in listed}
     unknown = sorted(set(members) - KEYS - {"schema"})
     if unknown:
-        names = ", ".join(f"'{key}'" for key in unknown)
+        names = shortened(", ".join(f"'{shortened(key, 40)}'" for key in unknown))
         raise ProblemError(f"unknown key {names}; expected keys are {', '.join(sorted(KEYS))}")
+    if len(members) != len(listed):
+        raise ProblemError("expected every key once, found one twice")
     missing = [key for key in ("A", "B", "f", "q_w", "p_w") if key not in members]
     if missing:
         found = ", ".join(sorted(members)) or "an empty archive"
         raise ProblemError(f"missing key '{missing[0]}'; found {found}")
-    if "schema" in members:
-        schema = _read_member("schema", archive, members["schema"])
-        if schema.dtype.kind != "U" or schema.ndim != 0 or str(schema) != SCHEMA:
-            raise ProblemError(f"key 'schema': expected '{SCHEMA}', found '{schema}'")
+    for key, info in members.items():
+        if info.flag_bits & 0x1:
+            raise ProblemError(f"key '{key}': expected an open archive, found an encrypted member")
+        if info.compress_type not in COMPRESSIONS:
+            raise ProblemError(
+                f"key '{key}': expected a stored or deflated member (numpy.savez), found compression "
+                f"type {info.compress_type}"
+            )
+    return members
 
 
-def _read_member(key: str, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    """Read one array after its header has been found to agree with the size of the member."""
-    if info.file_size > _memory() // 4:
-        raise ProblemError(f"key '{key}': {info.file_size:.3g} bytes are more than this machine can hold")
-    if info.flag_bits & 0x1:
-        raise ProblemError(f"key '{key}': expected an open archive, found an encrypted member")
+def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Header:
     try:
         with archive.open(info) as file:
-            shape, dtype = _read_header(file)
-            if dtype.hasobject:
-                raise ProblemError(f"key '{key}': expected numbers, found Python objects (never unpickled)")
-            claimed = int(np.prod([int(s) for s in shape], dtype=object)) * dtype.itemsize
-            if claimed > info.file_size:
-                raise ProblemError(
-                    f"key '{key}': the header claims shape {shape}, {claimed} bytes; "
-                    f"the file holds {info.file_size}"
-                )
+            header = read_header(file)
+    except ProblemError as error:
+        raise ProblemError(f"key '{key}': {error}") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({error})") from None
+    if key in (*TEXTS, "schema") and header.dtype.itemsize > 4 * LONGEST_TEXT:
+        raise ProblemError(f"key '{key}': expected at most {LONGEST_TEXT} characters, found more")
+    return header
+
+
+def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
+    """Refuse arrays that are too large together, or far larger than a file of this size can mean."""
+    total = sum(header.size for header in headers.values())
+    if total > _memory() // 4:
+        raise ProblemError(f"its arrays, {total:.3g} bytes, are more than this machine can hold")
+    if total > max(HARMLESS, MOST_TIMES * file_size):
+        raise ProblemError(
+            f"expected arrays of at most {MOST_TIMES} times the file's size, found {total:.3g} bytes in "
+            f"{file_size} bytes"
+        )
+
+
+def _read_member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo, header: Header) -> NDArray[Any]:
+    try:
         with archive.open(info) as file:
-            return np.lib.format.read_array(file, allow_pickle=False)
-    except ProblemError:
-        raise
-    except (ValueError, SyntaxError, TypeError, EOFError, zipfile.BadZipFile, zipfile.zlib.error) as error:  # type: ignore[attr-defined]
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({reason})") from None
-
-
-def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
-    version = np.lib.format.read_magic(file)
-    if version == (1, 0):
-        shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-    elif version == (2, 0):
-        shape, _, dtype = np.lib.format.read_array_header_2_0(file)
-    else:
-        raise ValueError(f"NPY format version {version}")
-    if any(s < 0 for s in shape):
-        raise ValueError(f"negative size in shape {shape}")
-    return shape, dtype
+            return read_array(file, header, info.file_size)
+    except ProblemError as error:
+        raise ProblemError(f"key '{key}': {error}") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+        raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({error})") from None
 
 
 def _memory() -> int:

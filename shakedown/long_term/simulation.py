@@ -1,7 +1,6 @@
 """Evolution of a joint from a chosen initial state, and what becomes of it."""
 
 import os
-import pathlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.viscous_jump import Jump
-from shakedown.files.npz import atomic_write
+from shakedown.files.atomic_write import atomic_write
 from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.fixed_steps import CycleLog, History, Stepping
 from shakedown.long_term.outcome import Cycles, Outcome
@@ -209,8 +208,5 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     if run.history is None:
         raise UsageError("nothing to write: simulate with record=True")
     arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
-    try:
-        with atomic_write(pathlib.Path(path)) as file:
-            np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)
-    except OSError as error:
-        raise UsageError(f"{os.fspath(path)}: cannot be written ({error.strerror})") from None
+    with atomic_write(path) as file:
+        np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)

@@ -1,5 +1,6 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -116,9 +117,11 @@ class Problem:
 
     def __post_init__(self) -> None:
         for key in TEXTS:
-            object.__setattr__(self, key, _text(key, getattr(self, key)))
-        arrays = {key: _real(key, getattr(self, key)) for key in SHAPES if getattr(self, key) is not None}
-        _check_shapes(arrays)
+            object.__setattr__(self, key, plain_text(key, getattr(self, key)))
+        arrays = {
+            key: real_numbers(key, getattr(self, key)) for key in SHAPES if getattr(self, key) is not None
+        }
+        check_shapes({key: array.shape for key, array in arrays.items()})
         n = arrays["A"].shape[0]
         if arrays["f"].ndim == 0:
             arrays["f"] = np.full(n, float(arrays["f"]))
@@ -163,15 +166,22 @@ def _same(a: Any, b: Any) -> bool:
     return bool(np.array_equal(a, b))
 
 
-def _text(key: str, value: Any) -> str:
+def plain_text(key: str, value: Any) -> str:
+    """One text of whole characters; raises ``ProblemError`` for anything else."""
     array = np.asarray(value)
     if array.dtype.kind != "U" or array.ndim != 0:
         raise ProblemError(f"key '{key}': expected one text string, found {_kind(array)}")
-    return str(array)
+    try:
+        text = str(array)
+        text.encode()
+    except ValueError as error:  # beyond the last code point, or half a character
+        reason = error.reason if isinstance(error, UnicodeError) else error
+        raise ProblemError(f"key '{key}': expected text, found what is none ({reason})") from None
+    return text
 
 
-def _real(key: str, value: ArrayLike) -> FloatArray:
-    """A private float64 copy of a real, finite array."""
+def real_numbers(key: str, value: ArrayLike) -> FloatArray:
+    """A private float64 copy of a real, finite array; raises ``ProblemError`` for anything else."""
     if np.ma.is_masked(value):
         raise ProblemError(f"key '{key}': expected every number, found masked ones")
     try:
@@ -180,7 +190,7 @@ def _real(key: str, value: ArrayLike) -> FloatArray:
         raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
         raise ProblemError(f"key '{key}': expected real numbers, found {_kind(array)}")
-    with np.errstate(over="ignore"):  # what overflows is reported as not finite below
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is reported as not finite below
         array = np.array(array, dtype=np.float64)
     bad = np.argwhere(~np.isfinite(array))
     if bad.size:
@@ -197,48 +207,55 @@ def _kind(array: NDArray[Any]) -> str:
     return what if array.ndim == 0 else f"{what} of shape {array.shape}"
 
 
-def _check_shapes(arrays: dict[str, FloatArray]) -> None:
+def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Match the shapes of array fields, by key, against each other.
+
+    Raises
+    ------
+    ProblemError
+        If a field that every problem has is missing, or a shape does not fit.
+    """
     for key in ("A", "B", "f", "q_w", "p_w"):
-        if key not in arrays:
+        if key not in shapes:
             raise ProblemError(f"key '{key}': required, found none")
     for q, p in (("q_transient", "p_transient"), ("p_transient", "q_transient")):
-        if q in arrays and p not in arrays:
+        if q in shapes and p not in shapes:
             raise ProblemError(f"key '{p}': required because '{q}' is given, found none")
-    A = arrays["A"]
-    if A.ndim != 2 or A.shape[0] != A.shape[1]:
-        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A.shape}")
-    sizes = {"n": A.shape[0]}
+    A = shapes["A"]
+    if len(A) != 2 or A[0] != A[1]:
+        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
+    sizes = {"n": A[0]}
     if sizes["n"] == 0:
         raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
-    for key, array in arrays.items():
-        _check_shape(key, array, sizes)
+    for key, shape in shapes.items():
+        _check_shape(key, shape, sizes)
     if sizes["m"] == 0:
         raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
 
 
-def _check_shape(key: str, array: FloatArray, sizes: dict[str, int]) -> None:
-    """Match one array against its axis names, learning m, k and s where they first occur."""
+def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int]) -> None:
+    """Match one shape against its axis names, learning m, k and s where they first occur."""
     axes = SHAPES[key]
-    if key == "f" and array.ndim == 0:
+    if key == "f" and not shape:
         return
-    if key == "initial_slip" and array.ndim == 1:
+    if key == "initial_slip" and len(shape) == 1:
         axes = ("n",)
     expected = tuple(sizes.get(axis, axis) for axis in axes)
-    fits = array.ndim == len(axes) and all(
-        isinstance(want, str) or want == have for want, have in zip(expected, array.shape, strict=True)
+    fits = len(shape) == len(axes) and all(
+        isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
     )
     if not fits:
         wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
-        hint = _transposition_hint(array, expected)
-        raise ProblemError(f"key '{key}': expected shape {wanted}, found {array.shape}{hint}")
-    for axis, have in zip(axes, array.shape, strict=True):
+        hint = _transposition_hint(shape, expected)
+        raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
+    for axis, have in zip(axes, shape, strict=True):
         sizes.setdefault(axis, have)
 
 
-def _transposition_hint(array: FloatArray, expected: tuple[int | str, ...]) -> str:
-    if array.ndim == 2 and len(expected) == 2 and array.shape[0] == expected[1]:
+def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
+    if len(shape) == 2 and len(expected) == 2 and shape[0] == expected[1]:
         first = expected[0]
-        if isinstance(first, str) or array.shape[1] == first:
+        if isinstance(first, str) or shape[1] == first:
             return " (it looks transposed: one column per node)"
     return ""
 

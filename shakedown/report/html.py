@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from shakedown.errors import UsageError
-from shakedown.files.npz import atomic_write
+from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.model.constraints import SIDE_NAMES
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.verification_figures import (
@@ -24,6 +25,9 @@ from shakedown.report.verification_figures import (
 )
 from shakedown.report.words import bounds_in_words, critical_in_words, friction_in_words, transient_in_words
 from shakedown.verification.verify import Run, Verification
+from shakedown.visible_text import shortened, visible
+
+REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 
 
 def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
@@ -37,39 +41,68 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     if not isinstance(verification, Verification):
         raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
-    document = as_text(verification_document(verification))
-    for file_path, text in ((target, render(verification)), (target.with_suffix(".json"), document)):
-        try:
-            with atomic_write(file_path) as file:
-                file.write(text.encode())
-        except OSError as error:
-            raise UsageError(f"{file_path}: cannot be written ({error.strerror})") from None
+    document = {"report": REPORT} | verification_document(verification)
+    page = render(verification)
+    with atomic_write_together([target, target.with_suffix(".json")]) as (html_file, json_file):
+        html_file.write(page.encode())
+        json_file.write(as_text(document).encode())
 
 
 def report_path(path: str | os.PathLike[str]) -> Path:
-    """Where a report goes; ``UsageError`` where its JSON would go to the same file, or there is no folder."""
+    """Where a report goes, after a check that it and its JSON can be written there.
+
+    Raises
+    ------
+    UsageError
+        If one of the two files cannot be written, if the JSON would go to the
+        same file, or if a file of its name is there that is not a report's JSON.
+    """
+    check_target(path)
     target = Path(path)
+    beside = target.with_suffix(".json")
     if target.suffix == ".json":
         raise UsageError(f"{target}: expected the name of an HTML file; the JSON goes beside it")
-    if not target.parent.is_dir():
-        raise UsageError(f"{target}: cannot be written (no folder {target.parent})")
+    if check_target(beside).exists() and not _is_a_reports(beside):
+        raise UsageError(
+            f"{beside}: the JSON of the report {target.name} goes there; expected none or that of an older "
+            "report, found another file"
+        )
     return target
+
+
+def _is_a_reports(path: Path) -> bool:
+    """Whether a file begins as what :func:`write_report` puts beside a report."""
+    start = as_text({"report": REPORT}).removesuffix("\n}").encode()
+    try:
+        with path.open("rb") as file:
+            return file.read(len(start)) == start
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def render(verification: Verification) -> str:
     """A verification as one self-contained HTML page."""
     environment = Environment(
-        loader=PackageLoader("shakedown.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=PackageLoader("shakedown.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        finalize=_shown,
     )
     return environment.get_template("report.html.j2").render(_context(verification))
+
+
+def _shown(value: Any) -> Any:
+    """What the page shows of a value: texts without control characters, pictures as they are."""
+    return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
     return {
-        "title": problem.name or "unnamed problem",
+        "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
-        + (f", units {problem.units}" if problem.units else ""),
+        + (f", units {shortened(problem.units)}" if problem.units else ""),
         "verdict": _verdict(v),
         "verdict_class": "disagree" if v.disagreements else "open" if v.open_questions else "agree",
         "problems": [*v.disagreements, *v.open_questions],
@@ -83,7 +116,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "runs": [_run_row(run) for run in v.runs],
         "runs_note": RUNS_NOTE,
         "figures": _figures(v),
-        "unit": f" ({problem.units.split(',')[-1].strip()})" if "," in problem.units else "",
+        "unit": f" ({shortened(problem.units.split(',')[-1].strip())})" if "," in problem.units else "",
         "nodes": _node_rows(v),
         "critical": critical_in_words(v.critical, v.subsets, v.bounds),
         "provenance": f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "

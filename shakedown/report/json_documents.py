@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from shakedown.model.problem import Problem
+from shakedown.visible_text import visible
 
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
@@ -44,8 +45,14 @@ def plain(value: Any) -> Any:
 
 
 def as_text(document: dict[str, Any]) -> str:
-    """A JSON document as it is written to files and to stdout."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    """A JSON document as it is written to files and to stdout, without characters that a terminal obeys."""
+    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
+    return visible(text, keep="\n", escape=_json_escape)
+
+
+def _json_escape(character: str) -> str:
+    code = ord(character)
+    return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]
 
 
 def problem_document(problem: Problem) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from command import document, run
 
 import shakedown
-from shakedown.cli import main as entry
+from shakedown.cli import group
 
 
 def test_solve_has_every_field():
@@ -213,7 +213,7 @@ def test_output_fits_80_columns(command, name):
 
 
 def test_help_is_short_and_complete():
-    result = CliRunner().invoke(entry.shakedown_bounds, ["--help"])
+    result = CliRunner().invoke(group.shakedown_bounds, ["--help"])
     assert result.exit_code == 0
     assert "..." not in result.output.partition("Commands:")[2]
 

@@ -1,0 +1,31 @@
+"""The command group."""
+
+from __future__ import annotations
+
+import click
+
+import shakedown
+
+from .critical import critical
+from .example import example
+from .import_problem import import_problem_command
+from .simulate import simulate
+from .solve import solve
+from .verify import verify
+
+NAME = "shakedown-bounds"
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 80})
+@click.version_option(shakedown.__version__, "-V", "--version", prog_name=NAME)
+def shakedown_bounds() -> None:
+    """Shakedown analysis of elastic contacts with Coulomb friction.
+
+    FILE is a problem file (NPZ) or the name of a built-in problem; `example`
+    lists those. Exit codes: 0 done; 1 done, but the answer is negative or open;
+    2 bad usage or bad input.
+    """
+
+
+for command in (solve, critical, simulate, verify, import_problem_command, example):
+    shakedown_bounds.add_command(command)

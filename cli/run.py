@@ -1,0 +1,73 @@
+"""One run of the command: what an error looks like to the user."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+from contextlib import suppress
+from typing import TextIO
+
+import click
+
+import shakedown
+from shakedown.visible_text import one_line
+
+from .group import NAME, shakedown_bounds
+
+OPEN, BAD_INPUT = 1, 2
+COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # what a shell sets when it asks how a line may go on
+
+
+def run() -> int:
+    """The exit code of the command; an error has been said in one line on stderr."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):  # a terminal without Greek letters gets "?"
+            stream.reconfigure(errors="replace")
+    try:
+        code = _outcome()
+        if sys.stdout is not None:
+            sys.stdout.flush()  # a full disk is to be noticed here, not at the interpreter's end
+    except OSError as error:
+        _give_up(sys.stdout)
+        if error.errno == errno.EPIPE:
+            return OPEN  # nobody reads on: not worth a word
+        where = error.filename or "output"
+        return _said(f"{where}: cannot be written ({error.strerror or error})", BAD_INPUT)
+    return code
+
+
+def _outcome() -> int:
+    try:
+        if COMPLETION in os.environ:
+            shakedown_bounds.main(prog_name=NAME)
+        with shakedown_bounds.make_context(NAME, sys.argv[1:]) as context:
+            shakedown_bounds.invoke(context)
+    except click.exceptions.Exit as stop:
+        return stop.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _said(error.format_message(), BAD_INPUT)
+    except (shakedown.BudgetExceeded, shakedown.SolverError) as error:
+        return _said(str(error), OPEN)
+    except shakedown.ShakedownError as error:
+        return _said(str(error), BAD_INPUT)
+    except MemoryError:
+        return _said("more work than this machine's memory can hold", OPEN)
+    return 0
+
+
+def _said(message: str, code: int) -> int:
+    try:
+        click.echo(f"{NAME}: {one_line(message)}", err=True)
+    except OSError:  # stderr is full too: the exit code has to do
+        _give_up(sys.stderr)
+    return code
+
+
+def _give_up(stream: TextIO) -> None:
+    """Let what is still buffered go nowhere, so that the interpreter's end does not complain again."""
+    with suppress(AttributeError, OSError, ValueError), open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), stream.fileno())

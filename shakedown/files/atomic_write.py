@@ -1,0 +1,234 @@
+"""The one way in which files are written: whole or not at all, and only over regular files."""
+
+import os
+import re
+import secrets
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from shakedown.errors import UsageError
+from shakedown.files.regular_file import kind_of
+
+try:
+    import fcntl
+except ImportError:  # not POSIX: nothing is locked, so nothing is swept
+    fcntl = None  # type: ignore[assignment]
+
+PART = ".shakedown-part"  # what the name of an unfinished file ends with
+_PART_NAME = re.compile(r"\..*\.[0-9a-f]{16}" + re.escape(PART), re.DOTALL)
+_STEM = 40  # characters of the target's name in that of its unfinished file: 255 bytes are the most
+
+
+class _Part(NamedTuple):
+    """An unfinished file: what the caller calls it, where it lies, what it becomes, the open file."""
+
+    name: str
+    temporary: Path
+    target: Path
+    file: BinaryIO
+
+
+def check_target(path: str | os.PathLike[str]) -> Path:
+    """The file that a path leads to, symbolic links followed, after a check that it can be written.
+
+    Raises
+    ------
+    UsageError
+        If the name is empty, its folder is missing or closed to us, or something
+        stands there that is not a regular file or is read-only.
+    """
+    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str) or not os.fspath(path):
+        raise UsageError(f"expected the path of a file to write, found {path!r}")
+    try:
+        target = Path(os.path.realpath(path))
+        old = _status(target)
+        if old is not None and not stat.S_ISREG(old.st_mode):
+            raise UsageError(
+                f"{path}: cannot be written (expected a regular file, found {kind_of(old.st_mode)})"
+            )
+        if old is not None and not os.access(target, os.W_OK):
+            raise UsageError(f"{path}: cannot be written (the file there is read-only)")
+        if not stat.S_ISDIR(os.stat(target.parent).st_mode):
+            raise NotADirectoryError(0, f"no folder {target.parent}")
+        if not os.access(target.parent, os.W_OK | os.X_OK):
+            raise PermissionError(0, f"no permission to write in the folder {target.parent}")
+    except (OSError, ValueError) as error:
+        if isinstance(error, UsageError):
+            raise
+        raise _refusal(path, error) from None
+    return target
+
+
+@contextmanager
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a file that takes its place at ``path`` when the block ends without error.
+
+    Until then an older file stands there unchanged; afterwards the new one does,
+    with the older one's mode. A kill at any moment leaves one or the other, and at
+    most an unfinished file named ``.NAME.….shakedown-part`` beside it, which the
+    next write into that folder sweeps away.
+
+    Parameters
+    ----------
+    path
+        Where to write. A symbolic link stays one: the file that it points to is replaced.
+
+    Raises
+    ------
+    UsageError
+        As for :func:`check_target`, or if the disk is full or fails.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "slip.txt"
+    >>> with atomic_write(path) as file:
+    ...     _ = file.write(b"0.5")
+    >>> path.read_text()
+    '0.5'
+    """
+    with atomic_write_together([path]) as (file,):
+        yield file
+
+
+@contextmanager
+def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[BinaryIO]]:
+    """Open several files that take their places one right after the other when the block ends.
+
+    All of them are complete and on the disk before the first takes its place, so
+    that only a kill between two renamings leaves a new file beside an old one. See
+    :func:`atomic_write`.
+    """
+    with ExitStack() as stack:
+        parts = [stack.enter_context(_part(path)) for path in paths]
+        with _refusing(" and ".join(map(os.fspath, paths))):
+            yield [part.file for part in parts]
+        for part in parts:
+            with _refusing(part.name):
+                part.file.flush()
+                os.fsync(part.file.fileno())
+        for part in parts:
+            if fcntl is None:  # an open file cannot be renamed there
+                part.file.close()
+            with _refusing(part.name):
+                os.replace(part.temporary, part.target)
+        for folder in {part.target.parent for part in parts}:
+            _sync_folder(folder)
+
+
+@contextmanager
+def _refusing(name: str) -> Iterator[None]:
+    """Say what the system refuses as a ``UsageError`` that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise _refusal(name, error) from None
+
+
+@contextmanager
+def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
+    """An unfinished file beside its target, locked while we write, gone afterwards in any case."""
+    target, name = check_target(path), os.fspath(path)
+    _sweep(target.parent)
+    with _refusing(name):
+        old = _status(target)
+        temporary, handle = _created(target, 0o666 if old is None else 0o600)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            if old is not None:
+                _take_over(handle, old)
+            yield _Part(name, temporary, target, file)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def _created(target: Path, mode: int) -> tuple[Path, int]:
+    """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+    while True:
+        temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
+        handle = os.open(temporary, flags, mode)
+        try:
+            ours = _locked(handle)
+        except OSError:  # a file system without locks: nothing is swept there
+            ours = True
+        if ours and _is_at(handle, temporary):
+            return temporary, handle
+        os.close(handle)  # somebody swept it between its creation and our lock
+
+
+def _take_over(handle: int, old: os.stat_result) -> None:
+    """Give a new file the owner and the mode of the one that it replaces, as far as we may."""
+    if not hasattr(os, "fchmod"):
+        return
+    new = os.fstat(handle)
+    if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
+        with suppress(OSError):
+            os.fchown(handle, old.st_uid, old.st_gid)
+    os.fchmod(handle, stat.S_IMODE(old.st_mode) & 0o777)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove the unfinished files of killed writers: ours by name and owner, and locked by nobody."""
+    if fcntl is None:
+        return
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if _PART_NAME.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                _sweep_one(Path(entry.path))
+
+
+def _sweep_one(path: Path) -> None:
+    with suppress(OSError):
+        handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            ours = os.fstat(handle).st_uid == os.geteuid()
+            if ours and _locked(handle) and _is_at(handle, path):
+                path.unlink()
+        finally:
+            os.close(handle)
+
+
+def _locked(handle: int) -> bool:
+    """Lock a file until it is closed; False where another process holds it or there are no locks."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _is_at(handle: int, path: Path) -> bool:
+    """Whether an open file still is the one of that name."""
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _sync_folder(folder: Path) -> None:
+    """Let the new names reach the disk; not every system can."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _status(path: Path) -> os.stat_result | None:
+    try:
+        return os.stat(path)
+    except FileNotFoundError:
+        return None
+
+
+def _refusal(path: str | os.PathLike[str], error: Exception) -> UsageError:
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else error
+    return UsageError(f"{os.fspath(path)}: cannot be written ({reason})")
