@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,8 @@ class OutputFile(click.Path):
 
 def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None:
     context.meta[QUIET] = value
+    if value:
+        logging.getLogger("shakedown").setLevel(logging.ERROR)
 
 
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())

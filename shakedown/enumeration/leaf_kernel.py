@@ -7,6 +7,7 @@ Nothing is allocated in the walk, so it is compiled without counting references
 import numpy as np
 from numba import njit
 
+import shakedown.kernels  # noqa: F401  (sees to a place for compiled code)
 from shakedown.enumeration.walk_state import (
     REGULAR,
     STORED,

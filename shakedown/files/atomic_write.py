@@ -104,7 +104,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
     """
     with ExitStack() as stack:
         parts = [stack.enter_context(_part(path)) for path in paths]
-        with _refusing(" and ".join(map(os.fspath, paths))):
+        with _refusing(" and ".join(part.name for part in parts)):
             yield [part.file for part in parts]
         for part in parts:
             with _refusing(part.name):
@@ -136,12 +136,14 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     with _refusing(name):
         old = _status(target)
         temporary, handle = _created(target, 0o666 if old is None else 0o600)
+    file = os.fdopen(handle, "wb")
     try:
-        with os.fdopen(handle, "wb") as file:
-            if old is not None:
-                _take_over(handle, old)
-            yield _Part(name, temporary, target, file)
+        if old is not None:
+            _take_over(handle, old)
+        yield _Part(name, temporary, target, file)
     finally:
+        with suppress(OSError):  # what could not be written on a full disk is tried again here
+            file.close()
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
 

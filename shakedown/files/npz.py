@@ -123,7 +123,7 @@ def _path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     return path
 
 
-def _read_arrays(path: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
     with open_regular(path, "an NPZ file") as file:
         try:
             with zipfile.ZipFile(file) as archive:

@@ -175,7 +175,7 @@ def plain_text(key: str, value: Any) -> str:
         text = str(array)
         text.encode()
     except ValueError as error:  # beyond the last code point, or half a character
-        reason = error.reason if isinstance(error, UnicodeError) else error
+        reason = error.reason if isinstance(error, UnicodeEncodeError) else error
         raise ProblemError(f"key '{key}': expected text, found what is none ({reason})") from None
     return text
 
