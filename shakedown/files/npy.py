@@ -14,11 +14,12 @@ from shakedown.files.regular_file import open_regular
 
 LONGEST_HEADER = 4096  # bytes; those of plain arrays have about 100
 # A header is a Python literal. Only what looks like that of a plain array is handed to NumPy to evaluate.
-_DESCR = rb"['\"]descr['\"]\s*:\s*['\"][<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?['\"]"
-_ORDER = rb"['\"]fortran_order['\"]\s*:\s*(?:True|False)"
-_SHAPE = rb"['\"]shape['\"]\s*:\s*\(\s*(?:[0-9]{1,20}\s*,\s*)*(?:[0-9]{1,20}\s*)?\)"
-_ITEM = rb"\s*(?:" + rb"|".join((_DESCR, _ORDER, _SHAPE)) + rb")\s*"
-_HEADER = re.compile(rb"\{" + _ITEM + rb"," + _ITEM + rb"," + _ITEM + rb",?\s*\}\s*")
+_DESCR = r"'descr' *: *'[<>|=]?[?biufcmMOSUV][0-9]{0,10}(?:\[[0-9a-zA-Z]*\])?'"
+_ORDER = r"'fortran_order' *: *(?:True|False)"
+_SHAPE = r"'shape' *: *\( *(?:(?:0|[1-9][0-9]{0,19}) *, *)*(?:(?:0|[1-9][0-9]{0,19}) *)?\)"
+_ITEM = rf" *(?:{_DESCR}|{_ORDER}|{_SHAPE}) *"
+_DICT = rf"\{{{_ITEM},{_ITEM},{_ITEM},? *\}} *\n?"
+_HEADER = re.compile("|".join((_DICT, _DICT.replace("'", '"'))).encode())
 
 
 class Header(NamedTuple):

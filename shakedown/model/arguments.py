@@ -6,7 +6,8 @@ from numbers import Integral, Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.errors import UsageError
+from shakedown.errors import ProblemError, UsageError
+from shakedown.model.magnitudes import check_slip
 from shakedown.model.problem import FloatArray, Problem
 
 
@@ -38,9 +39,11 @@ def real_array(name: str, values: ArrayLike) -> FloatArray:
         raise UsageError(f"{name}: expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
         raise UsageError(f"{name}: expected real numbers, found {values!r}")
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite
+        array = array.astype(np.float64)
     if not np.isfinite(array).all():
         raise UsageError(f"{name}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
-    return array.astype(np.float64)
+    return array
 
 
 def check_arguments(load_factor: float, cycles: int) -> None:
@@ -55,6 +58,11 @@ def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> Fl
     slip = np.zeros(problem.n) if initial_slip is None else real_array("initial slip", initial_slip)
     if slip.shape != (problem.n,):
         raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
+    stiffness = max(float(np.abs(K).max()) for K in (problem.A, problem.B, problem.C) if K is not None)
+    try:
+        check_slip("initial slip", stiffness, float(np.abs(slip).max()))
+    except ProblemError as error:
+        raise UsageError(str(error)) from None
     return slip
 
 

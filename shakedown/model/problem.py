@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
+from shakedown.model.magnitudes import check_ratios, in_range
 from shakedown.tolerances import DEFAULT
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +30,7 @@ SHAPES: dict[str, tuple[str, ...]] = {
     "x": ("n",),
 }
 TEXTS = ("name", "units")
+LAST_CODE_POINT = 0x10FFFF
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +70,8 @@ class Problem:
     Raises
     ------
     ProblemError
-        If an entry is missing, mis-shaped, not real and finite, if f < 0, if A
+        If an entry is missing, mis-shaped, not real and finite or out of range
+        (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, or if κ = [[A, Bᵀ], [B, C]] is not positive
         semi-definite. The message names the key, what was expected and found.
 
@@ -171,13 +174,11 @@ def plain_text(key: str, value: Any) -> str:
     array = np.asarray(value)
     if array.dtype.kind != "U" or array.ndim != 0:
         raise ProblemError(f"key '{key}': expected one text string, found {_kind(array)}")
-    try:
-        text = str(array)
-        text.encode()
-    except ValueError as error:  # beyond the last code point, or half a character
-        reason = error.reason if isinstance(error, UnicodeEncodeError) else error
-        raise ProblemError(f"key '{key}': expected text, found what is none ({reason})") from None
-    return text
+    codes = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), dtype=np.uint32)
+    wrong = codes[(codes > LAST_CODE_POINT) | ((codes >= 0xD800) & (codes < 0xE000))]
+    if wrong.size:  # NumPy stores what is no text
+        raise ProblemError(f"key '{key}': expected text, found the character number 0x{wrong[0]:x}")
+    return str(array)
 
 
 def real_numbers(key: str, value: ArrayLike) -> FloatArray:
@@ -265,6 +266,9 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     if np.any(f < 0):
         j = int(np.argmax(f < 0))
         raise ProblemError(f"key 'f': expected friction coefficients >= 0, found {f[j]} at node {j}")
+    for key, array in arrays.items():
+        arrays[key] = in_range(key, array)
+    check_ratios(arrays)
     for key in ("A", "C"):
         if key in arrays:
             arrays[key] = _symmetrised(key, arrays[key])

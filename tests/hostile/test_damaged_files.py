@@ -1,0 +1,60 @@
+"""Damaged files: a problem, or one line; never a traceback, never a warning."""
+
+import numpy as np
+from hostile.campaign import judge, named, numbers
+from hostile.damaged_npz import HEADERS, damaged_bytes, damaged_npz, npy, with_header
+
+import shakedown
+from shakedown import Problem, ProblemError
+
+FEW = 400
+
+
+def arrays() -> dict[str, np.ndarray]:
+    """Two nodes with every optional key."""
+    problem = shakedown.example("two-node")
+    keys = ("A", "B", "C", "f", "q_w", "p_w")
+    more = {"q_mean": np.ones(2), "p_mean": np.ones(2), "initial_slip": np.zeros((2, 2)), "x": np.arange(2.0)}
+    texts = {"name": np.array("joint"), "units": np.array("N, mm"), "schema": np.array("shakedown/1")}
+    return {key: getattr(problem, key) for key in keys} | more | texts
+
+
+def test_damaged_problem_files(tmp_path):
+    path = tmp_path / "p.npz"
+    loaded = 0
+    for number in numbers(FEW):
+        rng = np.random.default_rng([1, number])
+        path.write_bytes(damaged_npz(arrays(), rng))
+        with named(number, "damaged_npz"):
+            try:
+                problem = shakedown.load_problem(path)
+            except ProblemError as error:
+                assert "\n" not in str(error)
+                assert len(str(error)) < 1100
+            else:
+                assert isinstance(problem, Problem)
+                loaded += 1
+    assert loaded, "every file was refused: the damage is too coarse to test what is behind the border"
+
+
+def test_damaged_initial_states(tmp_path):
+    path = tmp_path / "v.npy"
+    for number in numbers(FEW):
+        rng = np.random.default_rng([2, number])
+        whole = npy(rng.normal(size=2))
+        if rng.random() < 0.4:
+            path.write_bytes(with_header(HEADERS[rng.integers(len(HEADERS))], whole[128:]))
+        else:
+            path.write_bytes(damaged_bytes(whole, rng))
+        with named(number, "damaged_bytes"):
+            try:
+                shakedown.load_initial_slip(path)
+            except ProblemError as error:
+                assert "\n" not in str(error)
+
+
+def test_damaged_files_at_the_command_line(tmp_path):
+    for number in numbers(60):
+        rng = np.random.default_rng([3, number])
+        (tmp_path / "p.npz").write_bytes(damaged_npz(arrays(), rng))
+        judge(number, ["solve", "p.npz"], str(tmp_path))
