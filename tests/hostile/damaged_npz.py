@@ -27,7 +27,18 @@ HEADERS = [
     "__import__('os').abort()",
     "",
 ]
-TEXTS = ["\x1b]0;owned\x07", "\x00", "\x9b31m", "\u202egnp.exe", "a$b", "N, $mm", "<script>alert(1)</script>", "x" * 70_000, "\n\n", ""]
+TEXTS = [
+    "\x1b]0;owned\x07",
+    "\x00",
+    "\x9b31m",
+    "\u202egnp.exe",
+    "a$b",
+    "N, $mm",
+    "<script>alert(1)</script>",
+    "x" * 70_000,
+    "\n\n",
+    "",
+]
 DTYPES = [">f8", "<f4", "<i8", "<u8", "<f2", "<c16", "|b1", "<U3", "S4", "<M8[s]", "<m8[D]", "<g"]
 
 
@@ -103,7 +114,11 @@ def _damaged_member(members: dict[str, bytes], arrays: dict[str, np.ndarray], rn
     elif kind == 7:
         members[rng.choice(["mu.npy", "A", "name", "../A.npy", "A.npy/"])] = members[name]
     else:
-        value = np.array(arrays.get(key, 1.0), dtype=float, ndmin=1, copy=True) if key in arrays and np.asarray(arrays[key]).dtype.kind == "f" else np.ones(1)
+        value = (
+            np.array(arrays.get(key, 1.0), dtype=float, ndmin=1, copy=True)
+            if key in arrays and np.asarray(arrays[key]).dtype.kind == "f"
+            else np.ones(1)
+        )
         value.flat[rng.integers(value.size)] = rng.choice([np.nan, np.inf, -np.inf, 1e308, 5e-324, -1.0])
         members[name] = npy(value)
     return members or {"A.npy": b""}
@@ -112,5 +127,8 @@ def _damaged_member(members: dict[str, bytes], arrays: dict[str, np.ndarray], rn
 def _text(rng: np.random.Generator) -> bytes:
     if rng.random() < 0.3:  # code points beyond the last, and halves of characters
         code = int(rng.choice([0x110000, 0xFFFFFFFF, 0xD800, 0xDFFF]))
-        return with_header("{'descr': '<U1', 'fortran_order': False, 'shape': (), }".ljust(117) + "\n", struct.pack("<I", code))
+        return with_header(
+            "{'descr': '<U1', 'fortran_order': False, 'shape': (), }".ljust(117) + "\n",
+            struct.pack("<I", code),
+        )
     return npy(np.array(TEXTS[rng.integers(len(TEXTS))]))
