@@ -13,7 +13,7 @@ import click
 from shakedown import Problem
 from shakedown.report.json_documents import as_text
 from shakedown.report.text_table import table as table
-from shakedown.visible_text import shortened, visible
+from shakedown.visible_text import LONGEST_NAME, one_line, visible
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask
@@ -80,8 +80,10 @@ def headline(problem: Problem) -> str:
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
     steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
-    units = f", units {shortened(problem.units)}" if problem.units else ""
-    return paragraph(f"{shortened(problem.name) or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}")
+    units = f", units {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
+    return paragraph(
+        f"{one_line(problem.name, LONGEST_NAME) or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}"
+    )
 
 
 @contextmanager

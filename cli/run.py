@@ -23,7 +23,8 @@ def run() -> int:
     """The exit code of the command; an error has been said in one line on stderr."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters gets "?"
-            stream.reconfigure(errors="replace")
+            with suppress(OSError):  # a closed one: noticed when something is written
+                stream.reconfigure(errors="replace")
     try:
         code = _outcome()
         if sys.stdout is not None:
@@ -62,12 +63,15 @@ def _outcome() -> int:
 def _said(message: str, code: int) -> int:
     try:
         click.echo(f"{NAME}: {one_line(message)}", err=True)
-    except OSError:  # stderr is full too: the exit code has to do
+    except (OSError, ValueError):  # stderr is full too: the exit code has to do
         _give_up(sys.stderr)
     return code
 
 
 def _give_up(stream: TextIO) -> None:
     """Let what is still buffered go nowhere, so that the interpreter's end does not complain again."""
-    with suppress(AttributeError, OSError, ValueError), open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), stream.fileno())
+    with suppress(AttributeError, OSError, ValueError):
+        nowhere, at = os.open(os.devnull, os.O_WRONLY), stream.fileno()
+        if nowhere != at:  # it is, where the stream was closed before the start
+            os.dup2(nowhere, at)
+            os.close(nowhere)

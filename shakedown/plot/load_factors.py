@@ -147,6 +147,8 @@ def slip_per_cycle(
     axes.axhline(floor, color=GREY, lw=0.8)
     axes.text(0.99, floor / 8, "no slip", transform=axes.get_yaxis_transform(), ha="right", color=GREY,
               fontsize="small")  # fmt: skip
+    if largest == 0.0:  # nothing but the floor: no range to scale by
+        axes.set_ylim(floor / 30, 30 * floor)
     axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylabel(labelled("slip per cycle, largest node", units_of(problem)[1]))
     axes.set_ylim(bottom=floor / 30)

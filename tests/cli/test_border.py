@@ -1,0 +1,291 @@
+"""What crosses the border of the command: interruptions, full disks, terminals, odd files and odd names."""
+
+import dataclasses
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+
+import numpy as np
+import pytest
+from command import run
+
+import shakedown
+
+COMMAND = [sys.executable, "-c", "from shakedown.cli.main import main; main()"]
+CONTROL = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+ONE_LINE = re.compile(r"shakedown-bounds: [^\n]*\n")
+
+
+def refused(*words, cwd, message):
+    code, out, err = run(*words, cwd=cwd)
+    assert (code, out) == (2, "")
+    assert ONE_LINE.fullmatch(err), err
+    assert not CONTROL.search(err[:-1])
+    assert len(err) < 1200
+    assert message in err
+    return err
+
+
+# interruptions and full disks ------------------------------------------------------------------------
+
+
+def interrupted(words, after):
+    """The command, interrupted ``after`` its first import: (exit code, stderr)."""
+    code = (
+        "import os, signal, sys, threading, time\n"
+        "def interrupt():\n"
+        "    while 'shakedown.cli.main' not in sys.modules: time.sleep(1e-4)\n"
+        f"    time.sleep({after})\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "threading.Thread(target=interrupt, daemon=True).start()\n"
+        "from shakedown.cli.main import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("after", [0.002, 0.02, 0.05, 0.1, 0.4])
+def test_an_interruption_is_one_line_from_the_first_import_on(after):
+    words = ["critical", "block-33", "--budget", "1000000000000000000000", "-q"]
+    assert interrupted(words, after) == (130, "shakedown-bounds: interrupted\n")
+
+
+@pytest.mark.parametrize(
+    "words", [["--help"], ["solve", "two-node"], ["solve", "two-node", "--json"], ["-V"]]
+)
+def test_a_full_disk_behind_stdout_is_one_line(words):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*COMMAND, *words], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "shakedown-bounds: output: cannot be written (No space left on device)\n"
+
+
+def test_a_full_disk_behind_stderr_leaves_the_exit_code():
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*COMMAND, "solve", "none"], stdout=subprocess.PIPE, stderr=full, check=False)
+    assert (done.returncode, done.stdout) == (2, b"")
+
+
+def test_no_streams_at_all():
+    code = "import os, sys; os.close(1); os.close(2); from shakedown.cli.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "solve", "two-node"], check=False)
+    assert done.returncode in (0, 2)
+
+
+# the terminal ----------------------------------------------------------------------------------------
+
+
+def on_a_terminal(columns, *words):
+    """What the command writes to a terminal of that width."""
+    main, side = pty.openpty()
+    environment = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")}
+    subprocess.run(["stty", "cols", str(columns), "rows", "24"], stdin=side, check=True)
+    process = subprocess.Popen([*COMMAND, *words], stdin=side, stdout=side, stderr=side, env=environment)
+    os.close(side)
+    data = b""
+    try:
+        while chunk := os.read(main, 65536):
+            data += chunk
+    except OSError:  # the other side is closed
+        pass
+    os.close(main)
+    assert process.wait() == 0
+    return data.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("columns", [60, 80, 150])
+def test_text_is_as_wide_as_the_terminal(columns):
+    lines = on_a_terminal(columns, "solve", "three-node", "-q").splitlines()
+    prose = [line for line in lines if line and not line.startswith(" ")]
+    assert max(map(len, prose)) <= columns
+    if columns > 80:
+        assert max(map(len, prose)) > 80
+
+
+def test_quiet_says_nothing_beside_the_result():
+    assert "subsets of" in run("critical", "two-node")[2]
+    code, out, err = run("critical", "two-node", "-q")
+    assert (code, err) == (0, "")
+    assert out == run("critical", "two-node")[1]
+
+
+@pytest.mark.parametrize("option", ["-V", "--version"])
+def test_version(option):
+    assert run(option)[:2] == (0, f"shakedown-bounds, version {shakedown.__version__}\n")
+
+
+def test_the_package_is_the_command():
+    words = [sys.executable, "-m", "shakedown", "solve", "none.npz"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (
+        2,
+        "",
+        "shakedown-bounds: none.npz: no such file\n",
+    )
+
+
+# names, units, keys and paths ------------------------------------------------------------------------
+
+NASTY = "a\x1b]0;owned\x07 \x9b31m \x00 \u202egnp.exe $x <b>&\n" + "y" * 5000
+
+
+def with_text(path, **texts):
+    """The two-node problem with texts as they are, written by NumPy and not by the toolkit."""
+    problem = shakedown.example("two-node")
+    arrays = {key: getattr(problem, key) for key in ("A", "B", "C", "f", "q_w", "p_w")}
+    np.savez(path, **arrays, **{key: np.array(text) for key, text in texts.items()})
+
+
+@pytest.mark.parametrize("key", ["name", "units"])
+def test_texts_reach_the_terminal_without_what_it_obeys(tmp_path, key):
+    with_text(tmp_path / "p.npz", **{key: NASTY})
+    code, out, err = run("solve", "p.npz", cwd=tmp_path)
+    assert (code, err) == (0, "")
+    assert not CONTROL.search(out)
+    assert max(map(len, out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("units", [NASTY, "N, $m"])
+def test_texts_reach_the_report_without_what_a_page_obeys(tmp_path, units):
+    joint = dataclasses.replace(shakedown.example("one-node"), name=NASTY, units=units)
+    shakedown.save_problem(tmp_path / "p.npz", joint)
+    code, out, err = run("verify", "p.npz", "-o", "r.html", "--random", "0", cwd=tmp_path)
+    assert (code, err) == (0, "")
+    for written in (out, (tmp_path / "r.html").read_text(), (tmp_path / "r.json").read_text()):
+        assert not CONTROL.search(written)
+    assert "<b>" not in (tmp_path / "r.html").read_text()
+
+
+def test_json_on_a_terminal_is_not_obeyed(tmp_path):
+    with_text(tmp_path / "p.npz", name=NASTY)
+    _, out, _ = run("solve", "p.npz", "--json", cwd=tmp_path)
+    assert not CONTROL.search(out)
+    assert json.loads(out)["problem"]["name"] == NASTY
+
+
+def test_keys_and_paths_in_messages_are_short_and_not_obeyed(tmp_path):
+    with zipfile.ZipFile(tmp_path / "p.npz", "w") as archive:
+        for k in range(2000):
+            archive.writestr(f"key \x1b[2J {k}.npy", b"")
+    refused("solve", "p.npz", cwd=tmp_path, message="unknown key")
+    for name in ("a\x1b[2Jb", "x" * 5000, "a\nb", "\udce9", "é" * 200):
+        for command in (["solve"], ["simulate", "--load-factor", "1"], ["import", "-o", "p"]):
+            refused(*command, name + ".npz", cwd=tmp_path, message="shakedown-bounds")
+        refused(
+            "simulate", "one-node", "--load-factor", "1", "--initial", name, cwd=tmp_path, message="--initial"
+        )
+        refused("simulate", "one-node", f"--{name}", cwd=tmp_path, message="No such option")
+
+
+@pytest.mark.parametrize(
+    "initial", ["given:" + "7" * 5000, "given:-1", "given:1.5", "given: 0", "given:٣", "given:²"]
+)
+def test_odd_state_numbers(tmp_path, initial):
+    words = ("simulate", "three-node", "--load-factor", "1", "--initial", initial)
+    refused(*words, cwd=tmp_path, message="--initial given")
+
+
+# odd files -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/random", "/dev/null", "/dev/full"])
+def test_devices_are_not_read(tmp_path, device):
+    refused("solve", device, cwd=tmp_path, message="expected an NPZ file, found a device")
+    words = ("simulate", "one-node", "--load-factor", "1", "--initial", device)
+    refused(*words, cwd=tmp_path, message="expected an NPY file, found a device")
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    signal.alarm(20)
+    try:
+        refused("solve", "pipe", cwd=tmp_path, message="expected an NPZ file, found a pipe")
+        words = ("simulate", "one-node", "--load-factor", "1", "--initial", "pipe")
+        refused(*words, cwd=tmp_path, message="expected an NPY file, found a pipe")
+        for words in (
+            ["example", "one-node"],
+            ["verify", "one-node"],
+            ["simulate", "one-node", "--load-factor", "1"],
+        ):
+            refused(*words, "-o", "pipe", cwd=tmp_path, message="expected a regular file, found a pipe")
+    finally:
+        signal.alarm(0)
+
+
+@pytest.mark.parametrize(
+    "target", ["", ".", "none/x", "/dev/full", "/dev/null", "x\ud800y", "z" * 300, "new/"]
+)
+@pytest.mark.parametrize("command", ["example", "verify", "simulate", "import"])
+def test_targets_are_checked_before_the_work(tmp_path, command, target):
+    words = {
+        "example": ["example", "one-node"],
+        "verify": ["verify", "no such file"],
+        "simulate": ["simulate", "--load-factor", "1", "--cycles", "1"],
+        "import": ["import", "none.toml"],
+    }[command]
+    before = time.monotonic()
+    refused(*words, "-o", target, cwd=tmp_path, message="")
+    assert time.monotonic() - before < 5
+    assert list(tmp_path.iterdir()) == []
+
+
+# the report and its JSON -----------------------------------------------------------------------------
+
+
+def test_only_a_reports_own_json_is_replaced(tmp_path):
+    words = ("verify", "one-node", "--random", "0", "-o", "r.html")
+    (tmp_path / "r.json").write_text('{"mine": 1}')
+    refused(*words, cwd=tmp_path, message="r.json: the JSON of the report r.html goes there")
+    assert (tmp_path / "r.json").read_text() == '{"mine": 1}'
+    assert not (tmp_path / "r.html").exists()
+    (tmp_path / "r.json").unlink()
+    assert run(*words, cwd=tmp_path)[0] == 0
+    first = json.loads((tmp_path / "r.json").read_text())
+    assert first["agrees"] is True
+    assert run(*words, cwd=tmp_path)[0] == 0
+    os.mkdir(tmp_path / "s.json")
+    refused(*words[:-1], "s.html", cwd=tmp_path, message="a directory")
+
+
+# archives that are larger than they look -------------------------------------------------------------
+
+
+def bomb(path, method, size):
+    """Three members of ``size`` zeros that claim to be matrices, in a few kilobytes."""
+    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({size // 8},), }}".encode()
+    head = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for key in ("A", "B", "f", "q_w", "p_w"):
+            with archive.open(f"{key}.npy", "w", force_zip64=True) as file:
+                file.write(head)
+                for _ in range(size >> 20):
+                    file.write(bytes(1 << 20))
+
+
+@pytest.mark.parametrize(
+    ("method", "message"),
+    [(zipfile.ZIP_BZIP2, "compression type 12"), (zipfile.ZIP_DEFLATED, "100 times the file's size")],
+)
+def test_a_bomb_is_refused_by_its_headers(tmp_path, method, message):
+    bomb(tmp_path / "p.npz", method, 60 << 20)
+    before = time.monotonic()
+    refused("solve", "p.npz", cwd=tmp_path, message=message)
+    assert time.monotonic() - before < 2
+
+
+def test_shapes_are_compared_before_anything_is_read(tmp_path, monkeypatch):
+    bomb(tmp_path / "p.npz", zipfile.ZIP_DEFLATED, 8 << 20)
+    monkeypatch.setattr("shakedown.files.npz.read_array", lambda *_: pytest.fail("an array was read"))
+    refused(
+        "solve",
+        "p.npz",
+        cwd=tmp_path,
+        message="key 'A': expected a square array (n, n), found shape (1048576,)",
+    )
