@@ -1,4 +1,4 @@
-"""Entry point: an interruption ends in one line at any moment, so nothing is imported before it is caught."""
+"""Entry point: an interruption ends in one line at any moment, so that is seen to before any import."""
 
 from __future__ import annotations
 
@@ -12,21 +12,25 @@ INTERRUPTED = 130
 def main() -> NoReturn:
     """Run the command line; every failure ends in one line on stderr and an exit code."""
     try:
-        from .run import run
+        import signal
 
-        code = run()
+        before = signal.signal(signal.SIGINT, _interrupted)
+        try:
+            from .run import run
+
+            code = run()
+        finally:
+            signal.signal(signal.SIGINT, before)
     except KeyboardInterrupt:
-        code = _interrupted()
+        _interrupted()
     raise SystemExit(code)
 
 
-def _interrupted() -> int:
-    """Say so once; a further interruption changes nothing."""
-    import signal
-    import sys
-    from contextlib import suppress
+def _interrupted(*_: object) -> NoReturn:
+    """Say so and leave at once: an exception would get lost in a compiler's callback or wait for threads."""
+    import os
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with suppress(OSError, ValueError):  # nobody listens
-        print("shakedown-bounds: interrupted", file=sys.stderr, flush=True)
-    return INTERRUPTED
+    try:
+        os.write(2, b"\n" * os.isatty(2) + b"shakedown-bounds: interrupted\n")
+    finally:
+        os._exit(INTERRUPTED)
