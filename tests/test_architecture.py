@@ -11,10 +11,10 @@ PACKAGE = Path(shakedown.__file__).parent
 ROOT = Path(__file__).parents[1]
 CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 
-# From the ground up; a room may import from its own wing and from lower floors only.
+# From the ground up; a room may import from its own wing and from lower floors only. The rooms
+# on the ground belong together.
 FLOORS = (
-    {"visible_text"},
-    {"errors", "tolerances"},
+    {"visible_text", "errors", "tolerances"},
     {"model"},
     {"programs", "kernels", "files", "condensation", "uniqueness"},
     {"bounds", "friction", "enumeration", "evolution", "readers", "fem"},
@@ -79,7 +79,7 @@ def target_wing(module: str, name: str) -> str:
 
 def test_every_wing_stands_on_a_floor():
     assert {wing_of(name) for name in SOURCES} <= set(FLOOR)
-    assert len(FLOORS) <= 10
+    assert len(FLOORS) <= 9
 
 
 @pytest.mark.parametrize("room", sorted(SOURCES))
@@ -89,7 +89,8 @@ def test_imports_go_down(room):
         return  # the public names, loaded lazily; the door to the command line
     for module, name in imports(SOURCES[room]):
         target = target_wing(module, name)
-        assert target == wing or FLOOR[target] < FLOOR[wing], f"{room} imports {module} {name}"
+        together = target == wing or FLOOR[target] == FLOOR[wing] == 0
+        assert together or FLOOR[target] < FLOOR[wing], f"{room} imports {module} {name}"
 
 
 def test_no_wing_has_a_circle():
