@@ -19,6 +19,8 @@ STUDIES: tuple[str, ...] = (
     "bounds",
     "adversary",
     "classical_contacts",
+    "energy_adversary",
+    "energy_bounds",
     "evolution",
     "growth",
     "long_term",

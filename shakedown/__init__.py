@@ -29,6 +29,12 @@ if TYPE_CHECKING:
     from shakedown.condensation.condense import condense as condense
     from shakedown.condensation.condense import condensed_stiffness as condensed_stiffness
     from shakedown.condensation.load_case import LoadCase as LoadCase
+    from shakedown.energy.energy_ball import EnergyBall as EnergyBall
+    from shakedown.energy.energy_ball import energy_ball as energy_ball
+    from shakedown.energy.energy_bound import EnergyBound as EnergyBound
+    from shakedown.energy.energy_bound import EnergyCertificate as EnergyCertificate
+    from shakedown.energy.energy_bound import energy_bound as energy_bound
+    from shakedown.energy.energy_bound import energy_document as energy_document
     from shakedown.enumeration.critical import CriticalLoadFactors as CriticalLoadFactors
     from shakedown.enumeration.critical import collapse_by_enumeration as collapse_by_enumeration
     from shakedown.enumeration.critical import critical_load_factors as critical_load_factors
@@ -94,6 +100,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "shakedown.model.status": "Status",
+    "shakedown.energy.energy_ball": "EnergyBall energy_ball",
+    "shakedown.energy.energy_bound": "EnergyBound EnergyCertificate energy_bound energy_document",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",
     "shakedown.bounds.single_node_cycle": "single_node_cycle",
     "shakedown.bounds.coupling": "coupling",

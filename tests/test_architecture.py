@@ -17,7 +17,7 @@ FLOORS = (
     {"visible_text", "errors", "tolerances"},
     {"model"},
     {"programs", "kernels", "files", "condensation", "uniqueness"},
-    {"bounds", "friction", "enumeration", "evolution", "readers", "fem"},
+    {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem"},
     {"long_term", "importing"},
     {"verification", "plot"},
     {"report"},

@@ -1,8 +1,8 @@
-"""Programs over the rows of a joint: linear ones, in floats and in exact arithmetic, and a search.
+"""Programs over the rows of a joint: linear ones, in floats and in exact arithmetic, cones, and a search.
 
 Reading order: ``equilibration`` (scaling by powers of two), ``vertex`` (polish),
 ``linear_program`` (HiGHS), ``load_factor`` (slip and load factor over all rows), ``widest``
-(largest margin), ``best_zone`` (which nodes stay open), ``integer_algebra`` (FLINT),
-``exact_rows`` (a problem's rows without
-round-off), ``exact_program`` (exact optimality of a basis).
+(largest margin), ``cone_program`` (one second-order cone, Clarabel), ``best_zone`` (which nodes
+stay open), ``integer_algebra`` (FLINT), ``exact_rows`` (a problem's rows without round-off),
+``exact_program`` (exact optimality of a basis).
 """

@@ -1,0 +1,264 @@
+"""The load factor up to which a joint is proved to shake down from a given state."""
+
+from dataclasses import dataclass, replace
+from math import inf, isfinite, nan, nextafter
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.energy.cone_rows import ConeRows, cone_rows
+from shakedown.energy.energy_ball import NO_ROOM
+from shakedown.energy.energy_rows import EnergyRows, check_resolved, energy_rows, without_margin
+from shakedown.energy.exact_check import ExactBall
+from shakedown.energy.farthest import Farthest, contradiction, end_of, widest_room
+from shakedown.errors import UsageError
+from shakedown.model.arguments import checked_initial_slip, require_problem
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.status import Status
+from shakedown.tolerances import DEFAULT, Tolerances
+
+CERTIFIED_UP_TO = 40
+TOO_FAR = "no ball about a safe slip reaches as far as the initial slip, at any load factor"
+UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
+
+
+@dataclass(frozen=True)
+class EnergyCertificate:
+    """Numbers that satisfy the conditions of the energy bound exactly, and strictly.
+
+    Attributes
+    ----------
+    load_factor
+        A load factor at which shakedown is proved without any round-off.
+    slip : (n,)
+        The centre of the ball [length].
+    radius
+        A radius that reaches the initial state and the distance around it [√(force · length)].
+    """
+
+    load_factor: float
+    slip: FloatArray
+    radius: float
+
+
+@dataclass(frozen=True)
+class EnergyBound:
+    """λ_E, the load factor below which every motion from around an initial slip is proved to shake down.
+
+    At every load factor strictly between ``least_load_factor`` and ``load_factor`` a
+    motion that begins with all nodes closed, at a slip within the energy distance
+    ``distance`` of ``initial_slip``, comes to rest after a finite total slip, and no
+    node ever opens.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"infeasible"`` (nothing is proved at any load factor);
+        ``"unbounded"`` (proved at every load factor from the least on).
+    load_factor
+        λ_E; NaN where infeasible, inf where unbounded.
+    least_load_factor
+        The smallest load factor ≥ 0 at which it is proved: 0 but where the constant part
+        of the loading is not the mean and too little alone; NaN where infeasible.
+    slip : (n,)
+        v*, the safe slip in the middle of the ball at λ_E [length]; NaN unless optimal.
+    radius
+        Radius of that ball, ‖v₀ − v*‖ + distance [√(force · length)]; NaN unless optimal.
+    initial_slip : (n,)
+        v₀ [length].
+    distance
+        δ, the energy distance asked for [√(force · length)].
+    active
+        (node, side) of the rows that limit λ_E; where infeasible those that contradict each other.
+    residual
+        Largest violation of a row at (slip, radius, λ_E), relative to its terms; where
+        infeasible, by how much the multipliers fail to prove it.
+    gap
+        Load factor that the multipliers prove not to be exceeded, relative to λ_E, less 1.
+    certificate
+        What exact arithmetic confirms (up to 40 nodes, A exactly positive semi-definite), else None.
+    reason
+        The status in words; empty where optimal.
+    """
+
+    status: Status
+    load_factor: float
+    least_load_factor: float
+    slip: FloatArray
+    radius: float
+    initial_slip: FloatArray
+    distance: float
+    active: tuple[tuple[int, int], ...]
+    residual: float
+    gap: float
+    certificate: EnergyCertificate | None
+    reason: str
+
+    @property
+    def certified(self) -> float | None:
+        """The load factor that exact arithmetic confirms, or None."""
+        return None if self.certificate is None else self.certificate.load_factor
+
+
+def energy_bound(
+    problem: Problem,
+    initial_slip: ArrayLike | None = None,
+    distance: float = 0.0,
+    *,
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> EnergyBound:
+    """The load factor λ_E(v₀, δ) up to which shakedown from an initial slip is proved.
+
+    Maximise λ subject to f p ∓ q ≥ f_i γ_i R for every node, side and load step at the
+    slip v*, and ‖v₀ − v*‖_A + δ ≤ R: one second-order cone program in (v*, R, λ).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading; transient load steps are those after ``initial_slip``.
+    initial_slip : (n,), optional
+        v₀ [length]; zero by default, a joint assembled without locked-in slip.
+    distance
+        δ ≥ 0, how far the state may be from v₀ in the energy norm [√(force · length)].
+    certify
+        Whether to find a load factor that satisfies the conditions in exact arithmetic;
+        by default up to 40 nodes.
+    tolerances
+        What counts as zero and as feasible (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument has the wrong shape or is out of range.
+    SolverError
+        If the cone program ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> bound = shakedown.energy_bound(shakedown.example("two-node"))
+    >>> round(bound.load_factor, 7), bound.slip.round(4), bound.certified <= bound.load_factor
+    (0.6619611, array([0.0336, 1.3412]), True)
+    """
+    require_problem(problem)
+    start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
+    rows = energy_rows(problem, tolerances=tolerances)
+    reason = without_margin(problem, rows)
+    if reason:
+        return _nothing(rows, start, reach, reason)
+    check_resolved(rows, start, reach, tolerances)
+    bound = farthest_load_factor(rows, start, reach, tolerances)
+    wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
+    if wanted and bound.status == Status.OPTIMAL:
+        exact = ExactBall(problem, transient=True)
+        return replace(bound, certificate=_certificate(exact, rows, bound))
+    return bound
+
+
+def energy_document(bound: EnergyBound) -> dict[str, Any]:
+    """The energy bound with the field names that other programs rely on."""
+    keys = "load_factor least_load_factor slip radius distance status reason certified residual"
+    return {key: getattr(bound, key) for key in keys.split()}
+
+
+def farthest_load_factor(
+    rows: EnergyRows, start: FloatArray, distance: float, tolerances: Tolerances = DEFAULT
+) -> EnergyBound:
+    """The energy bound of rows of whatever kind."""
+    about = cone_rows(rows, start, distance)
+    end = end_of(about, tolerances)
+    if end.status == Status.INFEASIBLE:
+        nothing = _nothing(rows, start, distance, TOO_FAR)
+        return replace(
+            nothing, active=rows.names(about.carrying(end.multipliers)), residual=contradiction(about, end)
+        )
+    if end.status == Status.UNBOUNDED and not widest_room(about).margin > tolerances.feasibility:
+        return _nothing(rows, start, distance, TOO_FAR)  # a direction of growth, but nothing to start from
+    least = _least_load_factor(about, tolerances)
+    if end.status == Status.UNBOUNDED:
+        nothing = _nothing(rows, start, distance, UNLIMITED)
+        return replace(nothing, status=Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
+    if _without_room(about, end, tolerances):
+        return _nothing(rows, start, distance, NO_ROOM)
+    return _optimal(rows, about, end, start, least)
+
+
+def _checked_distance(distance: float) -> float:
+    if not (isinstance(distance, Real) and isfinite(distance) and distance >= 0):
+        raise UsageError(f"distance: expected a number >= 0, found {distance!r}")
+    return float(distance)
+
+
+def _least_load_factor(about: ConeRows, tolerances: Tolerances) -> float:
+    if np.all(about.d[:-1] >= 0):  # what holds at one load factor holds at every smaller one
+        return 0.0
+    end = end_of(about.reversed(), tolerances)
+    return abs(end.load_factor) if end.status == Status.OPTIMAL else nan
+
+
+def _without_room(about: ConeRows, end: Farthest, tolerances: Tolerances) -> bool:
+    """Whether some row has no margin at any slip: neither here nor at any smaller load factor."""
+    reach = float(np.linalg.norm(end.y)) + about.offset
+    margins = -about.excess(end.y, end.load_factor)[:-1]
+    needs = reach * about.s[:-1] / np.where(about.sizes[:-1] > 0, about.sizes[:-1], 1.0)
+    doubtful = (margins <= tolerances.feasibility) & (needs <= tolerances.feasibility) & (about.d[:-1] <= 0)
+    return bool(doubtful.any()) and widest_room(about).margin <= tolerances.feasibility
+
+
+def _optimal(
+    rows: EnergyRows, about: ConeRows, end: Farthest, start: FloatArray, least: float
+) -> EnergyBound:
+    slip = start + rows.metric.inverse @ end.y * about.length
+    relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
+    load_factor, proved = max(end.load_factor, 0.0), about.proved(end.multipliers)
+    excess = -rows.room(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
+    return EnergyBound(
+        status=Status.OPTIMAL,
+        load_factor=load_factor,
+        least_load_factor=least,
+        slip=slip,
+        radius=relative * rows.metric.unit,
+        initial_slip=start,
+        distance=about.offset * about.length * rows.metric.unit,
+        active=rows.names(about.carrying(end.multipliers)),
+        residual=float(excess.max()),
+        gap=proved / load_factor - 1.0 if load_factor > 0 else proved,
+        certificate=None,
+        reason="",
+    )
+
+
+def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> EnergyCertificate | None:
+    """Move from the optimum towards the point with the largest margins until all conditions are strict."""
+    if not exact.regular:
+        return None
+    about = cone_rows(rows, bound.initial_slip, bound.distance)
+    room = widest_room(about)
+    middle = bound.initial_slip + rows.metric.inverse @ room.y * about.length
+    for part in (10.0**digits for digits in range(-14, -2)):
+        slip = (1 - part) * bound.slip + part * middle
+        lower = (1 - part) * bound.load_factor + part * room.load_factor
+        radius = nextafter(float(exact.radius_to(slip, bound.initial_slip, bound.distance)), inf)
+        if exact.holds(lower, slip, radius):
+            return EnergyCertificate(lower, slip, radius)
+    return None
+
+
+def _nothing(rows: EnergyRows, start: FloatArray, distance: float, reason: str) -> EnergyBound:
+    return EnergyBound(
+        status=Status.INFEASIBLE,
+        load_factor=nan,
+        least_load_factor=nan,
+        slip=np.full(rows.n, nan),
+        radius=nan,
+        initial_slip=start,
+        distance=distance,
+        active=(),
+        residual=nan,
+        gap=nan,
+        certificate=None,
+        reason=reason,
+    )

@@ -1,0 +1,125 @@
+"""The frictional limits with the room that a ball of slips needs at each of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.energy.energy_metric import EnergyMetric, energy_metric, spreads
+from shakedown.errors import UsageError
+from shakedown.model.constraints import constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+
+@dataclass(frozen=True)
+class EnergyRows:
+    """G v + λ d + R s ≤ g: every limit keeps the room R s at the centre v of a ball of radius R.
+
+    Nothing here but the names of the rows knows what a limit is: any linear condition
+    on slip and load can be added, with the dual norm of its slip part as s.
+
+    Attributes
+    ----------
+    G : (k, n)
+        Coefficients of the slip v [force/length].
+    d : (k,)
+        Coefficients of the load factor λ [force].
+    g : (k,)
+        Right-hand sides [force].
+    spread : (k,)
+        s, coefficients of the radius in units of ``metric.unit`` [force/length].
+    node, side : (k,)
+        Node and side (±1) of every row.
+    metric
+        The energy norm.
+    """
+
+    G: FloatArray
+    d: FloatArray
+    g: FloatArray
+    spread: FloatArray
+    node: NDArray[np.intp]
+    side: NDArray[np.intp]
+    metric: EnergyMetric
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.G.shape[1]
+
+    def room(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
+        """Distance to the limit of every row (k,), less what a ball of a relative radius needs [force]."""
+        return self.g - self.G @ slip - load_factor * self.d - radius * self.spread
+
+    def sizes(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
+        """The largest term of every row (k,) [force]; 1 for a row of zeros."""
+        terms = np.maximum(np.abs(self.G) @ np.abs(slip), np.abs(load_factor * self.d))
+        terms = np.maximum(np.maximum(terms, np.abs(self.g)), radius * self.spread)
+        return np.where(terms > 0, terms, 1.0)
+
+    def names(self, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
+        """(node, side) of some rows, in order, each once."""
+        return tuple(dict.fromkeys((int(self.node[i]), int(self.side[i])) for i in sorted(indices)))
+
+
+def energy_rows(problem: Problem, *, transient: bool = True, tolerances: Tolerances = DEFAULT) -> EnergyRows:
+    """The 2n extremal rows of a problem, and 2n more for its transient load steps.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    transient
+        Whether the transient load steps, where the problem has them, are still to come.
+        They are not scaled by the load factor.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> rows = energy_rows(shakedown.example("two-node"))
+    >>> rows.G.shape, (rows.spread / np.abs(rows.G).max()).round(3)
+    ((4, 2), array([0.176, 0.176, 0.101, 0.101]))
+    """
+    rows = constraints(problem)
+    metric = energy_metric(problem.A, problem.B, tolerances=tolerances)
+    spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
+    G, d, g, node, side = rows.G, rows.d, rows.g, rows.node, rows.side
+    if transient and problem.q_transient is not None and problem.p_transient is not None:
+        reach = problem.f * problem.p_transient
+        sides = np.stack([reach - problem.q_transient, reach + problem.q_transient], axis=2)
+        if len(sides):
+            G, d, g = np.vstack([G, G]), np.append(d, np.zeros_like(d)), np.append(g, sides.min(axis=0))
+            spread, node, side = np.tile(spread, 2), np.tile(node, 2), np.tile(side, 2)
+    return EnergyRows(G, d, g, spread, node, side, metric)
+
+
+def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
+    """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
+    loads = float(np.max(np.abs(rows.g)) + np.max(np.abs(rows.d)))
+    most = tolerances.stored_digits / np.finfo(float).eps * loads
+    with np.errstate(over="ignore"):
+        locked = float((np.abs(rows.G) @ np.abs(slip)).max())
+        steepest = float(np.linalg.norm(rows.G @ rows.metric.inverse, axis=1).max())
+        around = steepest * distance / rows.metric.unit
+    for name, found in (("initial slip", locked), ("distance", around)):
+        if loads > 0 and found > most:
+            raise UsageError(f"{name}: expected reactions below {most:.3g} from it, found {found:.3g}")
+
+
+def without_margin(problem: Problem, rows: EnergyRows) -> str:
+    """Why no ball can exist whatever the load, in words; empty where one may.
+
+    A frictionless node has no margin, and a pressure that changes under a slip that
+    costs no energy has no bound within any ball.
+    """
+    smooth = np.flatnonzero(problem.f == 0.0)
+    if smooth.size:
+        return f"node {smooth[0]} has no friction, and so no margin to a limit"
+    unbounded = rows.node[np.isinf(rows.spread)]
+    if unbounded.size:
+        return (
+            f"node {unbounded[0]}: a slip without tangential energy changes its pressure "
+            "(with a normal stiffness added, kappa would not be positive semi-definite)"
+        )
+    return ""
