@@ -106,6 +106,29 @@ def _from_file(path: str) -> FloatArray:
         raise click.UsageError(f"--initial {error}") from None
 
 
+def _jump_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
+    """Jumps of the long-term state, where it has any."""
+    if not run.jumps_per_cycle > 0:
+        return []
+    return [
+        ("  by friction", number(run.friction_dissipation_per_cycle), ""),
+        ("  by damping in jumps", number(run.jump_dissipation_per_cycle), ""),
+        ("jumps per cycle", number(run.jumps_per_cycle), ""),
+    ]
+
+
+def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
+    """What is proved of a shakedown, and which nodes stay open."""
+    facts = []
+    if run.open_nodes:
+        facts.append(("open throughout", ", ".join(map(str, run.open_nodes)), "nodes"))
+    if run.outcome == shakedown.Outcome.SHAKEDOWN:
+        facts.append(("shakedown proved", "yes" if run.proved else "no", ""))
+    if run.proved and run.long_term is not None:
+        facts.append(("one node may be off by", number(run.long_term.single_node_margin), "slip"))
+    return facts
+
+
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines = [headline(problem), ""]
     lines.append(
@@ -117,6 +140,8 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("cycles simulated", str(run.cycles_simulated), ""),
         ("period", str(run.period) if run.period else "-", "cycles" if run.period > 1 else "cycle"),
         ("dissipation per cycle", number(run.dissipation_per_cycle), ""),
+        *_jump_facts(run),
+        *_proof_facts(run),
         ("friction law residual", tiny(run.residual), "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]

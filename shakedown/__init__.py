@@ -50,6 +50,10 @@ if TYPE_CHECKING:
     from shakedown.evolution.contact_law import law_violation as law_violation
     from shakedown.evolution.contact_law import reactions as reactions
     from shakedown.evolution.contact_law import scales as scales
+    from shakedown.evolution.corner_report import CornerEnd as CornerEnd
+    from shakedown.evolution.corner_report import CornerReport as CornerReport
+    from shakedown.evolution.corner_report import corner_report as corner_report
+    from shakedown.evolution.corner_report import pair_thresholds as pair_thresholds
     from shakedown.evolution.event_history import EventHistory as EventHistory
     from shakedown.evolution.event_history import EventKind as EventKind
     from shakedown.evolution.evolve import EvolutionResult as EvolutionResult
@@ -71,14 +75,15 @@ if TYPE_CHECKING:
     from shakedown.importing.import_model import Import as Import
     from shakedown.importing.import_model import import_model as import_model
     from shakedown.importing.import_model import import_problem as import_problem
+    from shakedown.long_term.cycle_log import Cycles as Cycles
     from shakedown.long_term.find_state import long_term_state as long_term_state
     from shakedown.long_term.fixed_steps import History as History
-    from shakedown.long_term.outcome import Cycles as Cycles
+    from shakedown.long_term.history_file import save_history as save_history
     from shakedown.long_term.outcome import Outcome as Outcome
     from shakedown.long_term.simulation import Simulation as Simulation
-    from shakedown.long_term.simulation import save_history as save_history
     from shakedown.long_term.simulation import simulate as simulate
     from shakedown.long_term.state import LongTermState as LongTermState
+    from shakedown.long_term.state import SettledState as SettledState
     from shakedown.long_term.transient_limit import TransientLimit as TransientLimit
     from shakedown.long_term.transient_limit import transient_limit as transient_limit
     from shakedown.model.constraints import SIDE_NAMES as SIDE_NAMES
@@ -127,6 +132,7 @@ _HOMES = {
     "shakedown.enumeration.intersection": "Intersection",
     "shakedown.bounds.interior_point": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.files.examples": "example example_names",
+    "shakedown.evolution.corner_report": "CornerEnd CornerReport corner_report pair_thresholds",
     "shakedown.evolution.event_history": "EventHistory EventKind",
     "shakedown.evolution.integrator": "Evolution",
     "shakedown.evolution.evolve": "EvolutionResult evolve",
@@ -135,11 +141,13 @@ _HOMES = {
     "shakedown.friction.thresholds": "FrictionThresholds Threshold friction_thresholds",
     "shakedown.evolution.viscous_jump": "Jump",
     "shakedown.long_term.find_state": "long_term_state",
-    "shakedown.long_term.state": "LongTermState",
+    "shakedown.long_term.state": "LongTermState SettledState",
     "shakedown.long_term.fixed_steps": "History",
     "shakedown.friction.wedging": "Wedging",
-    "shakedown.long_term.outcome": "Cycles Outcome",
-    "shakedown.long_term.simulation": "Simulation save_history simulate",
+    "shakedown.long_term.cycle_log": "Cycles",
+    "shakedown.long_term.outcome": "Outcome",
+    "shakedown.long_term.history_file": "save_history",
+    "shakedown.long_term.simulation": "Simulation simulate",
     "shakedown.verification.verify": "Run Verification verify",
     "shakedown.report.html": "report_path write_report",
 }

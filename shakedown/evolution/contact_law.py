@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shakedown.model.loading import loading
+from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
 
 
@@ -33,11 +33,8 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     >>> scales(shakedown.example("one-node"), 1.0)
     Scales(force=2.8, length=2.8)
     """
-    q_w, p_w = loading(problem).at(load_factor)
-    parts = [q_w, p_w]
-    if problem.q_transient is not None and problem.p_transient is not None:
-        parts += [problem.q_transient, problem.p_transient]
-    force = max((float(np.abs(part).max(initial=0.0)) for part in parts), default=0.0) or 1.0
+    parts = [*loading(problem).at(load_factor), transient_path(problem)]
+    force = max(float(np.abs(part).max(initial=0.0)) for part in parts) or 1.0
     stiffness = np.diag(problem.A)[np.diag(problem.A) > 0]
     return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
 

@@ -24,10 +24,15 @@ class CycleRecord:
 
     Attributes
     ----------
+    end_slip : (n,)
+        Slip at its end [length].
     slip : (n,)
-        Σ|Δv| in contact [length].
-    dissipation
-        Frictional dissipation, and the energy released by jumps [force × length].
+        Σ|Δv| in contact [length]; of a jump the change of v where a node is closed
+        before and after it (:attr:`Jump.slip` has the whole way).
+    friction_dissipation
+        What friction takes, in jumps too [force × length].
+    jump_dissipation
+        What the damping takes in jumps: the rest of the energy that they release [force × length].
     opened : (n,)
         Whether the node was open for some time.
     events
@@ -38,12 +43,19 @@ class CycleRecord:
         The jumps in this cycle.
     """
 
+    end_slip: FloatArray
     slip: FloatArray
-    dissipation: float
+    friction_dissipation: float
+    jump_dissipation: float
     opened: NDArray[np.bool_]
     events: int
     signature: int
     jumps: tuple[Jump, ...]
+
+    @property
+    def dissipation(self) -> float:
+        """What friction and the damping of jumps take [force × length]."""
+        return self.friction_dissipation + self.jump_dissipation
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
 from shakedown.model.arguments import check_arguments, checked_damping, checked_initial_slip
-from shakedown.model.loading import loading, ramp_start
+from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -106,7 +106,12 @@ def evolve(
 def _expanded(problem: Problem, small: EvolutionResult, scene: Scene) -> EvolutionResult:
     """A result of a reduced problem in terms of all nodes."""
     cycles = tuple(
-        replace(cycle, slip=scene.spread(cycle.slip, 0.0), opened=scene.spread(cycle.opened, False))
+        replace(
+            cycle,
+            end_slip=scene.spread(cycle.end_slip, scene.initial_slip),
+            slip=scene.spread(cycle.slip, 0.0),
+            opened=scene.spread(cycle.opened, False),
+        )
         for cycle in small.cycles
     )
     return EvolutionResult(
@@ -147,9 +152,7 @@ def expanded_history(
 def _welded_at(problem: Problem, load_factor: float, start: FloatArray, cycle: FloatArray) -> FloatArray:
     """Welded reactions (s, 2n) at times in cycles; negative ones are those before the first period."""
     loop = np.hstack(loading(problem).at(load_factor))
-    before = np.empty((0, 2 * problem.n))
-    if problem.q_transient is not None and problem.p_transient is not None:
-        before = np.hstack([problem.q_transient, problem.p_transient])
+    before = transient_path(problem)
     ramp = ramp_start(problem, np.vstack([before, loop])[0], start)
     cycles = int(np.ceil(cycle.max(initial=0.0))) + 1
     path = np.vstack([ramp, before, *[loop] * cycles])

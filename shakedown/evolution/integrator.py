@@ -22,13 +22,14 @@ from shakedown.kernels.moving_state import (
 )
 from shakedown.kernels.rate_problem import rates
 from shakedown.model.arguments import checked_damping, checked_initial_slip
-from shakedown.model.loading import loading, ramp_start
+from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
 RECORD_ROWS = 512
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
-MOST_JUMPS = 20  # per cycle
+MOST_RETRIES = 20  # of one instant, each with a larger change of load
+MOST_JUMPS = 20  # per node and load step of a cycle
 
 
 class Evolution:
@@ -78,9 +79,11 @@ class Evolution:
         self.done = 0  # cycles
         self.pieces: list[EventHistory] = []
         self.jumps: list[Jump] = []  # of the present cycle
+        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
         self._approach = self._path_to_first_period(start)
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
+        self.slides: bool  # whether a jump has no end although nodes are in contact
         self.state = State(np.concatenate([start, np.zeros(n)]), np.where(problem.f == 0.0, BACKWARD_SLIP, 0))
 
     def _precision(self, start: FloatArray) -> Precision:
@@ -94,12 +97,9 @@ class Evolution:
 
     def _path_to_first_period(self, start: FloatArray) -> FloatArray:
         """Welded reactions from the beginning of the ramp to the load step before the first period."""
-        problem, n = self.problem, self.problem.n
-        before = np.empty((0, 2 * n))
-        if problem.q_transient is not None and problem.p_transient is not None:
-            before = np.hstack([problem.q_transient, problem.p_transient])
+        before = transient_path(self.problem)
         first = np.vstack([before, self.load])[0]
-        return np.vstack([ramp_start(problem, first, start), before])
+        return np.vstack([ramp_start(self.problem, first, start), before])
 
     @property
     def state(self) -> State:
@@ -108,7 +108,7 @@ class Evolution:
 
     @state.setter
     def state(self, state: State) -> None:
-        self.stop, self.left = None, False
+        self.stop, self.left, self.slides = None, False, False
         self.motion.u[:] = state.u
         self.active.state[:] = state.contact
         if not factorize(self.active):
@@ -138,15 +138,17 @@ class Evolution:
         for counter in (motion.slip, motion.work, motion.opened, motion.signature, motion.time):
             counter[:] = 0
         motion.counts[:] = 0, -1, -1, LOAD_STEP, 0
-        self.jumps = []
+        self.jumps, self._nudged = [], None
         status = self._follow(motion, path, record)
         if status != kernel.DONE:
             self._say_why(status, path)
             return None
         self.done += 1
         return CycleRecord(
+            end_slip=motion.u[: self.problem.n].copy(),
             slip=motion.slip.copy(),
-            dissipation=float(motion.work[0]),
+            friction_dissipation=float(motion.work[0]) + sum(jump.friction_work for jump in self.jumps),
+            jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
             opened=motion.opened.copy(),
             events=int(motion.counts[0]),
             signature=int(motion.signature[0]),
@@ -171,16 +173,20 @@ class Evolution:
 
     def _jump(self, motion: Motion, room: Record, path: FloatArray, first: int) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
-        if len(self.jumps) == MOST_JUMPS:
-            return False
         n, step = self.problem.n, int(motion.counts[4])
+        if len(self.jumps) == MOST_JUMPS * n * (len(path) - 1):
+            return False
+        retries = self._retries(step, float(motion.time[0]))
+        if retries == MOST_RETRIES:
+            return False
         if len(room.time):
             kernel.note(self.active, motion, room, first + step, *motion.counts[2:4])
         rate = path[step + 1] - path[step]
         if not rate.any():
             return False
-        nudge = NUDGE * self.scale.force * 4.0 ** len(self.jumps) / float(np.abs(rate).max())
+        nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
         time = min(float(motion.time[0]) + nudge, 1.0)
+        self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, motion.u.copy()
         moving = ViscousMotion(
             self.kappa, self.problem.f, before, self.active.state, motion.r, load, self.damping,
@@ -189,6 +195,7 @@ class Evolution:
         rest = moving.to_rest()
         if rest is None:
             self.left = bool((moving.contact == OPEN).all())
+            self.slides = moving.endless and not self.left
             return False
         released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
         contact_before = self.active.state.copy()
@@ -196,15 +203,20 @@ class Evolution:
         motion.time[0], motion.time[1] = time, 0.0
         motion.counts[2:4] = -1, JUMPS
         motion.counts[0] += 1
-        motion.work[0] += released
         closed = (contact_before != OPEN) & (rest.contact != OPEN)
         motion.slip[:] += np.where(closed, np.abs(rest.u[:n] - before[:n]), 0.0)
         cycle = self.done + (first + step + time) / self.problem.m
         self.jumps.append(
             Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
-                 rest.friction_work, rest.steps)
+                 rest.friction_work, rest.slip, rest.steps)
         )  # fmt: skip
         return True
+
+    def _retries(self, step: int, time: float) -> int:
+        """How often this instant has been jumped from already: the load has not moved since the last jump."""
+        if self._nudged is None or self._nudged[:2] != (step, time):
+            return 0
+        return self._nudged[2] + 1
 
     def _history(self, room: Record, path: FloatArray, first: int) -> EventHistory:
         rows, n = int(room.rows[0]), self.problem.n
@@ -260,5 +272,7 @@ class Evolution:
         }
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
+        if self.slides:
+            reasons[status] = "the body slides away: friction and stiffness do not hold it"
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         self.stop = Stop(f"{reasons[status]} {when}", time, node)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.evolution.contact_law import scales
 from shakedown.model.arguments import checked_initial_slip
-from shakedown.model.loading import loading, ramp_start
+from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
 
@@ -112,9 +112,7 @@ class _States:
     def __init__(self, problem: Problem, load_factor: float, start: FloatArray) -> None:
         self.n, self.f, self.start = problem.n, problem.f, start
         self.scale = scales(problem, load_factor)
-        loads = [np.hstack(loading(problem).at(load_factor))]
-        if problem.q_transient is not None and problem.p_transient is not None:
-            loads.insert(0, np.hstack([problem.q_transient, problem.p_transient]))
+        loads = [transient_path(problem), np.hstack(loading(problem).at(load_factor))]
         loads.insert(0, ramp_start(problem, np.vstack(loads)[0], start)[None])
         self.loads = np.unique(np.vstack(loads), axis=0) / self.scale.force
         C = np.zeros_like(problem.A) if problem.C is None else problem.C

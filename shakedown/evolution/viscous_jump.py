@@ -46,7 +46,9 @@ class Jump:
     energy_released
         Loss of potential energy ½ uᵀκu + r_wᵀu [force × length], independent of the damping.
     friction_work
-        The part that friction takes; the damping takes the rest [force × length].
+        The part that friction takes, on the way that the implicit steps find [force × length].
+    slip : (n,)
+        Σ|Δv| in contact on that way [length].
     steps
         Implicit steps taken.
     """
@@ -59,16 +61,27 @@ class Jump:
     contact: NDArray[np.int64]
     energy_released: float
     friction_work: float
+    slip: FloatArray
     steps: int
+
+    @property
+    def damping_work(self) -> float:
+        """The part of the energy released that the damping takes [force × length]."""
+        return self.energy_released - self.friction_work
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Where a viscous motion has come to rest: u = (v, w), contact states, friction work, steps taken."""
+    """Where a viscous motion has come to rest, and what it took to get there.
+
+    Displacements u = (v, w), contact states, friction work [force × length], slip
+    in contact (n,) [length] and steps taken.
+    """
 
     u: FloatArray
     contact: NDArray[np.int64]
     friction_work: float
+    slip: FloatArray
     steps: int
 
 
@@ -103,11 +116,13 @@ class ViscousMotion:
         self.precision, self.scale = precision, scale
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
         self.velocity = np.zeros_like(u)
-        self.friction_work, self.steps = 0.0, 0
+        self.friction_work, self.slip, self.steps = 0.0, np.zeros(len(f)), 0
+        self.endless = False
 
     def to_rest(self) -> Rest | None:
-        """Follow the motion to its end; None where it has none."""
-        dt = 0.05 / float(np.max(np.diag(self.kappa) / self.damping))
+        """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
+        fastest = float(np.max(np.diag(self.kappa) / self.damping))
+        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
         shortest = 1e-9 * dt
         far = FAR * self.scale.length + FAR * np.abs(self.start).max()
         longest = FAR * FAR * dt
@@ -120,6 +135,7 @@ class ViscousMotion:
             if rest is not None:
                 return rest
             dt *= 1.5
+        self.endless = dt >= longest or float(np.abs(self.u - self.start).max()) >= far
         return None
 
     def _step(self, dt: float) -> bool:
@@ -144,6 +160,7 @@ class ViscousMotion:
         self.u, self.velocity, self.contact = mo.u.copy(), velocity, act.state.copy()
         self.reaction = path[1] + stiffer @ mo.u
         self.friction_work += float(mo.work[0])
+        self.slip += mo.slip
         return True
 
     def _rest(self) -> Rest | None:
@@ -159,7 +176,9 @@ class ViscousMotion:
         still = np.zeros(n)
         if law_violation(self.f, r[:n], r[n:], u[n:], still, self.scale).max() > 1e-12:
             return None
-        return Rest(u, self.contact.copy(), self.friction_work, self.steps)
+        last = np.where(self.contact == OPEN, 0.0, u[:n] - self.u[:n])
+        friction_work = self.friction_work - float(last @ (self.reaction[:n] + r[:n])) / 2
+        return Rest(u, self.contact.copy(), friction_work, self.slip + np.abs(last), self.steps)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:
@@ -180,5 +199,5 @@ def potential_energy(kappa: FloatArray, load: FloatArray, u: FloatArray) -> floa
 def default_damping(kappa: FloatArray) -> FloatArray:
     """Damping in proportion to the diagonal of κ, (2n,)."""
     diagonal = np.diag(kappa).copy()
-    diagonal[diagonal <= 0] = diagonal.max()
+    diagonal[diagonal <= 0] = diagonal.max() or 1.0
     return diagonal

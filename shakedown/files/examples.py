@@ -55,33 +55,48 @@ def one_node() -> Problem:
 
 
 def one_node_separation() -> Problem:
-    """Separation and stick in turn, without slip, above the critical friction 2/3 (scenario A.6).
+    """Separation and stick in turn, with a jump in every cycle, above the critical friction 2/3 (A.6).
 
-    The node closes at a slip that puts the apex of its stick sector on the path
-    of the load, so that it opens there again. From the second initial slip the
-    same loading shakes down: above the critical friction Melan's theorem fails.
+    The load leaves the sector of stick on its backward side: the node jumps into the
+    air, comes back where the load crosses the line of separation, and sticks at the
+    same slip until it jumps again. The thesis draws the loop and prints no numbers.
+    From the second initial slip the same loading shakes down: above the critical
+    friction Melan's theorem fails.
     """
-    return _above_critical("one node, separation and stick (A.6)", [1.0, 1.0], [5.0, 1.0], [[0.0], [2.0]])
+    name = "one node, separation and stick (A.6)"
+    loop = [(4.0, 4.0), (4.0, 1.0), (1.0, 1.0), (1.0, 4.0)]
+    return _above_critical(name, [(0.0, 4.0), (1.0, 4.0)], loop, [[0.0], [20.0]])
 
 
 def one_node_cyclic() -> Problem:
-    """Cyclic slip with separation, above the critical friction 2/3 (scenario A.7).
+    """Cyclic slip with separation and a jump in every cycle, above the critical friction 2/3 (A.7).
 
-    From the second initial slip the same loading shakes down.
+    The node comes back with the load on the forward side of its new sector, and slips
+    until the load turns. From the second initial slip the same loading shakes down.
     """
-    q_w, p_w = [0.0, 2.0, 2.5], [0.0, 2.5, 4.0]
-    return _above_critical("one node, cyclic slip (A.7)", q_w, p_w, [[-0.5], [1.0]])
+    name = "one node, cyclic slip (A.7)"
+    loop = [(3.0, 3.0), (3.0, 2.0), (-1.0, 2.0), (1.0, 3.0)]
+    return _above_critical(name, [(0.0, 3.0), (1.0, 3.0)], loop, [[0.0], [20.0]])
 
 
-def _above_critical(name: str, q_w: list[float], p_w: list[float], slips: list[list[float]]) -> Problem:
+def _above_critical(
+    name: str,
+    transient: list[tuple[float, float]],
+    loop: list[tuple[float, float]],
+    slips: list[list[float]],
+) -> Problem:
+    """One node with load steps (q_w, p_w)."""
+    before, period = np.array(transient), np.array(loop)
     return Problem(
         name=name,
         A=[[1.0]],
         B=[[1.5]],
         C=[[4.0]],
         f=0.8,
-        q_w=np.reshape(q_w, (-1, 1)),
-        p_w=np.reshape(p_w, (-1, 1)),
+        q_w=period[:, :1],
+        p_w=period[:, 1:],
+        q_transient=before[:, :1],
+        p_transient=before[:, 1:],
         initial_slip=slips,
     )
 
@@ -131,32 +146,30 @@ def three_node() -> Problem:
 
 
 def jump() -> Problem:
-    """A two-node system above its threshold of uniqueness, whose state jumps (thesis chapter VI).
+    """The two-node system of thesis §6.4, (6.45) and (6.48), whose state jumps.
 
-    κ and the loads are not the printed (6.45) and (6.48). They are constructed to
-    have the results that follow from those: the six friction thresholds, the
-    slips (−20.727, 30.905) at which both nodes are on their limits, and the end
-    state (3.5640, −24.5639), w₂ = 3.3443 with node 0 in forward slip and node 1
-    open (the thesis prints (3.5459, −24.5192) and 3.33, from unrounded matrices).
-    The energy released and the distance of the load from the jump are this
-    system's own.
-
-    The transient starts at q_w1 = 2.6, slightly inside both limits; both nodes
-    would reach them at 2.5; the load stays at 2.2.
+    Its friction is above the threshold of uniqueness, 0.3557 (6.47). The thesis
+    prints no way to the discontinuity. Here both nodes start stuck inside their limits at
+    q_w1 = 2.6, at the slips with which they would both be on them at 2.501, and
+    q_w1 falls to the 2.5 of (6.48). End state: (3.5640, −24.5639), w₂ = 3.3443, node
+    0 in forward slip and node 1 open (the thesis prints (3.5459, −24.5192) and
+    3.33, from matrices with more digits).
     """
-    end, start = [2.2, 7.129786692], [2.6, 7.129786692]
-    p_w = [21.256779174, 3.086571012]
+    f, p_w, q_limit = 0.39, [1.0, 1.0], np.array([2.501, 2.0])
+    A, B = np.array([[0.4276, 0.1754], [0.1754, 0.1216]]), np.array([[-0.1011, -0.022], [-0.053, 0.1082]])
+    side = np.array([-1.0, 1.0])  # node 0 forward, node 1 backward
+    start = np.linalg.solve(A - side[:, None] * f * B, side * f * p_w - q_limit)
     return Problem(
-        name="jump (after chapter VI)",
-        A=[[1.564954211097, 0.634685497787], [0.634685497787, 0.435045788903]],
-        B=[[-0.370009270859, -0.079602950643], [-0.191764386522, 0.387120296230]],
-        C=[[1.4, -0.064581505343], [-0.064581505343, 2.124846593854]],
-        f=0.39,
-        q_w=[end],
+        name="jump (chapter VI)",
+        A=A,
+        B=B,
+        C=[[0.3005, 0.0012], [0.0012, 0.5522]],
+        f=f,
+        q_w=[[2.5, 2.0]],
         p_w=[p_w],
-        q_transient=[start],
+        q_transient=[[2.6, 2.0]],
         p_transient=[p_w],
-        initial_slip=[-20.75, 30.96],
+        initial_slip=start,
     )
 
 

@@ -12,7 +12,8 @@ Row ``col`` of κ, less ``coef`` times row n + ``col``, is the equation's left-h
 side. The matrix of these rows in the freed columns is unsymmetric; its inverse
 is kept explicitly and follows a change of state by bordering, in O(a²) for a
 equations. The sign of its determinant is kept too: negative means that the
-motion, although it satisfies the law, is unstable (chapter VI).
+motion, although it satisfies the law, is unstable (chapter VI); zero means that
+the matrix is singular and what stands for its inverse must not be used.
 """
 
 from typing import Any, NamedTuple
@@ -165,6 +166,7 @@ def factorize(act: Any) -> bool:
                 best = b
         size = np.abs(act.kappa[act.col[k]]).max()
         if abs(matrix[best, k]) <= SINGULAR * size:
+            act.meta[SIGN] = 0
             return False
         if best != k:
             for c in range(a):
@@ -201,9 +203,10 @@ def change_states(act: Any, wanted: Any) -> bool:
     """Move every node to its wanted state; False where the new matrix is singular.
 
     Equations are removed first, so that a load reversal, where most slipping
-    nodes stop at once, gets cheaper with every node.
+    nodes stop at once, gets cheaper with every node. A matrix that was singular
+    leaves no inverse to update.
     """
-    n, sound = len(act.f), True
+    n, sound = len(act.f), act.meta[SIGN] != 0
     for i in range(n):
         if wanted[i] != act.state[i] and act.state[i] != STICK and sound:
             if act.state[i] == OPEN:

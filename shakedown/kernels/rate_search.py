@@ -116,7 +116,7 @@ def lemke_states(act: Any, rate: Any, before: Any, rate_tol: float) -> bool:
     for a in range(k):
         if z[a] > 1e-14 * largest and rate.wanted[node[a]] != OPEN:
             rate.wanted[node[a]] = kind[a]
-    if not change_states(act, rate.wanted) or act.meta[SIGN] < 0:
+    if not change_states(act, rate.wanted) or act.meta[SIGN] <= 0:
         return False
     return broken_conditions(act, rate, rate_tol) == 0 or pivot_to_solution(act, rate, rate_tol)
 

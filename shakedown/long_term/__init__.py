@@ -1,6 +1,8 @@
 """What becomes of a joint: shakedown, cyclic slip, ratchetting, separation, or undecided.
 
-Reading order: ``outcome``, ``state`` (the answer), ``cycle_map`` (one cycle as an affine map),
-``limit_search`` and ``find_state`` (the limit in closed form), ``fixed_steps`` (the Gauss–Seidel
-road), ``simulation`` (both roads behind one function), ``transient_limit`` (λ_T).
+Reading order: ``cycle_log`` (what each cycle did), ``outcome``, ``energy_proof`` (a verdict with
+proof), ``state`` (the answer), ``cycle_map`` (one cycle as an affine map), ``steady_period`` (what a
+period says), ``limit_search`` (the limit in closed form), ``find_state``, ``fixed_steps`` (the
+Gauss–Seidel road), ``simulation`` (both roads behind one function), ``history_file``,
+``transient_limit`` (λ_T).
 """

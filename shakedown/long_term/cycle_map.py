@@ -77,17 +77,17 @@ class Limit:
     contraction: float
 
 
-def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
+def follow_period(evolution: Evolution, period: int, *, record: bool = False) -> CycleMap | None:
     """Carry an evolution through a period, with the derivative of its cycle map; None where it stops."""
     start = evolution.state
     stuck = np.flatnonzero(start.contact == STICK)
     basis = tangent_basis(evolution, stuck)
     tangent, records = basis.copy(), []
     for _ in range(period):
-        record = evolution.cycle(tangent=tangent)
-        if record is None:
+        cycle = evolution.cycle(record=record, tangent=tangent)
+        if cycle is None:
             return None
-        records.append(record)
+        records.append(cycle)
     end = evolution.state
     return CycleMap(start, end, tuple(records), stuck, basis, tangent[stuck], end.u[stuck] - start.u[stuck])
 

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.evolution.event_history import EventKind
 from shakedown.evolution.evolve import expanded_history
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
-from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
 from shakedown.model.arguments import check_arguments, check_count
 from shakedown.model.problem import Problem
@@ -20,7 +20,7 @@ def long_term_state(
     initial_slip: ArrayLike | None = None,
     *,
     max_cycles: int = 1000,
-    longest_period: int = 8,
+    longest_period: int = LONGEST_PERIOD,
     reduce: bool = False,
     tolerances: Tolerances = DEFAULT,
 ) -> LongTermState:
@@ -69,8 +69,9 @@ def long_term_state(
     if reduce:
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
-        small = LimitSearch(scene.problem, load_factor, moving, tolerances, longest_period).run(max_cycles)
-        if small.period and EventKind.JUMPS not in small.history.kind:
+        search = LimitSearch(scene.problem, load_factor, moving, tolerances, longest_period)
+        small = search.run(max_cycles)
+        if small.period and not small.jumps_per_cycle:
             return _expanded(problem, small, scene)
     search = LimitSearch(problem, load_factor, initial_slip, tolerances, longest_period)
     return search.run(max_cycles)
@@ -78,13 +79,16 @@ def long_term_state(
 
 def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
     """The long-term state of a reduced problem in terms of all nodes."""
+    passage = None if small.passage is None else (problem, replace(small.passage[1], scene=scene))
     return replace(
         small,
         initial_slip=scene.initial_slip,
         final_slip=scene.spread(small.final_slip, scene.initial_slip),
         drift=scene.spread(small.drift, 0.0),
         slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
-        open_nodes=scene.spread(small.open_nodes, False),
+        open_nodes=tuple(int(j) for j in np.flatnonzero(scene.moving)[list(small.open_nodes)]),
+        opened=scene.spread(small.opened, False),
         history=expanded_history(problem, small.load_factor, scene, small.history),
         scene=scene,
+        passage=passage,
     )

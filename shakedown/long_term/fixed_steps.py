@@ -1,14 +1,15 @@
 """Time integration at fixed load steps, cycle by cycle, by the thesis's Gauss–Seidel."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.evolution.contact_law import law_violation, reactions, scales
 from shakedown.kernels.gauss_seidel import Stiffness, load_steps
-from shakedown.long_term.outcome import WINDOW, Cycles, Outcome, Verdict, judge
-from shakedown.model.loading import loading
+from shakedown.long_term.cycle_log import CycleLog, Cycles
+from shakedown.long_term.outcome import WINDOW, Outcome, Verdict, judge
+from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import Tolerances
 
@@ -58,16 +59,19 @@ class Stepping:
         """Cycle until the outcome is clear, at most ``cycles`` times."""
         self.v[:] = start
         threshold = self.tolerances.steadiness * self.scale.length
-        q_transient, p_transient = self.problem.q_transient, self.problem.p_transient
-        failure, verdict = "", None
-        if q_transient is not None and p_transient is not None and len(q_transient):
-            _, failure = self._advance(q_transient, p_transient, None)
+        before, failure, verdict = transient_path(self.problem), "", None
+        if len(before):
+            q_before, p_before = (np.ascontiguousarray(part) for part in np.hsplit(before, 2))
+            _, failure = self._advance(q_before, p_before, None)
         log = CycleLog(self.v.copy())
+        always_open: list[NDArray[np.bool_]] = []
         while not failure and verdict is None and len(log.slip) < cycles:
             piece, failure = self._advance(*self.loop, len(log.slip))
             slip, work = np.abs(piece.slip).sum(axis=0), float(-(piece.q * piece.slip).sum())
-            log.append(self.v.copy(), slip, work, (piece.w > 0).any(axis=0))
-            verdict = judge(log.last(WINDOW), threshold)
+            gap = piece.w > 0
+            log.append(self.v.copy(), slip, work, np.asarray(gap.any(axis=0)))
+            always_open = [*always_open[1 - WINDOW :], np.asarray(gap.all(axis=0))]
+            verdict = judge(log.last(WINDOW), np.array(always_open), threshold)
         if failure or verdict is None:
             reason = failure or f"no steady state within {cycles} cycles"
             verdict = Verdict(Outcome.UNDECIDED, 0, np.full(self.problem.n, np.nan), reason)
@@ -107,33 +111,6 @@ class Stepping:
     def history(self) -> History | None:
         """Every load step so far, where they were recorded."""
         return None if self.pieces is None else _joined(self.pieces)
-
-
-class CycleLog:
-    """What each cycle did, as growing lists."""
-
-    def __init__(self, start: FloatArray) -> None:
-        self.end_slip = [start]
-        self.slip: list[FloatArray] = []
-        self.dissipation: list[float] = []
-        self.open_nodes: list[Any] = []
-
-    def append(self, end_slip: FloatArray, slip: FloatArray, dissipation: float, open_nodes: Any) -> None:
-        self.end_slip.append(end_slip)
-        self.slip.append(slip)
-        self.dissipation.append(dissipation)
-        self.open_nodes.append(open_nodes)
-
-    def last(self, count: int) -> Cycles:
-        """The last ``count`` cycles, or as many as there are."""
-        count = min(count, len(self.slip))
-        shape, first = (count, len(self.end_slip[0])), len(self.slip) - count
-        return Cycles(
-            end_slip=np.array(self.end_slip[first:]),
-            slip=np.reshape(self.slip[first:], shape),
-            dissipation=np.array(self.dissipation[first:]),
-            open_nodes=np.reshape(self.open_nodes[first:], shape).astype(bool),
-        )
 
 
 def _joined(pieces: list[History]) -> History:

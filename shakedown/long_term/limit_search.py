@@ -1,17 +1,22 @@
 """Search for the long-term state: cycle until the sequence of states repeats, then leap to the limit."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.evolution.contact_law import law_violation, reactions
 from shakedown.evolution.cycle_record import CycleRecord, State
-from shakedown.evolution.event_history import EventHistory, EventKind
+from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.long_term.cycle_map import CycleMap, Limit, follow_period, limit
-from shakedown.long_term.outcome import Outcome, cycles_in_words
+from shakedown.long_term.energy_proof import Passage
+from shakedown.long_term.outcome import cycles_in_words
 from shakedown.long_term.state import LongTermState
+from shakedown.long_term.steady_period import settled_state, unsettled_state
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import Tolerances
+
+LONGEST_PERIOD = 8  # cycles
 
 
 class LimitSearch:
@@ -23,7 +28,8 @@ class LimitSearch:
         load_factor: float,
         initial_slip: ArrayLike | None,
         tolerances: Tolerances,
-        longest_period: int,
+        longest_period: int = LONGEST_PERIOD,
+        record: bool = False,
     ) -> None:
         self.evolution = Evolution(problem, load_factor, initial_slip, tolerances)
         self.start = self.evolution.motion.u[: problem.n].copy()
@@ -32,23 +38,77 @@ class LimitSearch:
         self.states: list[State] = []
         self.signatures: list[int] = []
         self.cycles = self.events = 0
+        self.record = record
+        self.followed: list[CycleRecord] = []  # one by one from the start
+        self.passed: list[State] = []  # the states after these cycles
+        self.path: EventHistory | None = None  # of these cycles, where it is recorded
+        self.pieces: list[EventHistory] = []
+        self.on_path = True  # whether no cycle has been leapt over
         self.patience = 0  # cycles to wait before the next extrapolation
 
     def run(self, max_cycles: int) -> LongTermState:
         while self.cycles < max_cycles:
-            record = self.evolution.cycle()
+            record = self.evolution.cycle(record=self.record and self.on_path)
             if record is None:
                 break
             self._count([record])
             self.states.append(self.evolution.state)
+            self._log([record])
             self.signatures.append(record.signature)
             answer = self._returned() or self._extrapolated()
             if answer is not None:
-                return answer
+                return self._settled(answer, max_cycles)
             if self.evolution.stop is not None:
                 break
         stop = self.evolution.stop
-        return self._unsettled(stop.reason if stop else f"no periodic state within {self.cycles} cycles")
+        reason = stop.reason if stop else f"no periodic state within {self.cycles} cycles"
+        state = unsettled_state(self.evolution, self.start, reason)
+        return self._settled(state, max_cycles)
+
+    def _settled(self, state: LongTermState, most: int) -> LongTermState:
+        """The answer with the effort that it took, and the states that the motion passed through."""
+        evolution = self.evolution
+        passage = Passage(
+            evolution.problem,
+            evolution.load_factor,
+            evolution.tolerances,
+            self.start,
+            tuple(self.passed),
+            most,
+        )
+        return replace(
+            state,
+            cycles_simulated=self.cycles,
+            events=self.events,
+            passage=(evolution.problem, passage) if self.passed else None,
+        )
+
+    def follow_on(self, count: int) -> None:
+        """Go on from where the path was left until so many cycles have been followed one by one."""
+        evolution = self.evolution
+        if not self.on_path:
+            evolution.state, evolution.done = self.passed[-1], len(self.followed)
+            evolution.pieces = self.pieces
+            while len(self.followed) < count:
+                record = evolution.cycle(record=self.record)
+                if record is None:
+                    break
+                self.followed.append(record)
+        if self.record:
+            self.path = evolution.history
+
+    def _log(self, records: list[CycleRecord] | tuple[CycleRecord, ...]) -> None:
+        """Keep what the last cycles did, and the state after them."""
+        if self.on_path:
+            self.followed += records
+            self.passed.append(self.states[-1])
+
+    def _leave_path(self) -> None:
+        """From here on states are set and tried: the motion from the start is not followed any further."""
+        if self.on_path and self.record:
+            self.pieces = list(self.evolution.pieces)
+        self.on_path = False
+        self.evolution.pieces.clear()
 
     def _count(self, records: list[CycleRecord] | tuple[CycleRecord, ...]) -> None:
         self.cycles += len(records)
@@ -61,9 +121,17 @@ class LimitSearch:
             if np.abs(past.u - present.u).max() <= 1e-3 * self.near:
                 ago = f"{period} cycle{'s' * (period > 1)} before"
                 text = f"the state after {self.cycles} cycles is that of {ago}"
+                if not self._admissible(present):
+                    return self._broken(text)
                 factor = self._observed_contraction(present, period)
                 return self._confirmed(present, period, np.zeros(len(self.start)), factor, text)
         return None
+
+    def _broken(self, text: str) -> LongTermState:
+        """Undecided: the state breaks the friction law."""
+        residual = self.evolution.violation(self.evolution.state)
+        reason = f"the friction law is violated by {residual:.1e} between two cycles ({text})"
+        return unsettled_state(self.evolution, self.start, reason, residual)
 
     def _observed_contraction(self, final: State, period: int) -> float:
         """Factor per cycle between the last two distances to the final state that stand out of round-off."""
@@ -80,12 +148,15 @@ class LimitSearch:
             last, before = self.signatures[-period:], self.signatures[-2 * period : -period]
             if len(before) < period or last != before:
                 continue
-            cycle_map = follow_period(self.evolution, period)
-            if cycle_map is None or any(record.jumps for record in cycle_map.records):
+            cycle_map = follow_period(self.evolution, period, record=self.record and self.on_path)
+            if cycle_map is None:
                 return None
             self._count(cycle_map.records)
             self.states.append(cycle_map.end)
+            self._log(cycle_map.records)
             self.signatures += cycle_map.signatures
+            if any(record.jumps for record in cycle_map.records):
+                return None
             if list(cycle_map.signatures) != last or not self._same_contact(cycle_map):
                 return None
             answer = self._limit_of(cycle_map, period)
@@ -99,6 +170,7 @@ class LimitSearch:
 
     def _limit_of(self, cycle_map: CycleMap, period: int) -> LongTermState | None:
         """Approach the limit in doubling leaps; where the sequence changes on the way, go on from there."""
+        self._leave_path()
         end = limit(cycle_map)
         forever = self._is_free(cycle_map, end)
         power, change = cycle_map.jacobian, cycle_map.increment.copy()
@@ -162,8 +234,8 @@ class LimitSearch:
         evolution, n = self.evolution, len(self.start)
         if not self._admissible(state):
             return None
+        self._leave_path()
         evolution.state = state
-        evolution.pieces.clear()
         records: list[CycleRecord] = []
         while len(records) < period:
             record = evolution.cycle(record=True)
@@ -176,77 +248,5 @@ class LimitSearch:
             error = float(np.abs(moved).max())
             if period % len(records) == 0 and error <= self.near:  # the period may be a shorter one
                 share = drift * (len(records) / period)
-                return self._answer(records, share, contraction, error, text)
+                return settled_state(evolution, self.start, records, share, contraction, error, text)
         return None
-
-    def _answer(
-        self,
-        records: list[CycleRecord],
-        drift: FloatArray,
-        contraction: float,
-        error: float,
-        text: str,
-    ) -> LongTermState:
-        history = self.evolution.history
-        slip = np.sum([record.slip for record in records], axis=0)
-        opened = np.any([record.opened for record in records], axis=0)
-        dissipations = np.array([record.dissipation for record in records])
-        if slip.max() <= 4 * self.near:
-            outcome = Outcome.SEPARATION if opened.any() else Outcome.SHAKEDOWN
-        elif np.abs(drift).max() > self.near:
-            outcome = Outcome.RATCHETTING
-        else:
-            outcome = Outcome.CYCLIC_SLIP
-        return LongTermState(
-            load_factor=self.evolution.load_factor,
-            initial_slip=self.start,
-            outcome=outcome,
-            reason=text,
-            period=len(records),
-            final_slip=self.evolution.motion.u[: len(self.start)].copy(),
-            drift=drift,
-            slip_per_cycle=slip,
-            dissipation_per_cycle=float(dissipations.mean()),
-            dissipations=dissipations,
-            open_nodes=opened,
-            cycles_simulated=self.cycles,
-            events=self.events,
-            contraction=contraction,
-            residual=self._law_residual(history),
-            return_error=error / self.evolution.scale.length,
-            history=history,
-        )
-
-    def _law_residual(self, history: EventHistory) -> float:
-        """Friction law at every event, re-computed from slips and gaps; slip counts from the event before."""
-        problem, scale = self.evolution.problem, self.evolution.scale
-        open_at_all = (history.w[1:] > self.near) | (history.w[:-1] > self.near)
-        at_rest = open_at_all | (history.kind[1:] == EventKind.JUMPS)[:, None]
-        slip = np.where(at_rest, 0.0, np.diff(history.v, axis=0))
-        q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
-        at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
-        return float(at_end.max(initial=0.0))
-
-    def _unsettled(self, reason: str) -> LongTermState:
-        n = len(self.start)
-        nan = np.full(n, np.nan)
-        history = self.evolution.history
-        return LongTermState(
-            load_factor=self.evolution.load_factor,
-            initial_slip=self.start,
-            outcome=Outcome.SEPARATION if self.evolution.left else Outcome.UNDECIDED,
-            reason=reason,
-            period=0,
-            final_slip=self.evolution.motion.u[:n].copy(),
-            drift=nan,
-            slip_per_cycle=nan,
-            dissipation_per_cycle=np.nan,
-            dissipations=np.array([]),
-            open_nodes=np.full(n, self.evolution.left),
-            cycles_simulated=self.cycles,
-            events=self.events,
-            contraction=np.nan,
-            residual=np.nan,
-            return_error=np.nan,
-            history=history,
-        )

@@ -1,10 +1,12 @@
-"""What becomes of a joint under cyclic loading, judged cycle by cycle."""
+"""What can become of a joint under cyclic loading, and how the last cycles are judged."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
+from shakedown.long_term.cycle_log import Cycles
 from shakedown.model.problem import FloatArray
 
 
@@ -12,13 +14,14 @@ class Outcome(StrEnum):
     """Long-term state of a contact under periodic loading.
 
     SHAKEDOWN
-        Frictional slip has ceased and every node stays closed.
+        Frictional slip has ceased: every node stays as it is, closed or open, through the whole period.
     CYCLIC_SLIP
         Nodes slip in every period and return to where they were.
     RATCHETTING
         Slips grow by a constant amount per period.
     SEPARATION
-        Frictional slip has ceased, but a node is open during part of the period or all of it.
+        A node opens and closes within the period and none slips in contact, but
+        perhaps in a jump; or the body leaves for good (period 0).
     UNDECIDED
         None of these could be established; the reason says why.
     """
@@ -31,28 +34,6 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True)
-class Cycles:
-    """Record of a simulation, one row per cycle simulated so far.
-
-    Attributes
-    ----------
-    end_slip : (c + 1, n)
-        Slip before the first and after every cycle [length].
-    slip : (c, n)
-        Σ|Δv| in contact during every cycle [length].
-    dissipation : (c,)
-        Frictional dissipation of every cycle [force × length].
-    open_nodes : (c, n)
-        Whether a node was open at some load step of the cycle.
-    """
-
-    end_slip: FloatArray
-    slip: FloatArray
-    dissipation: FloatArray
-    open_nodes: np.ndarray
-
-
-@dataclass(frozen=True)
 class Verdict:
     """An outcome with its period in cycles and the drift of the slip per period, (n,) [length]."""
 
@@ -60,36 +41,40 @@ class Verdict:
     period: int
     drift: FloatArray
     reason: str
+    open_nodes: tuple[int, ...] = ()  # through the whole period
 
 
 LONGEST_PERIOD = 2
 WINDOW = 2 * LONGEST_PERIOD + 1  # cycles that `judge` looks back
 
 
-def judge(cycles: Cycles, threshold: float) -> Verdict | None:
+def judge(cycles: Cycles, always_open: NDArray[np.bool_], threshold: float) -> Verdict | None:
     """The long-term state that the last cycles show, or None while there is none yet.
 
     Evidence, not proof: slips below ``threshold`` [length] count as none, and
-    each finding must hold over two cycles (two periods) in a row.
+    each finding must hold over two cycles (two periods) in a row. ``always_open``
+    (c, n): whether a node was open at every load step of the cycle.
     """
     count = len(cycles.slip)
     if count < 2:
         return None
     still = np.zeros(cycles.slip.shape[1])
     if cycles.slip[-2:].max() <= threshold:
-        if cycles.open_nodes[-1].any():
-            where = ", ".join(map(str, np.flatnonzero(cycles.open_nodes[-1])[:8]))
-            reason = f"no frictional slip, but contact is lost at node {where}"
-            return Verdict(Outcome.SEPARATION, 1, still, reason)
-        return Verdict(Outcome.SHAKEDOWN, 1, still, "no frictional slip in the last two cycles")
+        stays_open = numbers(always_open[-1])
+        breathing = numbers(cycles.open_nodes[-1] & ~always_open[-1])
+        if breathing:
+            reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
+            return Verdict(Outcome.SEPARATION, 1, still, reason, stays_open)
+        reason = "no frictional slip in the last two cycles"
+        return Verdict(Outcome.SHAKEDOWN, 1, still, reason, stays_open)
     for period in range(1, LONGEST_PERIOD + 1):
-        verdict = _periodic(cycles, period, threshold)
+        verdict = _periodic(cycles, numbers(np.asarray(always_open[-period:].all(axis=0))), period, threshold)
         if verdict is not None:
             return verdict
     return None
 
 
-def _periodic(cycles: Cycles, period: int, threshold: float) -> Verdict | None:
+def _periodic(cycles: Cycles, stays_open: tuple[int, ...], period: int, threshold: float) -> Verdict | None:
     """Cyclic slip or ratchetting of the given period, seen over two periods."""
     if len(cycles.slip) < 2 * period + 1:
         return None
@@ -100,12 +85,29 @@ def _periodic(cycles: Cycles, period: int, threshold: float) -> Verdict | None:
         return None
     if max(np.abs(step).max() for step in steps) <= threshold:
         reason = f"the same slip every {cycles_in_words(period)}"
-        return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason)
+        return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason, stays_open)
     change = max(np.abs(step - steps[0]).max() for step in steps[1:])
     if change <= threshold and np.abs(steps[0]).max() > 1e3 * threshold:
         reason = f"the same drift every {cycles_in_words(period)}"
-        return Verdict(Outcome.RATCHETTING, period, steps[0], reason)
+        return Verdict(Outcome.RATCHETTING, period, steps[0], reason, stays_open)
     return None
+
+
+def numbers(nodes: NDArray[np.bool_]) -> tuple[int, ...]:
+    """Numbers of the nodes that are marked."""
+    return tuple(int(j) for j in np.flatnonzero(nodes))
+
+
+def nodes_in_words(nodes: tuple[int, ...], most: int = 8) -> str:
+    """Nodes by number, the first few of them.
+
+    Examples
+    --------
+    >>> nodes_in_words((3,)), nodes_in_words(tuple(range(20)), most=2)
+    ('node 3', 'nodes 0, 1, …')
+    """
+    listed = ", ".join(map(str, nodes[:most])) + (", …" if len(nodes) > most else "")
+    return f"node{'s' * (len(nodes) > 1)} {listed}"
 
 
 def cycles_in_words(period: int) -> str:

@@ -1,6 +1,5 @@
 """Evolution of a joint from a chosen initial state, and what becomes of it."""
 
-import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +7,13 @@ from numpy.typing import ArrayLike
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
-from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.viscous_jump import Jump
-from shakedown.files.atomic_write import atomic_write
-from shakedown.long_term.find_state import LongTermState, long_term_state
-from shakedown.long_term.fixed_steps import CycleLog, History, Stepping
-from shakedown.long_term.outcome import Cycles, Outcome
+from shakedown.long_term.cycle_log import Cycles, logged
+from shakedown.long_term.fixed_steps import History, Stepping
+from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.outcome import Outcome
+from shakedown.long_term.state import LongTermState, SettledState
+from shakedown.long_term.steady_period import judged
 from shakedown.model.arguments import check_arguments, checked_initial_slip
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -23,60 +23,128 @@ METHODS = ("event", "gauss-seidel")
 
 @dataclass(frozen=True)
 class Simulation:
-    """Result of :func:`simulate`.
+    """Result of :func:`simulate`: what the joint settles into, and the way there.
+
+    What is said of the settled state can be asked of the simulation too:
+    ``run.outcome`` is ``run.settled.outcome``.
 
     Attributes
     ----------
-    load_factor
-        Load factor λ of the simulated loop.
-    initial_slip : (n,)
-        Slip at the start [length].
-    outcome, reason
-        Long-term state, and in words what it rests on.
-    period
-        Cycles after which the state repeats; 0 where undecided.
-    final_slip : (n,)
-        Slip at the end of a cycle of the long-term state [length].
-    drift : (n,)
-        Growth of the slip per period [length]; NaN where undecided.
-    slip_per_cycle : (n,)
-        Σ|Δv| in contact over one period of the long-term state [length]; NaN
-        where undecided.
-    dissipation_per_cycle
-        Frictional dissipation per cycle, averaged over the period [force × length].
-    cycles_simulated, events, method
-        Effort: cycles, events followed (None at fixed load steps), and the method's name.
-    residual
-        Largest relative violation of the friction law (:func:`law_violation`).
+    settled
+        What it has settled into (:class:`SettledState`; a :class:`LongTermState`
+        from event to event).
+    method
+        The method's name.
     cycles
-        Slip, dissipation and open nodes of the cycles from the start on. From event
-        to event the first cycle includes the transient load steps; with fixed load
-        steps these come before it and are not counted.
+        Slip, dissipation and open nodes of the cycles that were followed one by one
+        from the start on. From event to event the first cycle includes the transient
+        load steps; with fixed load steps these come before it and are not counted.
     history
-        The path, where it was asked for: events or load steps.
+        The path over these cycles, where it was asked for: events or load steps.
     jumps
-        Discontinuities on the way, each with the energy that it releases.
-    long_term
-        The evidence for the long-term state; None with fixed load steps.
+        Discontinuities on that path, each with the energy that it releases.
     """
 
-    load_factor: float
-    initial_slip: FloatArray
-    outcome: Outcome
-    reason: str
-    period: int
-    final_slip: FloatArray
-    drift: FloatArray
-    slip_per_cycle: FloatArray
-    dissipation_per_cycle: float
-    cycles_simulated: int
-    events: int | None
+    settled: SettledState
     method: str
-    residual: float
     cycles: Cycles
     history: EventHistory | History | None
     jumps: tuple[Jump, ...]
-    long_term: LongTermState | None
+
+    @property
+    def long_term(self) -> LongTermState | None:
+        """The evidence for the long-term state; None with fixed load steps."""
+        return self.settled if isinstance(self.settled, LongTermState) else None
+
+    @property
+    def events(self) -> int | None:
+        """Events followed; None with fixed load steps."""
+        return None if self.long_term is None else self.long_term.events
+
+    @property
+    def proved(self) -> bool:
+        """Whether shakedown is proved by the energy ball."""
+        return self.long_term is not None and self.long_term.proved
+
+    @property
+    def energy_margin(self) -> float:
+        """How far the final state may be disturbed (:class:`LongTermState`) [√(force × length)]."""
+        return np.nan if self.long_term is None else self.long_term.energy_margin
+
+    @property
+    def load_factor(self) -> float:
+        """Load factor λ of the simulated loop."""
+        return self.settled.load_factor
+
+    @property
+    def initial_slip(self) -> FloatArray:
+        """Slip at the start, (n,) [length]."""
+        return self.settled.initial_slip
+
+    @property
+    def outcome(self) -> Outcome:
+        """Long-term state."""
+        return self.settled.outcome
+
+    @property
+    def reason(self) -> str:
+        """What the outcome rests on, in words."""
+        return self.settled.reason
+
+    @property
+    def period(self) -> int:
+        """Cycles after which the state repeats; 0 where undecided."""
+        return self.settled.period
+
+    @property
+    def final_slip(self) -> FloatArray:
+        """Slip at the end of a cycle of the long-term state, (n,) [length]."""
+        return self.settled.final_slip
+
+    @property
+    def drift(self) -> FloatArray:
+        """Growth of the slip per period, (n,) [length]; NaN where undecided."""
+        return self.settled.drift
+
+    @property
+    def slip_per_cycle(self) -> FloatArray:
+        """Σ|Δv| in contact over one period of the long-term state, (n,) [length]."""
+        return self.settled.slip_per_cycle
+
+    @property
+    def dissipation_per_cycle(self) -> float:
+        """What friction and jumps take per cycle [force × length]."""
+        return self.settled.dissipation_per_cycle
+
+    @property
+    def friction_dissipation_per_cycle(self) -> float:
+        """What friction takes per cycle [force × length]."""
+        return self.settled.friction_dissipation_per_cycle
+
+    @property
+    def jump_dissipation_per_cycle(self) -> float:
+        """What the damping takes in jumps, per cycle [force × length]."""
+        return self.settled.jump_dissipation_per_cycle
+
+    @property
+    def jumps_per_cycle(self) -> float:
+        """Jumps per cycle of the long-term state."""
+        return self.settled.jumps_per_cycle
+
+    @property
+    def open_nodes(self) -> tuple[int, ...]:
+        """Nodes that stay open through the whole period."""
+        return self.settled.open_nodes
+
+    @property
+    def cycles_simulated(self) -> int:
+        """Cycles followed in all."""
+        return self.settled.cycles_simulated
+
+    @property
+    def residual(self) -> float:
+        """Largest relative violation of the friction law (:func:`law_violation`)."""
+        return self.settled.residual
 
 
 def simulate(
@@ -132,35 +200,16 @@ def simulate(
 def _from_event_to_event(
     problem: Problem, load_factor: float, start: FloatArray, cycles: int, record: bool, tolerances: Tolerances
 ) -> Simulation:
-    state = long_term_state(problem, load_factor, start, max_cycles=cycles, tolerances=tolerances)
-    # The search leaps ahead; for the record the joint is followed from the start once more.
-    evolution = Evolution(problem, load_factor, start, tolerances)
-    log = CycleLog(start)
-    jumps: tuple[Jump, ...] = ()
-    for _ in range(min(max(state.cycles_simulated, 1), cycles)):
-        done = evolution.cycle(record=record)
-        if done is None:
-            break
-        jumps += done.jumps
-        log.append(evolution.state.u[: problem.n].copy(), done.slip, done.dissipation, done.opened)
+    search = LimitSearch(problem, load_factor, start, tolerances, record=record)
+    state = search.run(cycles)
+    search.follow_on(min(state.cycles_simulated, cycles))
+    state = judged(search.evolution, state, search.path)
     return Simulation(
-        load_factor=float(load_factor),
-        initial_slip=start,
-        outcome=state.outcome,
-        reason=state.reason,
-        period=state.period,
-        final_slip=state.final_slip,
-        drift=state.drift,
-        slip_per_cycle=state.slip_per_cycle,
-        dissipation_per_cycle=state.dissipation_per_cycle,
-        cycles_simulated=state.cycles_simulated,
-        events=state.events,
+        settled=state,
         method="event",
-        residual=state.residual,
-        cycles=log.last(len(log.slip)),
-        history=evolution.history if record else None,
-        jumps=jumps,
-        long_term=state,
+        cycles=logged(start, search.followed),
+        history=search.path,
+        jumps=tuple(jump for cycle in search.followed for jump in cycle.jumps),
     )
 
 
@@ -171,7 +220,7 @@ def _at_fixed_steps(
     log, verdict = stepping.run(start, cycles)
     decided = verdict.outcome != Outcome.UNDECIDED
     last = slice(len(log.slip) - verdict.period, None)
-    return Simulation(
+    settled = SettledState(
         load_factor=float(load_factor),
         initial_slip=start,
         outcome=verdict.outcome,
@@ -180,33 +229,11 @@ def _at_fixed_steps(
         final_slip=log.end_slip[-1],
         drift=verdict.drift,
         slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(problem.n, np.nan),
-        dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
+        friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
+        jump_dissipation_per_cycle=0.0 if decided else np.nan,
+        jumps_per_cycle=np.nan,
+        open_nodes=verdict.open_nodes,
         cycles_simulated=len(log.slip),
-        events=None,
-        method="gauss-seidel",
         residual=stepping.residual,
-        cycles=log,
-        history=stepping.history,
-        jumps=(),
-        long_term=None,
     )
-
-
-def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
-    """Write the recorded path of a simulation to an NPZ file, whole or not at all.
-
-    The file has the arrays of :class:`EventHistory` or of :class:`History`, and
-    ``load_factor``, ``initial_slip``.
-
-    Raises
-    ------
-    UsageError
-        If the simulation was not recorded, or the file cannot be written.
-    """
-    if not isinstance(run, Simulation):
-        raise UsageError(f"run: expected a Simulation, found {type(run).__name__}")
-    if run.history is None:
-        raise UsageError("nothing to write: simulate with record=True")
-    arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
-    with atomic_write(path) as file:
-        np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)
+    return Simulation(settled, "gauss-seidel", log, stepping.history, ())

@@ -1,6 +1,7 @@
 """The long-term state of a joint, with the evidence for it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from math import ceil, log
 
 import numpy as np
@@ -8,13 +9,14 @@ from numpy.typing import NDArray
 
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.reduced_scene import Scene
+from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
 from shakedown.long_term.outcome import Outcome
-from shakedown.model.problem import FloatArray
+from shakedown.model.problem import FloatArray, Problem
 
 
-@dataclass(frozen=True)
-class LongTermState:
-    """Result of :func:`long_term_state`.
+@dataclass(frozen=True, kw_only=True)
+class SettledState:
+    """What a joint has settled into, however it was found.
 
     Attributes
     ----------
@@ -30,28 +32,23 @@ class LongTermState:
     drift : (n,)
         Growth of the slip per period [length]; NaN where undecided.
     slip_per_cycle : (n,)
-        Σ|Δv| in contact over one period of the long-term state [length].
-    dissipation_per_cycle
-        Mean frictional dissipation per cycle [force × length].
-    dissipations : (period,)
-        Dissipation of each cycle of the period [force × length].
-    open_nodes : (n,)
-        Whether the node is open for some time of the period.
-    cycles_simulated, events
-        Effort: cycles and events followed in all.
-    contraction
-        Factor per cycle by which the distance to the long-term state shrinks in
-        the end; 0 where it is reached exactly, NaN where undecided.
+        Σ|Δv| in contact over one period of the long-term state [length]; of a jump
+        the change of v where a node is closed before and after it. NaN where undecided.
+    friction_dissipation_per_cycle
+        What friction takes per cycle, averaged over the period [force × length].
+    jump_dissipation_per_cycle
+        What the damping takes in the jumps of the long-term state, per cycle
+        [force × length]; 0 with fixed load steps, which cannot tell.
+    jumps_per_cycle
+        Number of jumps per cycle of the long-term state; NaN where undecided, and
+        with fixed load steps.
+    open_nodes
+        Nodes that stay open through the whole period.
+    cycles_simulated
+        Effort: cycles followed in all.
     residual
-        Largest relative violation of the friction law at the events of one
-        period of the long-term state.
-    return_error
-        How far one period from the long-term state misses it, drift apart,
-        relative to the length scale.
-    history
-        The events of that period.
-    scene
-        What was left out, where that was asked for and could be done.
+        Largest relative violation of the friction law (:func:`law_violation`): at
+        the events of one period of the long-term state, or at all fixed load steps.
     """
 
     load_factor: float
@@ -62,16 +59,83 @@ class LongTermState:
     final_slip: FloatArray
     drift: FloatArray
     slip_per_cycle: FloatArray
-    dissipation_per_cycle: float
-    dissipations: FloatArray
-    open_nodes: NDArray[np.bool_]
+    friction_dissipation_per_cycle: float
+    jump_dissipation_per_cycle: float
+    jumps_per_cycle: float
+    open_nodes: tuple[int, ...]
     cycles_simulated: int
+    residual: float
+
+    @property
+    def dissipation_per_cycle(self) -> float:
+        """What friction and the damping of jumps take per cycle, averaged over the period."""
+        return self.friction_dissipation_per_cycle + self.jump_dissipation_per_cycle
+
+
+@dataclass(frozen=True, kw_only=True)
+class LongTermState(SettledState):
+    """Result of :func:`long_term_state`: a settled state, and the evidence for it.
+
+    Attributes
+    ----------
+    dissipations : (period,)
+        What friction and jumps take in each cycle of the period [force × length].
+    opened : (n,)
+        Whether the node is open for some time of the period.
+    events
+        Events followed in all.
+    contraction
+        Factor per cycle by which the distance to the long-term state shrinks in
+        the end; 0 where it is reached exactly, NaN where undecided.
+    return_error
+        How far one period from the long-term state misses it, drift apart,
+        relative to the length scale.
+    history
+        The events of that period.
+    scene
+        What was left out, where that was asked for and could be done.
+    passage
+        States that the motion passed through, on which a proof rests.
+    """
+
+    dissipations: FloatArray
+    opened: NDArray[np.bool_]
     events: int
     contraction: float
-    residual: float
     return_error: float
     history: EventHistory
     scene: Scene | None = None
+    passage: tuple[Problem, Passage] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def proved(self) -> bool:
+        """Whether shakedown is proved; False says nothing.
+
+        It is where a state that the motion passed through, closed and admissible, after
+        the transient, lies inside an energy ball of this load factor (:func:`energy_ball`).
+        """
+        return self._proof.proved
+
+    @property
+    def energy_margin(self) -> float:
+        """How far the long-term state may be disturbed without leaving that ball; NaN without proof.
+
+        In the energy norm √(eᵀA e) [√(force × length)].
+        """
+        return self._proof.margin
+
+    @property
+    def single_node_margin(self) -> float:
+        """The slip by which any one node may be off from the long-term state [length]; NaN without proof."""
+        return self._proof.single_node_margin
+
+    @cached_property
+    def _proof(self) -> EnergyProof:
+        """Sought when it is asked for, by one cone program."""
+        if self.outcome != Outcome.SHAKEDOWN or self.open_nodes or self.passage is None:
+            return NO_PROOF
+        problem, passage = self.passage
+        return energy_proof(problem, self.load_factor, self.final_slip, passage)
 
     @property
     def cycles_to_one_percent(self) -> int:

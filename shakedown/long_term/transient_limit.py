@@ -12,6 +12,23 @@ from shakedown.model.arguments import check_count, checked_initial_slip
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
+BELOW = (
+    0.0,
+    1e-6,
+    1e-5,
+    1e-4,
+    2e-4,
+    4e-4,
+    6e-4,
+    8e-4,
+    1e-3,
+    3e-3,
+    1e-2,
+    3e-2,
+    0.1,
+    0.3,
+)  # where a proof is sought
+
 
 @dataclass(frozen=True)
 class TransientLimit:
@@ -24,6 +41,12 @@ class TransientLimit:
     low, high
         It shakes down at ``low`` (λ_T) and not at ``high``; ``high`` is infinite
         where everything scanned shakes down, ``low`` NaN where nothing does.
+    proved
+        The largest load factor at or below ``low`` at which shakedown was proved (the
+        motion comes into the energy ball); NaN where no proof was found.
+    cycling
+        The smallest simulated load factor above ``low`` at which a long-term state
+        other than shakedown was found; infinite where there is none.
     initial_slip : (n,)
         Slip at the start [length].
     scanned : (s,)
@@ -34,17 +57,27 @@ class TransientLimit:
         Whether every scanned load factor below λ_T shakes down and none above it.
     at_low, at_high
         The two long-term states that enclose the limit.
+    at_proved
+        The long-term state at ``proved``, with its energy margin.
     """
 
     load_factor: float
     low: float
     high: float
+    proved: float
+    cycling: float
     initial_slip: FloatArray
     scanned: FloatArray
     outcomes: tuple[Outcome, ...]
     monotone: bool
     at_low: LongTermState | None
     at_high: LongTermState | None
+    at_proved: LongTermState | None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The interval in which λ_T lies: proved to shake down below, found to cycle above."""
+        return self.proved, self.cycling
 
 
 def transient_limit(
@@ -60,7 +93,9 @@ def transient_limit(
 
     Outcomes need not be monotone in λ. Therefore the range is scanned in equal
     steps and the last change from shakedown to another outcome is bisected, both
-    with exact long-term states; everything simulated is reported.
+    with exact long-term states; everything simulated is reported. A little below the
+    limit the shakedown is then proved (:func:`energy_ball`): the nearer to it, the
+    later the motion comes into the ball.
 
     Parameters
     ----------
@@ -90,6 +125,8 @@ def transient_limit(
     >>> limit = transient_limit(shakedown.example("two-node"), accuracy=1e-4)
     >>> round(limit.load_factor, 3), limit.monotone
     (0.732, True)
+    >>> 0.731 < limit.proved <= limit.load_factor < limit.cycling
+    True
     """
     start = checked_initial_slip(problem, initial_slip)
     top = _top(problem) if largest is None else float(largest)
@@ -108,15 +145,23 @@ def transient_limit(
     scan = np.linspace(0.0, top, steps + 1)
     good = [k for k, load_factor in enumerate(scan) if shakes_down(float(load_factor))]
     if not good:
-        return _limit(start, runs, np.nan, float(scan[0]))
-    low = float(scan[good[-1]])
-    if good[-1] == steps:
-        return _limit(start, runs, low, np.inf)
-    high = float(scan[good[-1] + 1])
-    while high - low > accuracy * top:
+        return _limit(start, runs, np.nan, float(scan[0]), None)
+    low, high = float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
+    while np.isfinite(high) and high - low > accuracy * top:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if shakes_down(middle) else (low, middle)
-    return _limit(start, runs, low, high)
+    return _limit(start, runs, low, high, _proved_state(problem, low, start, tolerances))
+
+
+def _proved_state(
+    problem: Problem, low: float, start: FloatArray, tolerances: Tolerances
+) -> LongTermState | None:
+    """The state at the largest of some load factors below ``low`` at which shakedown can be proved."""
+    for share in BELOW:
+        state = long_term_state(problem, (1.0 - share) * low, start, tolerances=tolerances)
+        if state.proved:
+            return state
+    return None
 
 
 def _top(problem: Problem) -> float:
@@ -129,7 +174,13 @@ def _top(problem: Problem) -> float:
     return 1.05 * upper.load_factor
 
 
-def _limit(start: FloatArray, runs: dict[float, LongTermState], low: float, high: float) -> TransientLimit:
+def _limit(
+    start: FloatArray,
+    runs: dict[float, LongTermState],
+    low: float,
+    high: float,
+    at_proved: LongTermState | None,
+) -> TransientLimit:
     scanned = np.array(sorted(runs))
     outcomes = tuple(runs[float(x)].outcome for x in scanned)
     expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
@@ -137,10 +188,17 @@ def _limit(start: FloatArray, runs: dict[float, LongTermState], low: float, high
         load_factor=low,
         low=low,
         high=high,
+        proved=np.nan if at_proved is None else at_proved.load_factor,
+        cycling=min((x for x in runs if x > low and _cycles(runs[x])), default=np.inf),
         initial_slip=start,
         scanned=scanned,
         outcomes=outcomes,
         monotone=bool(np.all(np.array([o == Outcome.SHAKEDOWN for o in outcomes]) == expected)),
         at_low=runs.get(low),
         at_high=runs.get(high),
+        at_proved=at_proved,
     )
+
+
+def _cycles(state: LongTermState) -> bool:
+    return state.outcome not in (Outcome.SHAKEDOWN, Outcome.UNDECIDED)

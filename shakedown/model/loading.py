@@ -61,6 +61,20 @@ def loading(problem: Problem) -> Loading:
     return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
 
 
+def transient_path(problem: Problem) -> FloatArray:
+    """The welded reactions (q_w, p_w) of the transient load steps before the first period, (k, 2n) [force].
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> transient_path(shakedown.example("two-node")).shape
+    (0, 4)
+    """
+    if problem.q_transient is None or problem.p_transient is None:
+        return np.empty((0, 2 * problem.n))
+    return np.hstack([problem.q_transient, problem.p_transient])
+
+
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
     """Welded reactions (2n,) from which the load rises to its first load step, all nodes stuck.
 

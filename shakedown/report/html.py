@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
+from shakedown.long_term.outcome import nodes_in_words
+from shakedown.long_term.simulation import Simulation
 from shakedown.model.constraints import SIDE_NAMES
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.verification_figures import (
@@ -183,7 +185,7 @@ def _run_row(run: Run) -> dict[str, str]:
         "region": run.region,
         "initial": run.initial,
         "predicted": run.predicted,
-        "outcome": s.outcome + (f" (period {s.period})" if s.period > 1 else ""),
+        "outcome": s.outcome + _remarks(s),
         "mark": mark,
         "agree": agree,
         "cycles": str(s.cycles_simulated),
@@ -192,6 +194,19 @@ def _run_row(run: Run) -> dict[str, str]:
         "residual": "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
         "time": f"{1e3 * run.seconds:.1f} ms",
     }
+
+
+def _remarks(run: Simulation) -> str:
+    """Period, jumps and open nodes of a long-term state, where there is something to say."""
+    remarks = [f"period {run.period}"] if run.period > 1 else []
+    if run.jumps_per_cycle > 0:
+        lost = _number(run.jump_dissipation_per_cycle, 4)
+        remarks.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping takes {lost}")
+    if run.open_nodes:
+        remarks.append(f"open throughout: {nodes_in_words(run.open_nodes)}")
+    if run.proved:
+        remarks.append("proved")
+    return f" ({'; '.join(remarks)})" if remarks else ""
 
 
 def _node_rows(v: Verification) -> list[tuple[str, str, str, str, str]]:

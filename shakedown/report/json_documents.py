@@ -88,8 +88,8 @@ def curve_document(curve: "GuaranteeCurve") -> dict[str, Any]:
 
 def transient_document(limit: "TransientLimit") -> dict[str, Any]:
     """The transient limit λ_T, with every load factor that was simulated for it."""
-    keys = ("load_factor", "low", "high", "initial_slip", "scanned", "outcomes", "monotone")
-    return plain({key: getattr(limit, key) for key in keys})
+    keys = "load_factor low high proved cycling initial_slip scanned outcomes monotone"
+    return plain({key: getattr(limit, key) for key in keys.split()})
 
 
 def verification_document(verification: "Verification") -> dict[str, Any]:
@@ -131,9 +131,11 @@ def simulation_document(run: "Simulation") -> dict[str, Any]:
     """A simulation as ``shakedown-bounds simulate --json`` writes it."""
     keys = (
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
-        "dissipation_per_cycle cycles_simulated method events residual"
+        "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
+        "open_nodes proved energy_margin cycles_simulated method events residual"
     )
-    jumps = [{"cycle": jump.cycle, "energy_released": jump.energy_released} for jump in run.jumps]
+    jump_keys = ("cycle", "energy_released", "friction_work", "damping_work")
+    jumps = [{key: getattr(jump, key) for key in jump_keys} for jump in run.jumps]
     return plain({key: getattr(run, key) for key in keys.split()} | {"jumps": jumps})
 
 

@@ -1,4 +1,4 @@
-"""Jumps of chapter VI: a jump like the one published, its end state for several dampings, and its energy."""
+"""Jumps of chapter VI: the published one, its end state for several dampings, and its energy."""
 
 import numpy as np
 import pytest
@@ -15,25 +15,26 @@ DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5
 
 
 @pytest.mark.parametrize("damping", DAMPINGS)
-def test_jump_ends_in_the_state_it_was_built_for_whatever_the_damping(damping):
+def test_jump_ends_in_the_published_state_whatever_the_damping(damping):
     problem = shakedown.example("jump")
     run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
     assert run.stop is None
     (jump,) = run.cycles[0].jumps
-    assert np.hypot(*(jump.v_before - [-20.7269, 30.9051])) < 0.1  # from slightly inside the corner
-    assert run.history.v[-1] == pytest.approx([3.5639831, -24.56392242], abs=1e-6)
-    assert run.history.w[-1] == pytest.approx([0.0, 3.34427293], abs=1e-6)
+    assert np.hypot(*(jump.v_before - [-20.7269, 30.9051])) < 0.12  # from slightly inside the corner
+    assert run.history.v[-1] == pytest.approx([3.5639831, -24.56392242], abs=1e-7)
+    assert run.history.w[-1] == pytest.approx([0.0, 3.34427293], abs=1e-7)
     assert list(run.history.state[-1]) == [-1, 2]
 
 
-def test_start_nearer_the_corner_jumps_nearer_the_point_it_was_built_for():
+def test_start_nearer_the_corner_jumps_nearer_the_published_point():
     problem = shakedown.example("jump")
     corner = np.array([-20.7269001, 30.9050566])
     for inside in (1e-3, 1e-5):
         G = np.array([problem.A[0] + 0.39 * problem.B[0], problem.A[1] - 0.39 * problem.B[1]])
-        start = corner + np.linalg.solve(G, [0.0, -inside])
+        start = corner + np.linalg.solve(G, [-inside, 0.0])
         (jump,) = shakedown.evolve(problem, 1.0, start).cycles[0].jumps
-        assert np.abs(jump.v_before - corner).max() <= 100 * inside
+        assert jump.v_before == pytest.approx(start, abs=1e-6)
+        assert np.abs(start - corner).max() <= 105 * inside
 
 
 def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
@@ -91,6 +92,50 @@ def test_cycles_with_jumps_are_periodic():
     for _ in range(40):
         assert again.cycle() is not None
     assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
+def copies(problem, count, *, one_after_another):
+    """Joints beside each other that do not feel each other; the load of copy k falls in load step k."""
+    eye, n = np.eye(count), problem.n
+    first, last = problem.q_transient[0], problem.q_w[0]
+    steps = count if one_after_another else 1
+    q_w = np.tile(first, (steps + 1, count))
+    for k in range(count):
+        q_w[k + 1 if one_after_another else 1 :, n * k : n * (k + 1)] = last
+    p_w = np.tile(problem.p_w[0], (steps + 1, count))
+    return shakedown.Problem(
+        A=np.kron(eye, problem.A), B=np.kron(eye, problem.B), C=np.kron(eye, problem.C),
+        f=np.tile(problem.f, count), q_w=q_w, p_w=p_w, q_mean=q_w[0], p_mean=p_w[0],
+        initial_slip=np.tile(problem.initial_slip[0], count),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("one_after_another", [True, False])
+@pytest.mark.parametrize("count", [3, 14, 21])
+def test_copies_jump_as_each_would_alone(count, one_after_another):
+    """A jump has nothing to do with those before it in the cycle."""
+    problem = shakedown.example("jump")
+    alone = shakedown.evolve(problem, 1.0, problem.initial_slip[0]).cycles[0]
+    many = copies(problem, count, one_after_another=one_after_another)
+    run = shakedown.evolve(many, 1.0, many.initial_slip[0])
+    assert run.stop is None
+    (cycle,) = run.cycles
+    assert len(cycle.jumps) == (count if one_after_another else 1)
+    released = sum(jump.energy_released for jump in cycle.jumps)
+    assert released == pytest.approx(count * alone.jumps[0].energy_released, rel=1e-9)
+    assert cycle.dissipation == pytest.approx(count * alone.dissipation, rel=1e-9)
+    assert cycle.slip.reshape(count, 2) == pytest.approx(np.tile(alone.slip, (count, 1)), rel=1e-7, abs=1e-9)
+
+
+def test_a_body_that_friction_does_not_hold_slides_away():
+    """No stiffness against a rigid shift, and more load than friction: there is no equilibrium to jump to."""
+    problem = shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[0.0, 0.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
+    )  # fmt: skip
+    run = shakedown.evolve(problem, 1.0)
+    assert "the body slides away" in run.stop.reason
+    assert shakedown.long_term_state(problem, 1.0).outcome == "undecided"
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.evolution.contact_law import law_violation, reactions, scales
+from shakedown.evolution.contact_law import law_violation
 from shakedown.kernels.gauss_seidel import (
     BACKWARD_SLIP,
     FORWARD_SLIP,
@@ -65,16 +65,39 @@ def test_the_counter_example_cycles_below_the_first_collapse(load_factor, slip, 
     assert load_factor < shakedown.lower_bound(problem).load_factor
 
 
-def recorded_violation(problem, run):
-    """The friction law over the recorded load steps, from slips, gaps and the loading alone."""
-    loop = shakedown.model.loading.loading(problem)
-    q_w, p_w = loop.at(run.load_factor)
-    times = len(run.history.v) // problem.m
-    q, p = reactions(
-        problem, np.tile(q_w, (times, 1)), np.tile(p_w, (times, 1)), run.history.v, run.history.w
-    )
-    scale = scales(problem, run.load_factor)
-    return law_violation(problem.f, q, p, run.history.w, run.history.slip, scale).max()
+def broken_law(problem, run):
+    """The friction law over the recorded load steps, node by node and case by case, relative to the loads.
+
+    Written apart from the package: reactions from the stiffness, slip from the change of v.
+    """
+    v, w = run.history.v, run.history.w
+    q_mean, p_mean = problem.q_w.mean(axis=0), problem.p_w.mean(axis=0)
+    if problem.q_mean is not None:
+        q_mean, p_mean = problem.q_mean, problem.p_mean
+    welded = [
+        np.tile(mean + run.load_factor * (samples - mean), (len(v) // problem.m, 1))
+        for samples, mean in ((problem.q_w, q_mean), (problem.p_w, p_mean))
+    ]
+    force = max(np.abs(part).max() for part in welded)
+    length = force / np.diag(problem.A).min()
+    worst, before = 0.0, np.vstack([run.initial_slip, v[:-1]])
+    gap_before = np.vstack([np.zeros(problem.n), w[:-1]])
+    for k, j in np.ndindex(v.shape):
+        q = welded[0][k, j] + sum(
+            problem.A[j, i] * v[k, i] + problem.B[i, j] * w[k, i] for i in range(problem.n)
+        )
+        p = welded[1][k, j] + sum(
+            problem.B[j, i] * v[k, i] + problem.C[j, i] * w[k, i] for i in range(problem.n)
+        )
+        limit, moved = problem.f[j] * p, v[k, j] - before[k, j]
+        if w[k, j] > 1e-12 * length:
+            found = max(abs(q), abs(p)) / force
+        elif gap_before[k, j] > 0 or abs(moved) <= 1e-10 * length:
+            found = max(abs(q) - limit, -p) / force
+        else:
+            found = abs(q + limit if moved > 0 else q - limit) / force
+        worst = max(worst, found, -w[k, j] / length)
+    return worst
 
 
 @pytest.mark.parametrize(
@@ -85,17 +108,34 @@ def test_the_friction_law_holds_at_every_load_step(name, load_factor):
     run = simulate(problem, load_factor, record=True, method="gauss-seidel")
     assert run.outcome != Outcome.UNDECIDED
     assert run.residual <= 1e-12
-    assert recorded_violation(problem, run) == pytest.approx(run.residual, abs=1e-14)
+    assert broken_law(problem, run) <= 1e-11
 
 
-def test_dissipation_is_the_work_of_the_loading():
-    """In a limit cycle the elastic energy returns, so friction dissipates what the loading puts in."""
-    problem = dataclasses.replace(TWO_NODE, C=None)
-    run = simulate(problem, 0.8, record=True, method="gauss-seidel")
-    assert run.outcome == Outcome.CYCLIC_SLIP
-    last = run.history.slip[-problem.m :] * run.history.q[-problem.m :]
-    assert run.dissipation_per_cycle == pytest.approx(-last.sum(), rel=1e-12)
-    assert (-last >= -1e-9).all()
+def test_dissipation_approaches_the_work_of_the_loading():
+    """In a limit cycle friction takes what the loading puts in, ∮ v · dq_w; fixed steps get there slowly.
+
+    The work comes from the slips at the load steps alone, by the trapezoidal rule.
+    """
+    errors = []
+    for m in (50, 100, 200):
+        problem = sampled_two_node(m)
+        run = simulate(problem, 0.8, record=True, method="gauss-seidel")
+        assert run.outcome == Outcome.CYCLIC_SLIP
+        v = np.vstack([run.history.v[-m - 1 :]])
+        q_w = np.roll(shakedown.loading(problem).at(0.8)[0], 1, axis=0)
+        steps = np.diff(np.vstack([q_w, q_w[:1]]), axis=0)
+        work = ((v[1:] + v[:-1]) / 2 * steps).sum()
+        errors.append(abs(run.dissipation_per_cycle / work - 1))
+    assert errors[0] < 0.1
+    assert errors[2] < 0.35 * errors[0]
+
+
+def sampled_two_node(m):
+    """The two-node system with m load steps, in contact."""
+    t = np.arange(m) / m
+    q = [15.8 + 200 * np.cos(2 * np.pi * (t - 0.05)), -400 + 700 * np.cos(2 * np.pi * (t + 0.125))]
+    p = [588.5 + 150 * np.sin(2 * np.pi * t), 1300 + 300 * np.sin(2 * np.pi * t)]
+    return dataclasses.replace(TWO_NODE, C=None, q_w=np.column_stack(q), p_w=np.column_stack(p))
 
 
 def one_node(**changes):
@@ -109,10 +149,29 @@ def test_a_constant_load_shakes_down_at_once(method):
 
 
 @METHODS
-def test_a_permanently_open_node_is_separation_not_shakedown(method):
+def test_a_node_that_stays_open_is_listed(method):
     run = simulate(one_node(p_w=[[-1.0]]), 1.0, method=method)
-    assert run.outcome == Outcome.SEPARATION
+    assert (run.outcome, run.open_nodes) == (Outcome.SHAKEDOWN, (0,))
     assert run.cycles.open_nodes[-1, 0]
+    assert not run.proved
+
+
+@METHODS
+def test_a_node_that_opens_and_closes_is_separation(method):
+    run = simulate(one_node(q_w=[[0.0], [0.0]], p_w=[[1.0], [-0.5]]), 1.0, method=method)
+    assert (run.outcome, run.open_nodes) == (Outcome.SEPARATION, ())
+    assert "opening and closing every cycle: node 0" in run.reason
+
+
+@METHODS
+def test_slip_beside_a_node_that_stays_open(method):
+    problem = Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[1.0, -1.0], [1.0, -1.0]],
+    )  # fmt: skip
+    run = simulate(problem, 1.0, method=method)
+    assert (run.outcome, run.open_nodes) == (Outcome.CYCLIC_SLIP, (1,))
+    assert run.slip_per_cycle == pytest.approx([2.0, 0.0])
 
 
 @METHODS

@@ -1,0 +1,101 @@
+"""A verdict with proof: has the motion come into an energy ball?"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import nan
+
+from shakedown.energy.energy_ball import energy_ball
+from shakedown.errors import SolverError
+from shakedown.evolution.cycle_record import State
+from shakedown.evolution.integrator import Evolution
+from shakedown.evolution.reduced_scene import Scene
+from shakedown.kernels.gauss_seidel import OPEN
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import Tolerances
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The states that a motion really passed through between its first cycles, and how to go on from there.
+
+    Attributes
+    ----------
+    problem, load_factor, tolerances
+        What was followed; the problem is that of the scene where there is one.
+    start : (n,)
+        Slip at the very start [length].
+    states
+        After the transient and one or more cycles.
+    most
+        How many more cycles may be followed.
+    scene
+        What was left out.
+    """
+
+    problem: Problem
+    load_factor: float
+    tolerances: Tolerances
+    start: FloatArray
+    states: tuple[State, ...]
+    most: int
+    scene: Scene | None = None
+
+    def closed_slips(self) -> Iterator[FloatArray]:
+        """Slips of all nodes after one cycle after the other, where none of them is open."""
+        for state in self.states:
+            if not (state.contact == OPEN).any():
+                yield self._of_all(state.u[: self.problem.n])
+        evolution = Evolution(self.problem, self.load_factor, self.start, self.tolerances)
+        evolution.state, evolution.done = self.states[-1], len(self.states)
+        for _ in range(self.most):
+            if evolution.cycle() is None:
+                return
+            if not (evolution.active.state == OPEN).any():
+                yield self._of_all(evolution.motion.u[: self.problem.n].copy())
+
+    def _of_all(self, slip: FloatArray) -> FloatArray:
+        return slip if self.scene is None else self.scene.spread(slip, self.scene.initial_slip)
+
+
+@dataclass(frozen=True)
+class EnergyProof:
+    """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`."""
+
+    proved: bool
+    margin: float
+    single_node_margin: float
+
+
+NO_PROOF = EnergyProof(False, nan, nan)
+
+
+def energy_proof(
+    problem: Problem, load_factor: float, final_slip: FloatArray, passage: Passage
+) -> EnergyProof:
+    """What an energy ball proves of a motion that has been found to shake down.
+
+    Within a ball the distance from its centre never grows. So a motion that comes to
+    rest outside has never been inside, and one that comes to rest inside is there
+    after finitely many cycles: the ball that holds the state at rest best is found, and
+    the states that the motion really passes through are looked at until one is inside.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ.
+    final_slip : (n,)
+        Where the motion comes to rest [length].
+    passage
+        The states that it passes through.
+    """
+    try:
+        ball = energy_ball(
+            problem, load_factor, around=final_slip, transient=False, tolerances=passage.tolerances
+        )
+    except SolverError:  # the same as finding no ball: nothing is proved
+        return NO_PROOF
+    if not ball.contains(final_slip) or not any(ball.contains(slip) for slip in passage.closed_slips()):
+        return NO_PROOF
+    return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))

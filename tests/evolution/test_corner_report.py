@@ -1,0 +1,126 @@
+"""The corner of chapter VI: printed numbers, the evolution as second road, and where there is no way on."""
+
+import numpy as np
+import pytest
+
+import shakedown
+
+JUMP = shakedown.example("jump")
+PRINTED = {  # (6.50)–(6.60); the thesis's matrices had more digits than it prints
+    "H": ([[-0.3881, -0.1668], [-0.1961, -0.0794]], 2e-4),
+    "eigenvalues": ([-0.4716, 0.0039], 1.5e-4),
+    "eigenvectors": ([[-0.8943, -0.4472], [0.3914, -0.9201]], 2e-4),
+    "coefficients": ([[0.4218, 0.0015], [0.2109, -0.0036]], 1e-4),
+    "slip": ([-20.7296, 30.9087], 5e-3),
+}
+PRINTED_END = {
+    "G": ([[0.3881, 0.1668, -0.0525], [0.1754, 0.1216, 0.1082], [-0.0530, 0.1082, 0.5522]], 1e-4),
+    "P": ([0.0, -2.1236, -5.4453], 3e-3),
+    "eigenvalues": ([-0.0112, -0.4718, -0.5790], 1e-4),
+    "slip": ([3.5459, -24.5192], 0.05),
+    "gap": ([0.0, 3.345], 2e-3),
+}
+FROM_PRINTED_MATRICES = {"slip": [3.5639831, -24.56392242], "gap": [0.0, 3.34427293]}
+
+
+@pytest.fixture
+def report():
+    return shakedown.corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0])
+
+
+@pytest.mark.parametrize("key", PRINTED)
+def test_printed_numbers_at_the_corner(report, key):
+    expected, digits = PRINTED[key]
+    assert np.asarray(getattr(report, key)).real == pytest.approx(np.array(expected), abs=digits)
+
+
+@pytest.mark.parametrize("key", PRINTED_END)
+def test_printed_numbers_of_the_end(report, key):
+    expected, digits = PRINTED_END[key]
+    assert np.asarray(getattr(report.end, key)).real == pytest.approx(np.array(expected), abs=digits)
+
+
+def test_all_eight_thresholds_of_the_pair():
+    printed = [0.3557, -0.3557, 0.4079, -0.4079, 4.3009, -4.3009, 4.9314, -4.9314]
+    recomputed = np.repeat([0.35567569, 0.40778783, 4.30101229, 4.93117885], 2) * np.tile([1, -1], 4)
+    assert shakedown.pair_thresholds(JUMP) == pytest.approx(np.array(printed), rel=4e-4)
+    assert shakedown.pair_thresholds(JUMP) == pytest.approx(recomputed, abs=5e-9)
+    found = shakedown.friction_thresholds(JUMP)
+    assert found.single_node == pytest.approx([4.2295, 1.1238], abs=1e-4)
+    assert found.uniqueness_in_contact.value == pytest.approx(shakedown.pair_thresholds(JUMP)[0])
+
+
+def test_the_corner_leads_where_the_evolution_jumps(report):
+    run = shakedown.evolve(JUMP, 1.0, JUMP.initial_slip[0], damping=np.ones(4))
+    assert report.grows
+    assert report.opening_node == report.end.node == 1
+    assert report.end.possible
+    assert run.history.v[-1] == pytest.approx(report.end.slip, abs=1e-7)
+    assert run.history.w[-1] == pytest.approx(report.end.gap, abs=1e-7)
+    assert tuple(run.history.state[-1]) == report.end.contact == (-1, 2)
+    for key, expected in FROM_PRINTED_MATRICES.items():
+        assert getattr(report.end, key) == pytest.approx(expected, abs=1e-7)
+
+
+def test_the_state_at_the_corner_is_on_both_limits(report):
+    q, p = shakedown.reactions(JUMP, JUMP.q_w[0], JUMP.p_w[0], report.slip, np.zeros(2))
+    assert report.q == pytest.approx(q)
+    assert report.p == pytest.approx(p)
+    assert q == pytest.approx(np.array(report.sides) * 0.39 * p)
+
+
+def test_perturbations_are_those_of_the_linear_system(report):
+    """exp(H t) by its modes, and the two inequalities of (6.54) by trying."""
+    for amplitudes in np.random.default_rng(0).normal(size=(50, 2)):
+        start = amplitudes @ report.eigenvectors
+        velocity = (report.H @ start).real
+        assert report.admissible(amplitudes) == bool(velocity[0] > 0 and velocity[1] < 0)
+
+
+def test_both_nodes_open_is_no_way_out(report):
+    u = -np.linalg.solve(JUMP.kappa, np.concatenate([JUMP.q_w[0], JUMP.p_w[0]]))
+    assert report.both_open == pytest.approx(u[2:])
+    assert not report.both_open_possible
+    lifted = shakedown.corner_report(JUMP, JUMP.q_w[0], [-30.0, -30.0])
+    assert lifted.both_open_possible
+
+
+def test_below_the_threshold_nothing_grows():
+    from dataclasses import replace
+
+    report = shakedown.corner_report(replace(JUMP, f=0.35), JUMP.q_w[0], JUMP.p_w[0])
+    assert (report.eigenvalues.real < 0).all()
+    assert (report.grows, report.opening_node, report.end) == (False, -1, None)
+
+
+def test_other_nodes_stuck_shift_the_corner():
+    """Two nodes among four: the same as the pair alone under the load that the others leave to it."""
+    n, two = 4, [3, 1]
+    A, B, C = (np.eye(n) * 5 for _ in range(3))
+    for matrix, small in ((A, JUMP.A), (B, JUMP.B), (C, JUMP.C)):
+        matrix[np.ix_(two, two)] = small
+    A[0, 3] = A[3, 0] = 0.1
+    problem = shakedown.Problem(A=A, B=B * 0.05 + 0.95 * np.where(np.isin(np.arange(n), two), B, 0),
+                                C=C, f=0.39, q_w=np.ones((1, n)), p_w=np.ones((1, n)))  # fmt: skip
+    q_w = np.array([0.0, 2.0, 0.0, 2.5])
+    report = shakedown.corner_report(problem, q_w, np.ones(n), nodes=two, slip=[2.0, 0.0, 0.0, 0.0])
+    alone = shakedown.corner_report(JUMP, [2.7, 2.0], [1.0, 1.0])
+    assert report.nodes == (3, 1)
+    assert report.slip == pytest.approx(alone.slip)
+    assert report.opening_node == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"nodes": (0, 0)}, "nodes: expected two different nodes"),
+        ({"nodes": (0, 2)}, "nodes: expected two different nodes of 0 to 1"),
+        ({"sides": (1, 0)}, "sides: expected two of"),
+        ({"slip": [0.0]}, r"slip: expected shape \(2,\)"),
+        ({"damping": [1.0]}, "damping: expected 4 positive numbers"),
+    ],
+    ids=str,
+)
+def test_misuse_is_refused(change, message):
+    with pytest.raises(shakedown.UsageError, match=message):
+        shakedown.corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0], **change)

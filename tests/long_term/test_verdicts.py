@@ -1,0 +1,175 @@
+"""What is said of a long-term state: jumps and their energy, the friction law as judge, and proof."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.evolution.integrator import Evolution
+
+# Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.
+SEPARATION = {
+    "outcome": "separation", "slip": 0.0, "released": 2.0714286, "friction": 1.6666667, "jump at": (3.0, 4.0),
+    "sticks at": -1.0,
+}  # fmt: skip
+CYCLIC = {
+    "outcome": "cyclic-slip", "slip": 1.0606061, "released": 2.224817, "friction": 1.7900826,
+    "jump at": (2.3454545, 3.0), "sticks at": -3 / 11,
+}  # fmt: skip
+LOOPS = {"one-node-separation": SEPARATION, "one-node-cyclic": CYCLIC}
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_appendix_a_jumps_in_every_cycle(name):
+    problem, expected = shakedown.example(name), LOOPS[name]
+    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+    assert (state.outcome, state.period, state.jumps_per_cycle) == (expected["outcome"], 1, 1.0)
+    assert "1 jump in every cycle" in state.reason
+    assert state.slip_per_cycle == pytest.approx([expected["slip"]], rel=1e-6)
+    assert state.final_slip == pytest.approx([expected["sticks at"]], rel=1e-6)
+    run = shakedown.simulate(problem, 1.0, problem.initial_slip[0], record=True)
+    jump = run.jumps[-1]
+    assert jump.energy_released == pytest.approx(expected["released"], rel=1e-6)
+    assert jump.friction_work == pytest.approx(expected["friction"], rel=1e-6)
+    assert jump.friction_work + jump.damping_work == pytest.approx(jump.energy_released)
+    at = run.history.kind == shakedown.EventKind.JUMPS
+    loads = np.column_stack([run.history.q_w[at], run.history.p_w[at]])
+    assert loads[-1] == pytest.approx(expected["jump at"], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_friction_and_jumps_together_take_what_the_loading_puts_in(name):
+    problem = shakedown.example(name)
+    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+    h = state.history
+    mid_v, mid_w = (h.v[1:] + h.v[:-1]) / 2, (h.w[1:] + h.w[:-1]) / 2
+    work = (mid_v * np.diff(h.q_w, axis=0)).sum() + (mid_w * np.diff(h.p_w, axis=0)).sum()
+    assert state.dissipation_per_cycle == pytest.approx(work, rel=1e-7)
+    assert 0 < state.jump_dissipation_per_cycle < state.friction_dissipation_per_cycle
+    parts = state.friction_dissipation_per_cycle + state.jump_dissipation_per_cycle
+    assert parts == state.dissipation_per_cycle
+
+
+def test_friction_work_in_the_air_and_between_jumps():
+    """A.6 slips in jumps only; A.7 also between them, along the forward limit, by hand."""
+    for name, between in (("one-node-separation", 0.0), ("one-node-cyclic", 0.6749311)):
+        problem = shakedown.example(name)
+        state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+        jump = LOOPS[name]["friction"]
+        assert state.friction_dissipation_per_cycle == pytest.approx(jump + between, rel=1e-6)
+
+
+def with_less_friction(monkeypatch, share=0.9):
+    """An integrator that slips too early: it works with a smaller coefficient of friction than the joint's."""
+    honest = Evolution.__init__
+
+    def wrong(self, *arguments, **options):
+        honest(self, *arguments, **options)
+        self.active.f[:] *= share
+
+    monkeypatch.setattr(Evolution, "__init__", wrong)
+
+
+def test_a_path_that_breaks_the_friction_law_decides_nothing(monkeypatch):
+    problem = shakedown.example("two-node")
+    with_less_friction(monkeypatch)
+    for answer in (shakedown.long_term_state(problem, 1.0), shakedown.simulate(problem, 1.0, record=True)):
+        assert answer.outcome == "undecided"
+        assert "the friction law is violated" in answer.reason
+        assert answer.residual > 1e-3
+
+
+def test_verification_leaves_a_broken_friction_law_open(monkeypatch):
+    with_less_friction(monkeypatch)
+    report = shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[1.0])
+    assert not report.agrees
+    assert any("the friction law is violated" in text for text in report.open_questions)
+
+
+@pytest.mark.parametrize(
+    ("name", "load_factor"), [("two-node", 0.73), ("block-9", 4.69), ("three-node", 2.7)]
+)
+def test_a_proved_state_may_be_disturbed_by_its_margin(name, load_factor):
+    """Anywhere on the surface of what is proved, and not too far beyond, the joint shakes down again."""
+    problem = shakedown.example(name)
+    state = shakedown.long_term_state(problem, load_factor)
+    assert state.proved
+    root = np.linalg.cholesky(problem.A).T
+    rng = np.random.default_rng(0)
+    for direction in rng.normal(size=(20, problem.n)):
+        e = np.linalg.solve(root, direction / np.linalg.norm(direction))
+        start = state.final_slip + 0.999 * state.energy_margin * e
+        assert shakedown.long_term_state(problem, load_factor, start).outcome == "shakedown"
+    single = np.eye(problem.n) * state.single_node_margin
+    norms = np.sqrt(np.einsum("ki,ij,kj->k", single, problem.A, single))
+    assert norms.max() == pytest.approx(state.energy_margin)
+
+
+def test_nothing_is_proved_of_what_cycles_or_is_open():
+    problem = shakedown.example("two-node")
+    cycling = shakedown.long_term_state(problem, 0.8)
+    assert (cycling.outcome, cycling.proved) == ("cyclic-slip", False)
+    assert np.isnan(cycling.energy_margin)
+    open_node = shakedown.Problem(A=[[1.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.0]], p_w=[[-1.0]])
+    assert not shakedown.long_term_state(open_node, 1.0).proved
+
+
+@pytest.mark.parametrize("name", ["two-node", "block-9", "block-33"])
+def test_the_transient_limit_is_enclosed_by_proof_and_cycle(name):
+    problem = shakedown.example(name)
+    limit = shakedown.transient_limit(problem, steps=10, accuracy=1e-6)
+    proved, cycling = limit.interval
+    assert proved <= limit.load_factor < cycling
+    assert cycling - proved <= 1e-3 * cycling
+    assert limit.at_proved.proved
+    assert limit.at_proved.load_factor == proved
+    assert shakedown.long_term_state(problem, cycling).outcome == "cyclic-slip"
+
+
+def test_a_simulation_follows_the_joint_once(monkeypatch):
+    followed = []
+    honest = Evolution.__init__
+
+    def counted(self, *arguments, **options):
+        followed.append(1)
+        honest(self, *arguments, **options)
+
+    monkeypatch.setattr(Evolution, "__init__", counted)
+    problem = shakedown.example("two-node")
+    run = shakedown.simulate(problem, 0.9, record=True)
+    assert len(followed) == 1
+    path = shakedown.evolve(problem, 0.9, cycles=len(run.cycles.slip))
+    assert run.cycles.slip == pytest.approx(np.array([cycle.slip for cycle in path.cycles]), abs=1e-12)
+    assert np.array_equal(run.history.kind, path.history.kind)
+    assert run.history.v == pytest.approx(path.history.v, abs=1e-12)
+    assert len(run.cycles.slip) == run.cycles_simulated
+
+
+def test_a_simulation_holds_its_settled_state():
+    run = shakedown.simulate(shakedown.example("two-node"), 0.9)
+    assert run.long_term is run.settled
+    for key in ("outcome", "final_slip", "drift", "period", "residual", "open_nodes"):
+        assert getattr(run, key) is getattr(run.settled, key)
+    stepped = shakedown.simulate(shakedown.example("two-node"), 0.9, method="gauss-seidel")
+    assert stepped.long_term is None
+    assert (stepped.events, stepped.proved) == (None, False)
+
+
+def test_a_proof_is_sought_when_asked_for_and_survives_being_sent_elsewhere():
+    problem = shakedown.example("block-9")
+    state = shakedown.long_term_state(problem, 4.0)
+    assert "_proof" not in vars(state)
+    sent = pickle.loads(pickle.dumps(state))
+    assert (sent.proved, sent.energy_margin) == (True, state.energy_margin)
+
+
+def test_a_reduced_scene_is_proved_as_the_full_form_is():
+    problem = shakedown.example("block-9")
+    full, reduced = (shakedown.long_term_state(problem, 4.0, reduce=reduce) for reduce in (False, True))
+    assert reduced.scene is not None
+    assert reduced.proved
+    assert reduced.energy_margin == pytest.approx(full.energy_margin, rel=1e-6)
+    problem = shakedown.Problem(A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+                                q_w=[[0.0, 0.0]], p_w=[[1.0, -1.0]])  # fmt: skip
+    assert shakedown.long_term_state(problem, 1.0, reduce=True).open_nodes == (1,)
