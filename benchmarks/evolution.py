@@ -33,7 +33,10 @@ def cases(short: bool) -> list[dict]:
     for scene in scenes:
         rows.append({"scene": scene, "method": "event", "parts": 1, "tolerance": None})
         rows += [{"scene": scene, "method": "gauss-seidel", "parts": k, "tolerance": 1e-13} for k in parts]
-        rows += [{"scene": scene, "method": "gauss-seidel", "parts": 1, "tolerance": t} for t in (1e-4, 1e-8)]
+        rows += [
+            {"scene": scene, "method": "gauss-seidel", "parts": 1, "tolerance": t}
+            for t in (1e-4, 1e-8, 1e-10)
+        ]
         if siconos_peer.is_here():
             rows += [{"scene": scene, "method": "nsgs", "parts": k, "tolerance": 1e-12} for k in parts[:5:2]]
             rows += [{"scene": scene, "method": "lemke", "parts": k, "tolerance": 1e-12} for k in parts[:3:2]]

@@ -28,7 +28,12 @@ FLOOR = {wing: number for number, wings in enumerate(FLOORS) for wing in wings}
 PUBLIC_MODULES = {"fem", "plot", "report", "visible_text"}  # beside the names of the package itself
 MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that it times
     ("benchmarks.block_cycle", "shakedown.kernels.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.kernels"),
+    ("benchmarks.stability", "shakedown.kernels.active_set"),
     ("benchmarks.stability", "shakedown.kernels.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.kernels.moving_state"),
+    ("benchmarks.stability", "shakedown.kernels.run"),
+    ("benchmarks.stability", "shakedown.model.loading"),
     ("benchmarks.stability", "shakedown.long_term.fixed_steps"),
     ("benchmarks.siconos_agreement", "shakedown.kernels.gauss_seidel"),
     ("benchmarks.evolution", "shakedown.long_term.fixed_steps"),

@@ -12,15 +12,20 @@ from shakedown.kernels import event_loop as kernel
 from shakedown.kernels.active_set import active_set, factorize
 from shakedown.kernels.gauss_seidel import BACKWARD_SLIP, OPEN
 from shakedown.kernels.moving_state import (
-    JUMPS,
     LOAD_STEP,
-    Motion,
+    Course,
     Precision,
-    Record,
+    begin,
+    course,
+    follow_derivative,
     motion_at_rest,
+    resume,
     room_for,
+    without_tangent,
 )
 from shakedown.kernels.rate_problem import rates
+from shakedown.kernels.rate_search import enumerate_states
+from shakedown.kernels.run import Progress, Run, progress, run_along
 from shakedown.model.arguments import checked_damping, checked_initial_slip
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
@@ -80,7 +85,8 @@ class Evolution:
         self.pieces: list[EventHistory] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
-        self._approach = self._path_to_first_period(start)
+        self._before = self._path_to_first_period(start)
+        self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
@@ -101,6 +107,12 @@ class Evolution:
         first = np.vstack([before, self.load])[0]
         return np.vstack([ramp_start(self.problem, first, start), before])
 
+    def _course(self, before: FloatArray) -> Course:
+        """One period after these welded reactions (s, 2n)."""
+        path = np.vstack([before, self.load])
+        separable = self.problem.C is not None
+        return course(path, self.problem.m - len(path), separable, self.precision)
+
     @property
     def state(self) -> State:
         """The state between two cycles; may be set to continue from another one."""
@@ -111,7 +123,7 @@ class Evolution:
         self.stop, self.left, self.slides = None, False, False
         self.motion.u[:] = state.u
         self.active.state[:] = state.contact
-        if not factorize(self.active):
+        if factorize(self.active) == 0:
             raise UsageError("state: expected one in which the moving nodes are held, found a singular one")
 
     def violation(self, state: State) -> float:
@@ -131,61 +143,91 @@ class Evolution:
         tangent : (2n, t), optional
             Derivative of u = (v, w) with respect to t parameters; carried along in place.
         """
-        motion = self.motion
-        if tangent is not None:
-            motion = motion._replace(tangent=tangent, delay=np.zeros(tangent.shape[1]))
-        path = np.vstack([self._approach if self.done == 0 else self.load[-1:], self.load])
-        for counter in (motion.slip, motion.work, motion.opened, motion.signature, motion.time):
-            counter[:] = 0
-        motion.counts[:] = 0, -1, -1, LOAD_STEP, 0
-        self.jumps, self._nudged = [], None
-        status = self._follow(motion, path, record)
-        if status != kernel.DONE:
-            self._say_why(status, path)
+        done = self._follow(1, record, tangent)
+        if done is None:
             return None
-        self.done += 1
         return CycleRecord(
-            end_slip=motion.u[: self.problem.n].copy(),
-            slip=motion.slip.copy(),
-            friction_dissipation=float(motion.work[0]) + sum(jump.friction_work for jump in self.jumps),
+            end_slip=self.motion.u[: self.problem.n].copy(),
+            slip=self.motion.slip.copy(),
+            friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
             jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
-            opened=motion.opened.copy(),
-            events=int(motion.counts[0]),
-            signature=int(motion.signature[0]),
+            opened=self.motion.opened.astype(np.bool_),
+            events=done.events,
+            signature=int(done.signature),
             jumps=tuple(self.jumps),
         )
 
-    def _follow(self, motion: Motion, path: FloatArray, record: bool) -> int:
-        """Run the compiled loop along a path, emptying the record whenever it is full."""
-        n, first = self.problem.n, self.problem.m - len(path)
-        separable = self.problem.C is not None
-        room = room_for(RECORD_ROWS if record else 0, n)
-        while True:
-            status = kernel.load_steps(
-                self.active, self.rates, motion, room, path, first, separable, self.precision
-            )
-            jumped = status == kernel.NO_RATES and self._jump(motion, room, path, first)
-            if record:
-                self.pieces.append(self._history(room, path, first))
-                room.rows[0] = 0
-            if status != kernel.RECORD_FULL and not jumped:
-                return int(status)
+    def advance(self, cycles: int) -> int:
+        """Carry the joint through so many cycles without a record of each; how many it passes.
 
-    def _jump(self, motion: Motion, room: Record, path: FloatArray, first: int) -> bool:
+        Examples
+        --------
+        >>> import shakedown
+        >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
+        >>> evolution.advance(100), evolution.stop is None
+        (100, True)
+        """
+        before = self.done
+        while self.done < before + cycles:
+            left = before + cycles - self.done
+            if self._follow(1 if self.done == 0 else left, False, None) is None:
+                break
+        return self.done - before
+
+    def _run(self, record: bool) -> Run:
+        """The run through the next cycle; there are few of them, made when they are first needed."""
+        first = self.done == 0
+        if (first, record) not in self._runs:
+            path = self._before if first else self.load[-1:]
+            n = self.problem.n
+            room = room_for(RECORD_ROWS if record else 0, n)
+            run = run_along(self.active, self.rates, self.motion, room, self._course(path))
+            self._runs[first, record] = run
+        return self._runs[first, record]
+
+    def _follow(self, cycles: int, record: bool, tangent: FloatArray | None) -> Progress | None:
+        """Run the compiled loop through cycles of one course; None, and ``stop`` says why, where it ends."""
+        run, before = self._run(record), self.done
+        begin(self.motion)
+        if tangent is not None:
+            delay = np.zeros(tangent.shape[1])
+            follow_derivative(self.motion, tangent, delay)
+        self.jumps, self._nudged = [], None
+        while True:
+            status = kernel.follow(run, cycles)
+            now = progress(run)
+            found = status == kernel.NO_RATES and self._finds_rates()
+            if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
+                self.pieces.append(self._history(run, now.rows - found))
+            self.done = before + now.passes
+            if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
+                continue
+            if status != kernel.NO_RATES or not self._jump(now, run):
+                break
+        if tangent is not None:
+            follow_derivative(self.motion, *without_tangent(self.problem.n))
+        if status == kernel.DONE:
+            return now
+        self._say_why(status, now, run)
+        return None
+
+    def _finds_rates(self) -> bool:
+        """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
+        return enumerate_states(self.active, self.rates, self.precision.rate)
+
+    def _jump(self, now: Progress, run: Run) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
-        n, step = self.problem.n, int(motion.counts[4])
+        motion, path, n, step = self.motion, run.course.path, self.problem.n, now.step
         if len(self.jumps) == MOST_JUMPS * n * (len(path) - 1):
             return False
-        retries = self._retries(step, float(motion.time[0]))
+        retries = self._retries(step, now.time)
         if retries == MOST_RETRIES:
             return False
-        if len(room.time):
-            kernel.note(self.active, motion, room, first + step, *motion.counts[2:4])
         rate = path[step + 1] - path[step]
         if not rate.any():
             return False
         nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
-        time = min(float(motion.time[0]) + nudge, 1.0)
+        time = min(now.time + nudge, 1.0)
         self._nudged = (step, time, retries)
         load, before = path[step] + time * rate, motion.u.copy()
         moving = ViscousMotion(
@@ -200,12 +242,10 @@ class Evolution:
         released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
         contact_before = self.active.state.copy()
         self.state = State(rest.u, rest.contact)
-        motion.time[0], motion.time[1] = time, 0.0
-        motion.counts[2:4] = -1, JUMPS
-        motion.counts[0] += 1
+        resume(motion, time)
         closed = (contact_before != OPEN) & (rest.contact != OPEN)
         motion.slip[:] += np.where(closed, np.abs(rest.u[:n] - before[:n]), 0.0)
-        cycle = self.done + (first + step + time) / self.problem.m
+        cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
         self.jumps.append(
             Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
                  rest.friction_work, rest.slip, rest.steps)
@@ -218,9 +258,10 @@ class Evolution:
             return 0
         return self._nudged[2] + 1
 
-    def _history(self, room: Record, path: FloatArray, first: int) -> EventHistory:
-        rows, n = int(room.rows[0]), self.problem.n
+    def _history(self, run: Run, rows: int) -> EventHistory:
+        room, path, n = run.record, run.course.path, self.problem.n
         steps = room.time[:rows]
+        first = self.problem.m - len(path)
         index = np.minimum((steps - first).astype(int), len(path) - 2)
         share = (steps - first - index)[:, None]
         welded = path[index] + share * (path[index + 1] - path[index])
@@ -260,9 +301,8 @@ class Evolution:
             *(np.concatenate([getattr(part, key) for part in parts]) for key in last.__dataclass_fields__)
         )
 
-    def _say_why(self, status: int, path: FloatArray) -> None:
-        node = int(self.motion.counts[1])
-        steps = self.problem.m - len(path) + self.motion.counts[4] + self.motion.time[0]
+    def _say_why(self, status: int, now: Progress, run: Run) -> None:
+        node, steps = now.concerned, self.problem.m - len(run.course.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons = {
             kernel.NO_RATES: "the state jumps and does not come to rest",

@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 
 from shakedown.evolution.contact_law import Scales, law_violation
 from shakedown.kernels import event_loop as kernel
-from shakedown.kernels.active_set import SIGN, ActiveSet, active_set, factorize, solve
+from shakedown.kernels.active_set import ActiveSet, active_set, factorize, solve
 from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.kernels.moving_state import Precision, motion_at_rest, room_for
+from shakedown.kernels.moving_state import Precision, course, motion_at_rest, room_for
 from shakedown.kernels.rate_problem import rates
+from shakedown.kernels.rate_search import enumerate_states
+from shakedown.kernels.run import progress, run_along
 from shakedown.model.problem import FloatArray
 
 MAX_STEPS = 2000
@@ -145,10 +147,16 @@ class ViscousMotion:
         act, mo = active_set(stiffer, self.f), motion_at_rest(n)
         mo.u[:] = self.u
         act.state[:] = self.contact
-        if not factorize(act) or act.meta[SIGN] < 0:
+        if factorize(act) <= 0:
             return False
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
-        status = kernel.load_steps(act, rates(n), mo, room_for(0, n), path, 0, True, self.precision)
+        rate, room = rates(n), room_for(0, n)
+        run = run_along(act, rate, mo, room, course(path, 0, True, self.precision))
+        status = kernel.follow(run, 1)
+        while status == kernel.PAUSED or (
+            status == kernel.NO_RATES and enumerate_states(act, rate, self.precision.rate)
+        ):
+            status = kernel.follow(run, 1)
         if status != kernel.DONE:
             return False
         if not np.isfinite(mo.u).all():
@@ -159,7 +167,7 @@ class ViscousMotion:
             return False
         self.u, self.velocity, self.contact = mo.u.copy(), velocity, act.state.copy()
         self.reaction = path[1] + stiffer @ mo.u
-        self.friction_work += float(mo.work[0])
+        self.friction_work += progress(run).dissipation
         self.slip += mo.slip
         return True
 
@@ -167,7 +175,7 @@ class ViscousMotion:
         """The equilibrium of the present contact states, if the motion has come near it and it is one."""
         act = active_set(self.kappa, self.f)
         act.state[:] = self.contact
-        if not factorize(act) or act.meta[SIGN] < 0:
+        if factorize(act) <= 0:
             return None
         u = equilibrium(act, self.u, self.load)
         if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:

@@ -14,250 +14,361 @@ is kept explicitly and follows a change of state by bordering, in O(a²) for a
 equations. The sign of its determinant is kept too: negative means that the
 motion, although it satisfies the law, is unstable (chapter VI); zero means that
 the matrix is singular and what stands for its inverse must not be used.
+
+The inverse is set up afresh only where a state is given from outside or where it
+has worn out. That is done here by Gauss–Jordan elimination in place: LAPACK
+through numba (inverse and sign of the determinant) would add 2 s to the first
+compilation, is slower below 20 equations, and twice as fast at 60.
 """
 
-from typing import Any, NamedTuple
-
-import numba
 import numpy as np
+from numba import types
+from numba.experimental import structref
 from numpy.typing import NDArray
 
-from shakedown.kernels.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.kernels.gauss_seidel import OPEN, STICK
+from shakedown.kernels.named_state import (
+    Integers,
+    NamedState,
+    Reals,
+    entered,
+    fields,
+    inner,
+    keeping,
+    summing,
+)
 from shakedown.model.problem import FloatArray
 
-SIZE, SIGN, FRESH = 0, 1, 2  # entries of ActiveSet.meta
 SINGULAR = 1e-13  # pivot, relative to the terms that it is the difference of, that counts as zero
 
 
-class ActiveSet(NamedTuple):
-    """Equations of the moving nodes and the inverse of their matrix (leading ``meta[SIZE]`` rows)."""
+@structref.register
+class ActiveSetType(types.StructRef):
+    """Compiled type of :class:`ActiveSet`."""
 
-    kappa: FloatArray  # (2n, 2n) contact stiffness
-    f: FloatArray  # (n,) friction coefficients
-    state: NDArray[np.int64]  # (n,) STICK, BACKWARD_SLIP, FORWARD_SLIP, OPEN
-    col: NDArray[np.int64]  # (2n,) freed displacement of each equation
-    coef: FloatArray  # (2n,) coefficient of p in each equation
-    place: NDArray[np.int64]  # (2n,) equation that frees a displacement, or −1
-    inverse: FloatArray  # (2n, 2n)
-    meta: NDArray[np.int64]  # number of equations, sign of the determinant, updates since factorized
-    row: FloatArray  # (2n,) scratch
-    column: FloatArray  # (2n,) scratch
+
+class ActiveSet(NamedState):
+    """Equations of the moving nodes and the inverse of their matrix (leading ``size`` rows and columns).
+
+    Attributes
+    ----------
+    kappa : (2n, 2n)
+        Contact stiffness [force / length].
+    f : (n,)
+        Friction coefficients.
+    state : (n,)
+        STICK, BACKWARD_SLIP, FORWARD_SLIP or OPEN.
+    col, coef : (2n,)
+        Freed displacement and coefficient of p of each equation.
+    place : (2n,)
+        Equation that frees a displacement, or −1.
+    inverse : (2n, 2n)
+        Inverse of the matrix of the equations.
+    row, column : (2n,)
+        Scratch.
+    n
+        Number of nodes.
+    size, sign
+        Number of equations; sign of the determinant of their matrix.
+    updates
+        Changes of the inverse since it was set up.
+    effort
+        Multiplications and additions since the loop was entered, roughly.
+    allowed
+        Effort after which the loop returns.
+    """
+
+    kappa: Reals
+    f: Reals
+    state: Integers
+    col: Integers
+    coef: Reals
+    place: Integers
+    inverse: Reals
+    row: Reals
+    column: Reals
+    n: int
+    size: int
+    sign: int
+    updates: int
+    effort: int
+    allowed: int
+
+
+structref.define_boxing(ActiveSetType, ActiveSet)
+ACTIVE_SET = ActiveSetType(fields(ActiveSet))
 
 
 def active_set(kappa: FloatArray, f: FloatArray) -> ActiveSet:
     """All nodes stuck."""
     n = len(f)
-    return ActiveSet(
-        kappa=np.ascontiguousarray(kappa, dtype=float),
-        f=np.array(f, dtype=float),
-        state=np.zeros(n, dtype=np.int64),
-        col=np.zeros(2 * n, dtype=np.int64),
-        coef=np.zeros(2 * n),
-        place=np.full(2 * n, -1, dtype=np.int64),
-        inverse=np.zeros((2 * n, 2 * n)),
-        meta=np.array([0, 1, 0], dtype=np.int64),
-        row=np.zeros(2 * n),
-        column=np.zeros(2 * n),
-    )
+    arrays = {
+        "kappa": np.ascontiguousarray(kappa, dtype=float),
+        "f": np.array(f, dtype=float),
+        "state": np.zeros(n, dtype=np.int64),
+        "col": np.zeros(2 * n, dtype=np.int64),
+        "coef": np.zeros(2 * n),
+        "place": np.full(2 * n, -1, dtype=np.int64),
+        "inverse": np.zeros((2 * n, 2 * n)),
+        "row": np.zeros(2 * n),
+        "column": np.zeros(2 * n),
+    }
+    return keeping(_active_set(*arrays.values()), arrays)
 
 
-@numba.njit(cache=True)
-def entry(act: Any, col: int, coef: float, j: int) -> float:
-    """Entry of the equation (col, coef) in the column of displacement j."""
-    if coef == 0.0:
-        return act.kappa[col, j]
-    return act.kappa[col, j] - coef * act.kappa[len(act.f) + col, j]
+@entered
+def _active_set(  # type: ignore[no-untyped-def]
+    kappa, f, state, col, coef, place, inverse, row, column
+):
+    act = structref.new(ACTIVE_SET)
+    act.kappa, act.f, act.state = kappa.ctypes, f.ctypes, state.ctypes
+    act.col, act.coef, act.place = col.ctypes, coef.ctypes, place.ctypes
+    act.inverse, act.row, act.column = inverse.ctypes, row.ctypes, column.ctypes
+    act.n, act.size, act.sign, act.updates, act.effort, act.allowed = len(f), 0, 1, 0, 0, 0
+    return act
 
 
-@numba.njit(cache=True, fastmath={"reassoc", "contract"})
-def border(act: Any, col: int, coef: float) -> bool:
+@inner
+def larger(a: float, b: float) -> float:
+    """The larger of two numbers (``max`` takes any number of anything, and longer to compile)."""
+    return a if a > b else b
+
+
+@inner
+def slip_coefficient(state: int, f: float) -> float:
+    """Coefficient of p in the tangential equation of a node."""
+    return 0.0 if state == OPEN else state * f  # BACKWARD_SLIP = +1, FORWARD_SLIP = −1
+
+
+@summing
+def border(act: ActiveSet, col: int, coef: float) -> bool:
     """Add one equation; False, and nothing changed, where the matrix would be singular."""
-    a, inverse, row, column = act.meta[SIZE], act.inverse, act.row, act.column
-    row[:a] = 0.0
-    pivot = entry(act, col, coef, col)
+    a, m, kappa, inverse = act.size, 2 * act.n, act.kappa, act.inverse
+    row, column, cols, coefs = act.row, act.column, act.col, act.coef
+    partner = col if coef == 0.0 else act.n + col
+    pivot = kappa[col * m + col] - coef * kappa[partner * m + col]
     size = abs(pivot)
+    for c in range(a):
+        row[c] = 0.0
     for b in range(a):  # row = (new row) M⁻¹
-        x = entry(act, col, coef, act.col[b])
+        x = kappa[col * m + cols[b]] - coef * kappa[partner * m + cols[b]]
         if x != 0.0:
             for c in range(a):
-                row[c] += x * inverse[b, c]
+                row[c] += x * inverse[b * m + c]
     for c in range(a):
-        y = entry(act, act.col[c], act.coef[c], col)
+        y = kappa[cols[c] * m + col]
+        if coefs[c] != 0.0:
+            y -= coefs[c] * kappa[(act.n + cols[c]) * m + col]
         column[c] = y
         pivot -= row[c] * y
-        size = max(size, abs(row[c] * y))
+        size = larger(size, abs(row[c] * y))
     if abs(pivot) <= SINGULAR * size:
         return False
     for b in range(a):  # last column = −M⁻¹ (new column) / pivot
         total = 0.0
         for c in range(a):
-            total += inverse[b, c] * column[c]
-        inverse[b, a] = -total / pivot
-    for b in range(a):
-        x = inverse[b, a]
+            total += inverse[b * m + c] * column[c]
+        x = -total / pivot
         for c in range(a):
-            inverse[b, c] -= x * row[c]
+            inverse[b * m + c] -= x * row[c]
+        inverse[b * m + a] = x
     for c in range(a):
-        inverse[a, c] = -row[c] / pivot
-    inverse[a, a] = 1.0 / pivot
-    act.col[a], act.coef[a], act.place[col] = col, coef, a
-    act.meta[SIZE] = a + 1
-    act.meta[FRESH] += 1
+        inverse[a * m + c] = -row[c] / pivot
+    inverse[a * m + a] = 1.0 / pivot
+    cols[a], coefs[a], act.place[col] = col, coef, a
+    act.size = a + 1
+    act.updates += 1
+    act.effort += 3 * a * a
     if pivot < 0.0:
-        act.meta[SIGN] = -act.meta[SIGN]
+        act.sign = -act.sign
     return True
 
 
-@numba.njit(cache=True)
-def strike(act: Any, col: int) -> bool:
+@inner
+def strike(act: ActiveSet, col: int) -> bool:
     """Remove the equation that frees ``col``; False where the rest of the matrix is singular."""
-    k, a, inverse = act.place[col], act.meta[SIZE] - 1, act.inverse
-    pivot = inverse[k, k]
-    largest = 0.0
+    place, cols, inverse, m = act.place, act.col, act.inverse, 2 * act.n
+    k, a = place[col], act.size - 1
+    pivot, largest_entry = inverse[k * m + k], 0.0
     for b in range(a + 1):
-        largest = max(largest, abs(inverse[b, k]), abs(inverse[k, b]))
-    if abs(pivot) <= SINGULAR * largest:
+        largest_entry = larger(larger(largest_entry, abs(inverse[b * m + k])), abs(inverse[k * m + b]))
+    if abs(pivot) <= SINGULAR * largest_entry:
         return False
     if k != a:
         for b in range(a + 1):
-            inverse[k, b], inverse[a, b] = inverse[a, b], inverse[k, b]
+            inverse[k * m + b], inverse[a * m + b] = inverse[a * m + b], inverse[k * m + b]
         for b in range(a + 1):
-            inverse[b, k], inverse[b, a] = inverse[b, a], inverse[b, k]
-        act.col[k], act.coef[k] = act.col[a], act.coef[a]
-        act.place[act.col[k]] = k
+            inverse[b * m + k], inverse[b * m + a] = inverse[b * m + a], inverse[b * m + k]
+        cols[k], act.coef[k] = cols[a], act.coef[a]
+        place[cols[k]] = k
     for b in range(a):
-        x = inverse[b, a] / pivot
+        x = inverse[b * m + a] / pivot
         if x != 0.0:
             for c in range(a):
-                inverse[b, c] -= x * inverse[a, c]
-    act.place[col] = -1
-    act.meta[SIZE] = a
-    act.meta[FRESH] += 1
+                inverse[b * m + c] -= x * inverse[a * m + c]
+    place[col] = -1
+    act.size = a
+    act.updates += 1
+    act.effort += a * a
     if pivot < 0.0:
-        act.meta[SIGN] = -act.meta[SIGN]
+        act.sign = -act.sign
     return True
 
 
-@numba.njit(cache=True)
-def factorize(act: Any) -> bool:
-    """Set up the equations of the present states afresh; False where their matrix is singular.
-
-    Gauss–Jordan elimination with row exchanges.
-    """
-    n, a = len(act.f), 0
-    act.place[:] = -1
+@inner
+def set_up(act: ActiveSet) -> None:
+    """Equations of the present states, and their matrix in the place of its inverse."""
+    n, m, a, kappa, matrix = act.n, 2 * act.n, 0, act.kappa, act.inverse
+    cols, coefs, place, states = act.col, act.coef, act.place, act.state
+    for j in range(m):
+        place[j] = -1
     for i in range(n):
-        if act.state[i] != STICK:
-            act.col[a], act.coef[a], act.place[i] = i, slip_coefficient(act, i), a
+        if states[i] != STICK:
+            cols[a], coefs[a], place[i] = i, slip_coefficient(states[i], act.f[i]), a
             a += 1
-        if act.state[i] == OPEN:
-            act.col[a], act.coef[a], act.place[n + i] = n + i, 0.0, a
+        if states[i] == OPEN:
+            cols[a], coefs[a], place[n + i] = n + i, 0.0, a
             a += 1
-    act.meta[SIZE], act.meta[SIGN], act.meta[FRESH] = a, 1, 0
-    matrix, inverse = np.empty((a, a)), act.inverse
+    act.size, act.sign, act.updates = a, 1, 0
     for b in range(a):
         for c in range(a):
-            matrix[b, c] = entry(act, act.col[b], act.coef[b], act.col[c])
-            inverse[b, c] = 1.0 if b == c else 0.0
+            x = kappa[cols[b] * m + cols[c]]
+            if coefs[b] != 0.0:
+                x -= coefs[b] * kappa[(n + cols[b]) * m + cols[c]]
+            matrix[b * m + c] = x
+
+
+@entered
+def factorize(act: ActiveSet) -> int:
+    """Set up the equations of the present states afresh: sign of their determinant, 0 where it is singular.
+
+    Gauss–Jordan elimination in place, with row exchanges that are undone as
+    exchanges of columns at the end.
+    """
+    set_up(act)
+    m, a, kappa, matrix, cols, swaps = 2 * act.n, act.size, act.kappa, act.inverse, act.col, act.row
+    act.effort += a * a * a
     for k in range(a):
-        best = k
+        best, size = k, 0.0
         for b in range(k + 1, a):
-            if abs(matrix[b, k]) > abs(matrix[best, k]):
+            if abs(matrix[b * m + k]) > abs(matrix[best * m + k]):
                 best = b
-        size = np.abs(act.kappa[act.col[k]]).max()
-        if abs(matrix[best, k]) <= SINGULAR * size:
-            act.meta[SIGN] = 0
-            return False
-        if best != k:
-            for c in range(a):
-                matrix[k, c], matrix[best, c] = matrix[best, c], matrix[k, c]
-                inverse[k, c], inverse[best, c] = inverse[best, c], inverse[k, c]
-            act.meta[SIGN] = -act.meta[SIGN]
-        pivot = matrix[k, k]
-        if pivot < 0.0:
-            act.meta[SIGN] = -act.meta[SIGN]
+        for j in range(m):
+            size = larger(size, abs(kappa[cols[k] * m + j]))
+        pivot = matrix[best * m + k]
+        if abs(pivot) <= SINGULAR * size:
+            act.sign = 0
+            return 0
+        swaps[k] = best
+        if (best != k) != (pivot < 0.0):
+            act.sign = -act.sign
         for c in range(a):
-            matrix[k, c] /= pivot
-            inverse[k, c] /= pivot
+            x = matrix[best * m + c]
+            matrix[best * m + c] = matrix[k * m + c]
+            matrix[k * m + c] = x / pivot
+        matrix[k * m + k] = 1.0 / pivot
         for b in range(a):
-            x = matrix[b, k]
+            x = matrix[b * m + k]
             if b != k and x != 0.0:
+                matrix[b * m + k] = 0.0
                 for c in range(a):
-                    matrix[b, c] -= x * matrix[k, c]
-                    inverse[b, c] -= x * inverse[k, c]
-    return True
+                    matrix[b * m + c] -= x * matrix[k * m + c]
+    for k in range(a - 1, -1, -1):
+        other = np.int64(swaps[k])
+        for b in range(a):
+            matrix[b * m + k], matrix[b * m + other] = matrix[b * m + other], matrix[b * m + k]
+    return act.sign
 
 
-@numba.njit(cache=True)
-def slip_coefficient(act: Any, i: int) -> float:
-    """Coefficient of p in the tangential equation of node i in its present state."""
-    if act.state[i] == BACKWARD_SLIP:
-        return act.f[i]
-    if act.state[i] == FORWARD_SLIP:
-        return -act.f[i]
-    return 0.0
-
-
-@numba.njit(cache=True)
-def change_states(act: Any, wanted: Any) -> bool:
-    """Move every node to its wanted state; False where the new matrix is singular.
+@inner
+def change_states(act: ActiveSet, wanted: NDArray[np.int64]) -> bool:
+    """Move every node to its wanted state; False where the inverse could not follow.
 
     Equations are removed first, so that a load reversal, where most slipping
     nodes stop at once, gets cheaper with every node. A matrix that was singular
-    leaves no inverse to update.
+    leaves no inverse to update; nor does one that is singular on the way.
     """
-    n, sound = len(act.f), act.meta[SIGN] != 0
+    n, states, sound, changed = act.n, act.state, act.sign != 0, False
     for i in range(n):
-        if wanted[i] != act.state[i] and act.state[i] != STICK and sound:
-            if act.state[i] == OPEN:
-                sound = strike(act, n + i)
-            sound = sound and strike(act, i)
+        if wanted[i] != states[i]:
+            changed = True
+            if states[i] == OPEN:
+                sound = sound and strike(act, n + i)
+            if states[i] != STICK:
+                sound = sound and strike(act, i)
+    if not changed:
+        return sound
     for i in range(n):
-        if wanted[i] != act.state[i]:
-            act.state[i] = wanted[i]
-            if wanted[i] != STICK and sound:
-                sound = border(act, i, slip_coefficient(act, i))
-                if wanted[i] == OPEN:
-                    sound = sound and border(act, n + i, 0.0)
-    return sound or factorize(act)
+        if wanted[i] != states[i]:
+            states[i] = wanted[i]
+            if wanted[i] != STICK:
+                sound = sound and border(act, i, slip_coefficient(wanted[i], act.f[i]))
+            if wanted[i] == OPEN:
+                sound = sound and border(act, n + i, 0.0)
+    return sound
 
 
-@numba.njit(cache=True, fastmath={"reassoc", "contract"})
-def solve(act: Any, residual: Any, change: Any) -> None:
+@inner
+def reach_states(act: ActiveSet, wanted: NDArray[np.int64]) -> bool:
+    """Move every node to its wanted state; False where the new matrix is singular."""
+    return change_states(act, wanted) or factorize(act) != 0
+
+
+@summing
+def correct(act: ActiveSet, residual: FloatArray, change: FloatArray) -> None:
     """Displacements ``change`` (2n,) that cancel the residuals (2n,: q then p) of the active equations."""
-    n, a = len(act.f), act.meta[SIZE]
-    change[:] = 0.0
+    m, a, cols, coefs = 2 * act.n, act.size, act.col, act.coef
+    inverse, column = act.inverse, act.column
+    for j in range(m):
+        change[j] = 0.0
     for b in range(a):
-        col, coef = act.col[b], act.coef[b]
-        x = residual[col]
-        if coef != 0.0:
-            x -= coef * residual[n + col]
-        act.column[b] = x
+        x = residual[cols[b]]
+        if coefs[b] != 0.0:
+            x -= coefs[b] * residual[act.n + cols[b]]
+        column[b] = x
     for b in range(a):
         total = 0.0
         for c in range(a):
-            total -= act.inverse[b, c] * act.column[c]
-        change[act.col[b]] = total
+            total -= inverse[b * m + c] * column[c]
+        change[cols[b]] = total
+    act.effort += a * a
 
 
-@numba.njit(cache=True)
-def add_product(act: Any, change: Any, reaction: Any) -> None:
+@entered
+def solve(act: ActiveSet, residual: FloatArray, change: FloatArray) -> None:
+    """Displacements ``change`` (2n,) that cancel the residuals (2n,: q then p) of the active equations."""
+    correct(act, residual, change)
+
+
+@inner
+def add_product(act: ActiveSet, change: FloatArray, reaction: FloatArray) -> None:
     """reaction += κ change, skipping displacements that do not change."""
-    for j in range(len(change)):
+    kappa, m, used = act.kappa, 2 * act.n, 0
+    for j in range(m):
         x = change[j]
         if x != 0.0:
-            for k in range(len(reaction)):
-                reaction[k] += x * act.kappa[j, k]
+            used += 1
+            for k in range(m):
+                reaction[k] += x * kappa[j * m + k]
+    act.effort += used * m
 
 
-@numba.njit(cache=True)
-def largest_residual(act: Any, reaction: Any) -> float:
+@inner
+def largest_residual(act: ActiveSet, reaction: FloatArray) -> float:
     """Largest |residual| of the active equations [force]."""
-    n, largest = len(act.f), 0.0
-    for b in range(act.meta[SIZE]):
-        col, coef = act.col[b], act.coef[b]
-        x = reaction[col]
-        if coef != 0.0:
-            x -= coef * reaction[n + col]
-        largest = max(largest, abs(x))
-    return largest
+    n, size, cols, coefs = act.n, 0.0, act.col, act.coef
+    for b in range(act.size):
+        x = reaction[cols[b]]
+        if coefs[b] != 0.0:
+            x -= coefs[b] * reaction[n + cols[b]]
+        size = larger(size, abs(x))
+    return size
+
+
+@inner
+def largest(values: FloatArray, count: int) -> float:
+    """Largest magnitude of so many values."""
+    size = 0.0
+    for k in range(count):
+        size = larger(size, abs(values[k]))
+    return size

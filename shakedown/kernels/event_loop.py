@@ -13,23 +13,18 @@ event, and v, w of the moving nodes are corrected to satisfy their equations, so
 that nothing accumulates. A limit that is overstepped before the end of the load
 step by no more than round-off is touched, not reached.
 
+A load step is first tried as a quiet one (:mod:`shakedown.kernels.quiet_steps`);
+only where something happens in it is it followed from event to event. The loops
+return to Python after a stated amount of work, and can be entered again.
+
 Together with the motion its derivative with respect to the state at the start
 of a cycle can be followed: between events it is constant, because the rates do
 not depend on the state, and at an event at time τ it changes by (u̇⁻ − u̇⁺) ∂τ.
 """
 
-from typing import Any
-
-import numba
 import numpy as np
 
-from shakedown.kernels.active_set import (
-    FRESH,
-    add_product,
-    factorize,
-    largest_residual,
-    solve,
-)
+from shakedown.kernels.active_set import ActiveSet, add_product, correct, factorize, larger, largest_residual
 from shakedown.kernels.gauss_seidel import OPEN, STICK
 from shakedown.kernels.moving_state import (
     CLOSES,
@@ -37,83 +32,100 @@ from shakedown.kernels.moving_state import (
     OPENS,
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
+    Course,
+    Motion,
+    Record,
 )
-from shakedown.kernels.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, locate
-from shakedown.kernels.rate_search import SOLVED, solve_rates
+from shakedown.kernels.named_state import entered, inner
+from shakedown.kernels.quiet_steps import compute_elastic, has_room, note, quiet_steps, sign
+from shakedown.kernels.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
+from shakedown.kernels.run import Run
+from shakedown.model.problem import FloatArray
 
-DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED = range(6)
+DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)
+EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
 
 
-@numba.njit(cache=True)
-def load_step(
-    act: Any, rate: Any, mo: Any, rec: Any, r_from: Any, r_to: Any, step: int, separable: bool, eps: Any
-) -> int:
-    """Carry the state through one load step, from time ``mo.time[0]`` of it to its end, in place.
+@entered
+def follow(run: Run, passes: int, effort: int = EFFORT) -> int:
+    """Carry the state along the course of a run until it has been passed so often since :func:`begin`.
 
-    ``r_from``, ``r_to`` (2n,) are the welded reactions at its two ends. Returns
-    DONE, or why the motion stopped; it can be resumed.
+    Starts, or resumes, at load step ``step``, time ``time`` of it. Ends with
+    DONE, or with why the motion stopped; after RECORD_FULL and PAUSED, and where
+    there were NO_RATES and states have been found or the state has jumped, it
+    can be entered again. Every call gets one event or load step further at least.
     """
-    rate.welded[:] = r_to - r_from
-    node, kind = mo.counts[2], mo.counts[3]
-    for _ in range(1000 + 200 * len(act.f)):
-        if len(rec.time) > 0 and rec.rows[0] == len(rec.time):
-            mo.counts[2], mo.counts[3] = node, kind
+    act, rate, mo, rec, course = run.active, run.rates, run.motion, run.record, run.course
+    act.effort, act.allowed, rec.rows, status = 0, effort, 0, DONE
+    compute_elastic(act, mo)
+    while mo.passes < passes and status == DONE:
+        if mo.time == 0.0 and mo.kind == LOAD_STEP:
+            quiet_steps(act, rate, mo, rec, course)
+        if mo.step < course.steps:
+            status = load_step(act, rate, mo, rec, course)
+        if mo.step == course.steps:
+            mo.passes += 1
+            mo.step = 0
+            compute_elastic(act, mo)
+        if status == DONE and mo.passes < passes and act.effort > act.allowed:
+            status = PAUSED
+    return status
+
+
+@inner
+def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Course) -> int:
+    """Carry the state from event to event to the end of its load step."""
+    path, step, welded, m = course.path, mo.step, rate.welded, 2 * act.n
+    for j in range(m):
+        welded[j] = path[(step + 1) * m + j] - path[step * m + j]
+    while mo.crowd < 1000 + 100 * m:
+        if not has_room(rec):
             return RECORD_FULL
-        react(act, mo, r_from, rate.welded)
-        locate(act, rate, mo.u, mo.r, eps.force, eps.length)
-        place_event(rate, node, kind)
-        status = solve_rates(act, rate, eps.rate)
-        mo.counts[1] = leaving_node(act, rate, status)
-        if not separable and mo.counts[1] >= 0:
+        react(act, rate, mo, course)
+        locate(act, rate, mo.u, mo.r, course.force, course.length)
+        place_event(rate, mo.node, mo.kind)
+        solved = solve_rates(act, rate, course.rate)
+        mo.concerned = leaving_node(act, rate, solved)
+        if not course.separable and mo.concerned >= 0:
             return LIFTS_OFF
-        if status != SOLVED:
-            mo.counts[2], mo.counts[3] = node, kind
+        if not solved:
+            note(act, mo, rec, course.first)
             return NO_RATES
-        if not settle(act, rate, mo, eps.settled):
+        if not settle(act, rate, mo, course.settled) and (
+            act.updates == 0 or factorize(act) == 0 or not settle(act, rate, mo, course.settled)
+        ):
             return NOT_SETTLED
         apply_delay(mo, rate.motion, -1.0)
-        note(act, mo, rec, step, node, kind)
-        duration, node, kind = next_event(act, rate, mo, eps)
+        note(act, mo, rec, course.first)
+        duration, node, kind = next_event(act, rate, mo, course)
+        mo.signed = False
         if duration > SIGNATURE_TIME:
-            sign(act, mo, step)
+            sign(act, mo, course.first + step)
         advance(act, rate, mo, duration)
+        mo.node, mo.kind = node, kind
         if kind == LOAD_STEP:
-            mo.counts[2], mo.counts[3] = -1, LOAD_STEP
+            mo.step, mo.time, mo.crowd = step + 1, 0.0, 0
             return DONE
         follow_event(act, rate, mo, node, kind)
-        mo.counts[0] += 1
+        mo.events += 1
+        mo.crowd += 1
+        if act.effort > act.allowed:
+            return PAUSED
     return TOO_MANY_EVENTS
 
 
-@numba.njit(cache=True)
-def load_steps(
-    act: Any, rate: Any, mo: Any, rec: Any, path: Any, first: int, separable: bool, eps: Any
-) -> int:
-    """Carry the state along a path of welded reactions (s + 1, 2n); its first load step has number ``first``.
-
-    Starts, or resumes, at load step ``mo.counts[4]``, time ``mo.time[0]`` of it.
-    """
-    while mo.counts[4] < len(path) - 1:
-        k = mo.counts[4]
-        status = load_step(act, rate, mo, rec, path[k], path[k + 1], first + k, separable, eps)
-        if status != DONE:
-            return status
-        mo.counts[4], mo.time[0] = k + 1, 0.0
-    return DONE
-
-
-@numba.njit(cache=True)
-def react(act: Any, mo: Any, r_from: Any, welded: Any) -> None:
+@inner
+def react(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
     """Reactions from the displacements and the load at the present time."""
-    time = mo.time[0]
-    for k in range(len(mo.r)):
-        mo.r[k] = r_from[k] + time * welded[k]
-    add_product(act, mo.u, mo.r)
+    compute_elastic(act, mo)
+    time, start, r, welded = mo.time, mo.step * 2 * act.n, mo.r, rate.welded
+    for k in range(2 * act.n):
+        r[k] = course.path[start + k] + time * welded[k] + mo.elastic[k]
 
 
-@numba.njit(cache=True)
-def place_event(rate: Any, node: int, kind: int) -> None:
+@inner
+def place_event(rate: Rates, node: int, kind: int) -> None:
     """Put the node of the last event at the limit that it has reached, whatever round-off says."""
     if kind in (OPENS, CLOSES):
         rate.place[node] = APEX
@@ -123,144 +135,132 @@ def place_event(rate: Any, node: int, kind: int) -> None:
         rate.place[node] = ON_FORWARD
 
 
-@numba.njit(cache=True)
-def leaving_node(act: Any, rate: Any, status: int) -> int:
+@inner
+def leaving_node(act: ActiveSet, rate: Rates, solved: bool) -> int:
     """An open node; where there are no rates, a node at its apex; or −1."""
-    for i in range(len(act.f)):
-        if act.state[i] == OPEN or (status != SOLVED and rate.place[i] == APEX):
+    states, places = act.state, rate.place
+    for i in range(act.n):
+        if states[i] == OPEN or (not solved and places[i] == APEX):
             return i
     return -1
 
 
-@numba.njit(cache=True)
-def settle(act: Any, rate: Any, mo: Any, settled: float) -> bool:
+@inner
+def settle(act: ActiveSet, rate: Rates, mo: Motion, settled: float) -> bool:
     """Correct u and r of the moving nodes to satisfy their equations to round-off."""
-    residual = largest_residual(act, mo.r)
-    for attempt in range(4):
+    u, r, change = mo.u, mo.r, rate.change
+    residual = largest_residual(act, r)
+    for _ in range(3):
         if residual <= settled:
             return True
-        if attempt == 2 and act.meta[FRESH] > 0 and not factorize(act):
-            return False
-        solve(act, mo.r, rate.change)
-        mo.work[1] = max(mo.work[1], residual)
-        for k in range(len(mo.u)):
-            mo.u[k] += rate.change[k]
-        add_product(act, rate.change, mo.r)
-        residual = largest_residual(act, mo.r)
+        correct(act, r, change)
+        mo.correction = larger(mo.correction, residual)
+        for k in range(2 * act.n):
+            u[k] += change[k]
+        add_product(act, change, r)
+        residual = largest_residual(act, r)
     return residual <= 1e3 * settled
 
 
-@numba.njit(cache=True)
-def next_event(act: Any, rate: Any, mo: Any, eps: Any) -> Any:
+@inner
+def next_event(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> tuple[float, int, int]:
     """When, where and what: duration to the next event, its node and its kind.
 
     A guard that a node has just reached does not count again: the rates have
     been chosen so that it is not overstepped.
     """
-    n, rest = len(act.f), 1.0 - mo.time[0]
+    n, rest, states, places, friction = act.n, 1.0 - mo.time, act.state, rate.place, act.f
+    u, r, motion, reaction = mo.u, mo.r, rate.motion, rate.reaction
     first, node, kind = rest, -1, LOAD_STEP
     for i in range(n):
-        state, place, f = act.state[i], rate.place[i], act.f[i]
-        if place == APEX and state in (STICK, OPEN):
+        state, place, f = states[i], places[i], friction[i]
+        if place == APEX and (state in (STICK, OPEN)):
             continue
         if state == STICK:
-            q, p, q_rate, p_rate = mo.r[i], mo.r[n + i], rate.reaction[i], rate.reaction[n + i]
             if place != ON_BACKWARD:
-                until = time_to_zero(f * p - q, f * p_rate - q_rate, rest, eps.force)
+                distance, approach = f * r[n + i] - r[i], f * reaction[n + i] - reaction[i]
+                until = time_to_zero(distance, approach, rest, course.force)
                 if until < first:
                     first, node, kind = until, i, REACHES_BACKWARD_LIMIT
             if place != ON_FORWARD:
-                until = time_to_zero(f * p + q, f * p_rate + q_rate, rest, eps.force)
+                distance, approach = f * r[n + i] + r[i], f * reaction[n + i] + reaction[i]
+                until = time_to_zero(distance, approach, rest, course.force)
                 if until < first:
                     first, node, kind = until, i, REACHES_FORWARD_LIMIT
         elif state == OPEN:
-            until = time_to_zero(mo.u[n + i], rate.motion[n + i], rest, eps.length)
+            until = time_to_zero(u[n + i], motion[n + i], rest, course.length)
             if until < first:
                 first, node, kind = until, i, CLOSES
         elif place != APEX:
-            until = time_to_zero(mo.r[n + i], rate.reaction[n + i], rest, eps.force)
+            until = time_to_zero(r[n + i], reaction[n + i], rest, course.force)
             if until < first:
                 first, node, kind = until, i, OPENS
     return first, node, kind
 
 
-@numba.njit(cache=True)
+@inner
 def time_to_zero(distance: float, rate: float, rest: float, small: float) -> float:
     """Time until a falling distance is used up, infinite where it is not overstepped within ``rest``."""
     if rate >= 0.0 or distance + rate * rest >= -small:
         return np.inf
-    return max(distance, 0.0) / -rate
+    return distance / -rate if distance > 0.0 else 0.0
 
 
-@numba.njit(cache=True)
-def advance(act: Any, rate: Any, mo: Any, duration: float) -> None:
+@inner
+def advance(act: ActiveSet, rate: Rates, mo: Motion, duration: float) -> None:
     """Move on at constant rates; count slip in contact and dissipation."""
-    for i in range(len(act.f)):
-        if act.state[i] == OPEN:
-            mo.opened[i] = True
-        elif act.state[i] != STICK:
-            slip = rate.motion[i] * duration
-            mo.slip[i] += abs(slip)
-            mo.work[0] -= slip * (mo.r[i] + 0.5 * duration * rate.reaction[i])
-    for k in range(len(mo.u)):
-        mo.u[k] += duration * rate.motion[k]
-    mo.time[0] = min(mo.time[0] + duration, 1.0)
+    states, slip, u, r, elastic = act.state, mo.slip, mo.u, mo.r, mo.elastic
+    motion, reaction, welded = rate.motion, rate.reaction, rate.welded
+    for i in range(act.n):
+        if states[i] == OPEN:
+            mo.opened[i] = 1
+        elif states[i] != STICK:
+            change = motion[i] * duration
+            slip[i] += abs(change)
+            mo.dissipation -= change * (r[i] + 0.5 * duration * reaction[i])
+    for k in range(2 * act.n):
+        u[k] += duration * motion[k]
+        elastic[k] += duration * (reaction[k] - welded[k])
+    mo.time += duration
+    if mo.time > 1.0:
+        mo.time = 1.0
 
 
-@numba.njit(cache=True)
-def follow_event(act: Any, rate: Any, mo: Any, node: int, kind: int) -> None:
+@inner
+def follow_event(act: ActiveSet, rate: Rates, mo: Motion, node: int, kind: int) -> None:
     """Close a gap exactly; derivative of the event's time, and its part in the derivative of the state."""
-    n, t = len(act.f), mo.tangent.shape[1]
+    n, t, tangent, delay, kappa = act.n, mo.parameters, mo.tangent, mo.delay, act.kappa
     if kind == CLOSES:
-        guard_rate = rate.motion[n + node]
         mo.u[n + node] = 0.0
+    if t == 0:
+        return
+    for c in range(t):
+        delay[c] = 0.0
+    if kind == CLOSES:
         for c in range(t):
-            mo.delay[c] = -mo.tangent[n + node, c] / guard_rate
-    elif t > 0:
+            delay[c] = -tangent[(n + node) * t + c] / rate.motion[n + node]
+    else:
         side, f = 0.0, 1.0
         if kind != OPENS:
             side, f = (1.0 if kind == REACHES_BACKWARD_LIMIT else -1.0), act.f[node]
         guard_rate = f * rate.reaction[n + node] - side * rate.reaction[node]
-        mo.delay[:] = 0.0
         for j in range(2 * n):
-            x = (f * act.kappa[n + node, j] - side * act.kappa[node, j]) / guard_rate
-            if x != 0.0:
-                for c in range(t):
-                    mo.delay[c] -= x * mo.tangent[j, c]
-    mo.time[1] = 1.0
+            x = (f * kappa[(n + node) * 2 * n + j] - side * kappa[node * 2 * n + j]) / guard_rate
+            for c in range(t):
+                delay[c] -= x * tangent[j * t + c]
+    mo.delayed = True
     apply_delay(mo, rate.motion, 1.0)
 
 
-@numba.njit(cache=True)
-def apply_delay(mo: Any, rates: Any, sign: float) -> None:
+@inner
+def apply_delay(mo: Motion, rates: FloatArray, sign: float) -> None:
     """Add ± u̇ ∂τ to the derivative: + with the rates before an event, − with those after it."""
-    if mo.time[1] != 0.0:
-        for k in range(len(rates)):
+    if mo.delayed:
+        tangent, delay, t = mo.tangent, mo.delay, mo.parameters
+        for k in range(2 * mo.n):
             x = sign * rates[k]
             if x != 0.0:
-                for c in range(len(mo.delay)):
-                    mo.tangent[k, c] += x * mo.delay[c]
+                for c in range(t):
+                    tangent[k * t + c] += x * delay[c]
         if sign < 0.0:
-            mo.time[1] = 0.0
-
-
-@numba.njit(cache=True)
-def sign(act: Any, mo: Any, step: int) -> None:
-    """Enter the present states into the signature, once for as long as they last."""
-    code = np.uint64(step + 1)
-    for i in range(len(act.f)):
-        code = (code ^ np.uint64(act.state[i] + 2)) * np.uint64(1099511628211)
-    if code != mo.signature[1]:
-        mo.signature[0] = (mo.signature[0] ^ code) * np.uint64(1099511628211)
-        mo.signature[1] = code
-
-
-@numba.njit(cache=True)
-def note(act: Any, mo: Any, rec: Any, step: int, node: int, kind: int) -> None:
-    """Record the present state and what led to it, where there is room."""
-    if len(rec.time) > 0:
-        row = rec.rows[0]
-        rec.time[row] = step + mo.time[0]
-        rec.u[row], rec.r[row], rec.state[row] = mo.u, mo.r, act.state
-        rec.node[row], rec.kind[row] = node, kind
-        rec.rows[0] = row + 1
+            mo.delayed = False

@@ -19,9 +19,8 @@ them at once as long as their number falls (block pivoting), else the one of
 lowest index alone (Murty's least-index rule, finite where every principal minor
 of A ± f B is positive). Should this not end, or end in a motion that is
 unstable (determinant of the moving nodes' equations negative), the problem is
-handed to complete enumeration where it is small and to Lemke's method with the
-lexicographic rule where it is not (:mod:`shakedown.kernels.rate_search`). If they too
-find nothing there are no rates: the state must jump.
+handed to complete enumeration (:mod:`shakedown.kernels.rate_search`). If that too
+finds nothing, or is too large, there are no rates: the state must jump.
 
 A node counts as being at a limit from round-off on (relative to the
 largest reaction), so that simultaneous events are one event, and a rate counts
@@ -29,164 +28,228 @@ as zero up to round-off (relative to the largest rate), so that a limit
 touched tangentially is no slip.
 """
 
-from typing import Any, NamedTuple
-
-import numba
 import numpy as np
-from numpy.typing import NDArray
+from numba import types
+from numba.experimental import structref
 
 from shakedown.kernels.active_set import (
-    FRESH,
-    SIGN,
+    ActiveSet,
     add_product,
     change_states,
+    correct,
     factorize,
+    larger,
+    largest,
     largest_residual,
-    solve,
 )
 from shakedown.kernels.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.kernels.named_state import Integers, NamedState, Reals, entered, fields, inner, keeping
 from shakedown.model.problem import FloatArray
 
 REFINED = 1e-13  # residual of the rates, relative to the largest, above which they are refined
+WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
 INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS, AIR = 0, 1, -1, 2, 3, 4
 
 
-class Rates(NamedTuple):
-    """Places of the nodes at an instant and the rates that hold after it, per unit of time."""
+@structref.register
+class RatesType(types.StructRef):
+    """Compiled type of :class:`Rates`."""
 
-    place: NDArray[np.int64]  # (n,)
-    wanted: NDArray[np.int64]  # (n,) states, scratch
-    motion: FloatArray  # (2n,) rates of v, w
-    reaction: FloatArray  # (2n,) rates of q, p
-    welded: FloatArray  # (2n,) rates of q_w, p_w
-    change: FloatArray  # (2n,) scratch
-    pivots: NDArray[np.int64]  # solutions of linear systems; enumerations or Lemke calls
+
+class Rates(NamedState):
+    """Places of the nodes at an instant and the rates that hold after it, per unit of time.
+
+        Attributes
+        ----------
+        place : (n,)
+            WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
+    INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS or AIR.
+        wanted, before : (n,)
+            States to try next; states held before the instant.
+        motion : (2n,)
+            Rates of v, w.
+        reaction : (2n,)
+            Rates of q, p.
+        welded : (2n,)
+            Rates of q_w, p_w.
+        change : (2n,)
+            Scratch.
+        searches
+            How often pivoting has not found the rates.
+    """
+
+    place: Integers
+    wanted: Integers
+    before: Integers
+    motion: Reals
+    reaction: Reals
+    welded: Reals
+    change: Reals
+    searches: int
+
+
+structref.define_boxing(RatesType, Rates)
+RATES = RatesType(fields(Rates))
 
 
 def rates(n: int) -> Rates:
     """Room for the rates of n nodes."""
-    return Rates(
-        place=np.zeros(n, dtype=np.int64),
-        wanted=np.zeros(n, dtype=np.int64),
-        motion=np.zeros(2 * n),
-        reaction=np.zeros(2 * n),
-        welded=np.zeros(2 * n),
-        change=np.zeros(2 * n),
-        pivots=np.zeros(2, dtype=np.int64),
-    )
+    arrays = {
+        "place": np.zeros(n, dtype=np.int64),
+        "wanted": np.zeros(n, dtype=np.int64),
+        "before": np.zeros(n, dtype=np.int64),
+        "motion": np.zeros(2 * n),
+        "reaction": np.zeros(2 * n),
+        "welded": np.zeros(2 * n),
+        "change": np.zeros(2 * n),
+    }
+    return keeping(_rates(*arrays.values()), arrays)
 
 
-@numba.njit(cache=True)
-def locate(act: Any, rate: Any, motion: Any, reaction: Any, near_force: float, near_length: float) -> None:
+@entered
+def _rates(place, wanted, before, motion, reaction, welded, change):  # type: ignore[no-untyped-def]
+    rate = structref.new(RATES)
+    rate.place, rate.wanted, rate.before = place.ctypes, wanted.ctypes, before.ctypes
+    rate.motion, rate.reaction = motion.ctypes, reaction.ctypes
+    rate.welded, rate.change = welded.ctypes, change.ctypes
+    rate.searches = 0
+    return rate
+
+
+@inner
+def locate(
+    act: ActiveSet, rate: Rates, motion: FloatArray, reaction: FloatArray, near: float, near_gap: float
+) -> None:
     """Set the place of every node from its state, gap and reactions (u, r, each (2n,))."""
-    n = len(act.f)
+    n, states, friction, places = act.n, act.state, act.f, rate.place
     for i in range(n):
-        q, p, f = reaction[i], reaction[n + i], act.f[i]
+        q, p, f, state = reaction[i], reaction[n + i], friction[i], states[i]
         place = INSIDE
-        if act.state[i] == OPEN:
-            place = APEX if motion[n + i] <= near_length else AIR
-        elif p <= near_force and abs(q) <= f * p + near_force:
+        if state == OPEN:
+            place = APEX if motion[n + i] <= near_gap else AIR
+        elif p <= near and abs(q) <= f * p + near:
             place = APEX
         elif f == 0.0:
             place = FRICTIONLESS
-        elif act.state[i] != STICK:
-            place = act.state[i]
-        elif f * p - q <= near_force:
+        elif state != STICK:
+            place = state
+        elif f * p - q <= near:
             place = ON_BACKWARD
-        elif f * p + q <= near_force:
+        elif f * p + q <= near:
             place = ON_FORWARD
-        rate.place[i] = place
+        places[i] = place
 
 
-@numba.njit(cache=True)
-def next_state(act: Any, rate: Any, i: int, small_rate: float, small_motion: float) -> int:
+@inner
+def next_state(act: ActiveSet, rate: Rates, i: int, zero_rate: float, zero_motion: float) -> int:
     """The state of node i if its conditions hold, else the one to try next."""
-    n, state, place, f = len(act.f), act.state[i], rate.place[i], act.f[i]
+    n, state, place, f = act.n, act.state[i], rate.place[i], act.f[i]
     v, w, q, p = rate.motion[i], rate.motion[n + i], rate.reaction[i], rate.reaction[n + i]
     if place in (ON_BACKWARD, ON_FORWARD):
-        side = place
         if state == STICK:
-            return side if side * q - f * p > small_rate else STICK
-        return STICK if side * v > small_motion else state
+            return place if place * q - f * p > zero_rate else STICK
+        return STICK if place * v > zero_motion else state
     if place == FRICTIONLESS:
         return BACKWARD_SLIP
     if place != APEX:
         return state
     if state == OPEN:
-        if w >= -small_motion:
+        if w >= -zero_motion:
             return OPEN
         return STICK if f > 0.0 else BACKWARD_SLIP
     if state == STICK:
         backward, forward = q - f * p, -q - f * p
-        if backward <= small_rate and forward <= small_rate:
+        if backward <= zero_rate and forward <= zero_rate:
             return STICK
         return BACKWARD_SLIP if backward >= forward else FORWARD_SLIP
-    if p < -small_rate:
+    if p < -zero_rate:
         return OPEN
-    if f > 0.0 and state * v > small_motion:
+    if f > 0.0 and state * v > zero_motion:
         return STICK
     return state
 
 
-@numba.njit(cache=True)
-def rates_of_states(act: Any, rate: Any) -> None:
-    """Rates of motion and reaction in the present states, refined where the inverse has worn out."""
-    solve(act, rate.welded, rate.motion)
-    rate.reaction[:] = rate.welded
-    add_product(act, rate.motion, rate.reaction)
-    rate.pivots[0] += 1
-    for attempt in range(3):
-        if largest_residual(act, rate.reaction) <= REFINED * np.abs(rate.reaction).max():
-            return
-        if attempt == 1 and (act.meta[FRESH] == 0 or not factorize(act)):
-            return
-        solve(act, rate.reaction, rate.change)
-        for k in range(len(rate.motion)):
-            rate.motion[k] += rate.change[k]
-        add_product(act, rate.change, rate.reaction)
+@inner
+def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
+    """Rates in the present states; sets ``wanted`` and returns how many nodes break their conditions.
 
-
-@numba.njit(cache=True)
-def broken_conditions(act: Any, rate: Any, rate_tol: float) -> int:
-    """Compute the rates, set ``wanted``; returns how many nodes break their conditions."""
-    rates_of_states(act, rate)
-    small_rate = rate_tol * np.abs(rate.reaction).max()
-    small_rate = max(small_rate, rate_tol * np.abs(rate.welded).max())
-    small_motion = rate_tol * np.abs(rate.motion).max()
-    count = 0
-    for i in range(len(act.f)):
-        rate.wanted[i] = next_state(act, rate, i, small_rate, small_motion)
-        if rate.wanted[i] != act.state[i]:
+    WORN, and nothing set, where the inverse is too far from one and can be set up afresh.
+    """
+    worn = False
+    motion, reaction, welded, change = rate.motion, rate.reaction, rate.welded, rate.change
+    for k in range(2 * act.n):
+        reaction[k], motion[k] = welded[k], 0.0
+    for _ in range(3):
+        correct(act, reaction, change)
+        for k in range(2 * act.n):
+            motion[k] += change[k]
+        add_product(act, change, reaction)
+        worn = largest_residual(act, reaction) > REFINED * largest(reaction, 2 * act.n)
+        if not worn:
+            break
+    if worn and act.updates > 0:
+        return WORN
+    zero_rate = rate_tol * larger(largest(reaction, 2 * act.n), largest(welded, 2 * act.n))
+    zero_motion = rate_tol * largest(motion, 2 * act.n)
+    wanted, states, count = rate.wanted, act.state, 0
+    for i in range(act.n):
+        wanted[i] = next_state(act, rate, i, zero_rate, zero_motion)
+        if wanted[i] != states[i]:
             count += 1
     return count
 
 
-@numba.njit(cache=True)
-def pivot_to_solution(act: Any, rate: Any, rate_tol: float) -> bool:
-    """Block pivoting with Murty's rule as a safeguard, from the present states."""
-    n = len(act.f)
-    fewest, patience = n + 1, 3
+@inner
+def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
+    """States and rates after the instant whose places are set; False, and nothing changed, if none are found.
+
+    Block pivoting with Murty's rule as a safeguard, from the states held before.
+    """
+    before, wanted, states = rate.before, rate.wanted, act.state
+    for i in range(act.n):
+        before[i] = states[i]
+        wanted[i] = admissible_start(rate.place[i], states[i])
+    n, patience = act.n, 3
+    fewest = n + 1
     for _ in range(20 + 10 * n):
-        count = broken_conditions(act, rate, rate_tol)
+        count = broken_conditions(act, rate, rate_tol) if change_states(act, wanted) else WORN
+        if count == WORN:
+            if factorize(act) == 0:
+                break
+            count = broken_conditions(act, rate, rate_tol)
         if count == 0:
-            return act.meta[SIGN] > 0
+            if act.sign > 0:
+                return True
+            break
         if count < fewest:
             fewest, patience = count, 3
         else:
             patience -= 1
         if patience < 0:
             keep_first(act, rate)
-        if not change_states(act, rate.wanted):
-            return False
+    rate.searches += 1
+    if not change_states(act, before):
+        factorize(act)
     return False
 
 
-@numba.njit(cache=True)
-def keep_first(act: Any, rate: Any) -> None:
+@inner
+def admissible_start(place: int, state: int) -> int:
+    """The state to start from at a place: the one held before where the place allows it."""
+    if place == FRICTIONLESS:
+        return BACKWARD_SLIP
+    on_limit = place in (ON_BACKWARD, ON_FORWARD)
+    if place == INSIDE or (on_limit and state != place):
+        return STICK
+    return state
+
+
+@inner
+def keep_first(act: ActiveSet, rate: Rates) -> None:
     """Withdraw every wanted change of state but that of the lowest node."""
-    found = False
-    for i in range(len(act.f)):
-        if rate.wanted[i] != act.state[i]:
+    wanted, states, found = rate.wanted, act.state, False
+    for i in range(act.n):
+        if wanted[i] != states[i]:
             if found:
-                rate.wanted[i] = act.state[i]
+                wanted[i] = states[i]
             found = True

@@ -95,7 +95,7 @@ def follow_period(evolution: Evolution, period: int, *, record: bool = False) ->
 def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
     """∂(v, w)/∂v_stuck: every other moving node follows by its equations."""
     act, n = evolution.active, evolution.problem.n
-    size = int(act.meta[0])
+    size = int((act.place >= 0).sum())
     basis = np.zeros((2 * n, len(stuck)))
     basis[stuck, np.arange(len(stuck))] = 1.0
     if size:

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown.evolution.contact_law import law_violation, scales
-from shakedown.kernels.lemke import FOUND, lemke
 from shakedown.model.loading import loading
 
 SEEDS = range(4)
@@ -248,22 +247,6 @@ def test_mirroring_mirrors_and_relabelling_relabels(seed):
     tiny = 1e-11 * scales(problem, 1.0).length
     assert np.abs(a.v + b.v).max() <= tiny
     assert np.abs(a.v[:, order] - c.v).max() <= tiny
-
-
-@given(st.integers(0, 10_000), st.booleans())
-def test_lemke_solves_problems_with_a_positive_definite_matrix(seed, integral):
-    rng = np.random.default_rng(seed)
-    k = int(rng.integers(1, 8))
-    G, S = rng.normal(size=(2, k, k))
-    M, b = G @ G.T + 0.1 * np.eye(k) + S - S.T, rng.normal(size=k)
-    if integral:
-        b = np.round(b)
-    status, z = lemke(M, b, 1000)
-    y = M @ z + b
-    assert status == FOUND
-    assert z.min() >= 0
-    assert y.min() >= -1e-9
-    assert np.abs(z * y).max() <= 1e-9
 
 
 def test_load_factor_and_cycles_are_checked():

@@ -1,0 +1,60 @@
+"""Named states of the compiled loops: handed down as one pointer, their fields declared once.
+
+A state is a class whose annotations name its fields and their types, for the
+reader, for mypy and for the compiler alike. Its arrays are made by the caller,
+who keeps them: compiled code has their addresses only, so that passing a state
+on costs nothing, and what it writes the caller sees. There they are one-dimensional,
+a matrix row after row, and not checked for their ends. The numbers of a state
+live in compiled code; what of them the caller needs is returned to it.
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar, get_args, get_origin
+
+import numba
+import numpy as np
+from numba import types
+from numba.experimental import structref
+from numpy.typing import NDArray
+
+Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
+Integers = Annotated[NDArray[np.int64], types.CPointer(types.int64)]
+Flags = Annotated[NDArray[np.uint8], types.CPointer(types.uint8)]
+Hash = Annotated[np.uint64, types.uint64]
+
+NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
+
+entered: Any = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)  # type: ignore[call-overload]
+"""Compiles a function that is called from Python."""
+
+inner: Any = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+"""Compiles a function that only compiled code calls."""
+
+summing: Any = numba.njit(  # type: ignore[call-overload]
+    error_model="numpy",
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+    fastmath={"reassoc", "contract"},
+)
+"""As ``inner``, for sums that may be taken in any order, so that they are vectorised."""
+
+State = TypeVar("State")
+
+
+class NamedState(structref.StructRefProxy):
+    """A state as Python holds it; its arrays are attributes."""
+
+
+def fields(state: type) -> list[tuple[str, types.Type]]:
+    """Names and compiled types of the fields that the annotations of a class declare."""
+    return [(name, _compiled_type(kind)) for name, kind in state.__annotations__.items()]
+
+
+def _compiled_type(kind: Any) -> types.Type:
+    return get_args(kind)[1] if get_origin(kind) is Annotated else NUMBERS[kind]
+
+
+def keeping(state: State, parts: Mapping[str, Any]) -> State:
+    """The state, keeping the arrays, or states, that it was made of as its attributes."""
+    vars(state).update(parts)
+    return state
