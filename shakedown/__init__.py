@@ -99,6 +99,14 @@ if TYPE_CHECKING:
     from shakedown.tolerances import Tolerances as Tolerances
     from shakedown.uniqueness.in_contact import Uniqueness as Uniqueness
     from shakedown.uniqueness.in_contact import unique_in_contact as unique_in_contact
+    from shakedown.universal.closing_box import ClosingBox as ClosingBox
+    from shakedown.universal.closing_box import closing_box as closing_box
+    from shakedown.universal.sharpened_swing import SharpenedSwing as SharpenedSwing
+    from shakedown.universal.sharpened_swing import sharpened_swing as sharpened_swing
+    from shakedown.universal.swing_bound import SwingBound as SwingBound
+    from shakedown.universal.swing_bound import swing_bound as swing_bound
+    from shakedown.universal.universal_bound import UniversalBound as UniversalBound
+    from shakedown.universal.universal_bound import universal_bound as universal_bound
     from shakedown.verification.verify import Run as Run
     from shakedown.verification.verify import Verification as Verification
     from shakedown.verification.verify import verify as verify
@@ -148,6 +156,12 @@ _HOMES = {
     "shakedown.long_term.outcome": "Outcome",
     "shakedown.long_term.history_file": "save_history",
     "shakedown.long_term.simulation": "Simulation simulate",
+    "shakedown.long_term.outcome": "Cycles Outcome",
+    "shakedown.long_term.simulation": "Simulation save_history simulate",
+    "shakedown.universal.closing_box": "ClosingBox closing_box",
+    "shakedown.universal.swing_bound": "SwingBound swing_bound",
+    "shakedown.universal.sharpened_swing": "SharpenedSwing sharpened_swing",
+    "shakedown.universal.universal_bound": "UniversalBound universal_bound",
     "shakedown.verification.verify": "Run Verification verify",
     "shakedown.report.html": "report_path write_report",
 }

@@ -60,6 +60,9 @@ class Tolerances:
     periodicity
         How far one period may miss a long-term state, relative to the length
         scale; slip per period of that size counts as none.
+    box_gain
+        Share of its width by which a box must still shrink, or of its target by which a
+        proved load factor must still rise, for another round of programs to be worth while.
     """
 
     symmetry: float = 1e-8
@@ -81,6 +84,7 @@ class Tolerances:
     limit: float = 1e-13
     rate: float = 1e-13
     periodicity: float = 1e-10
+    box_gain: float = 0.005
     equilibration_sweeps: int = 4
 
 

@@ -18,7 +18,7 @@ FLOORS = (
     {"model"},
     {"programs", "kernels", "files", "condensation", "uniqueness"},
     {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem"},
-    {"long_term", "importing"},
+    {"long_term", "importing", "universal"},
     {"verification", "plot"},
     {"report"},
     {"__init__"},

@@ -1,0 +1,137 @@
+"""The swing bound sharpened: in the box of the long run, and in the metric that suits it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.universal.admissible_states import AdmissibleStates, admissible_states
+from shakedown.universal.best_metric import best_metric
+from shakedown.universal.shrinking_box import BoxShrinker, LimitBox, no_box
+
+ROUNDS = 5  # of the box, per interval
+FIRST_STEP = 0.5  # of what is open, where all of it at once is too much
+
+
+@dataclass(frozen=True)
+class ProvedInterval:
+    """Why every motion with all nodes closed shakes down, for every load factor of an interval.
+
+    Attributes
+    ----------
+    box
+        The box of the long run.
+    metric : (n, n)
+        Symmetric P but for the columns of standing nodes: P_i · v in forward slip of node i is smaller
+        than in backward slip, everywhere in the box. None where the box closes by itself.
+    """
+
+    box: LimitBox
+    metric: FloatArray | None
+
+
+@dataclass(frozen=True)
+class SharpenedSwing:
+    """How far the proof reaches beyond the swing bound.
+
+    Attributes
+    ----------
+    load_factor
+        Up to here every load factor is proved, given that those up to the start are.
+    intervals
+        One proof per interval, each beginning where the last one ends.
+    tried
+        How many intervals were tried.
+    limited_by
+        ``"gain"`` (a further interval would add too little) or ``"effort"`` (as many as
+        allowed were tried).
+    """
+
+    load_factor: float
+    intervals: tuple[ProvedInterval, ...]
+    tried: int
+    limited_by: str
+
+
+def sharpened_swing(
+    problem: Problem, start: float, target: float, *, intervals: int = 20, tolerances: Tolerances = DEFAULT
+) -> SharpenedSwing:
+    """Climb from a proved load factor towards a target, interval by interval.
+
+    On each interval of load factors the box of the long run is shrunk, from no box at all, and
+    forward and backward slip inside it are held apart: by the box itself, in the metric A, or in
+    the metric that does it best. An interval that fails is cut in half.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    start, target
+        Load factors: proved already, and not to be exceeded.
+    intervals
+        How many to try at most.
+    tolerances
+        ``box_gain`` decides which gains are too small to go on.
+
+    Raises
+    ------
+    SolverError
+        If a linear program ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> climb = sharpened_swing(joint, 0.6035788, 0.6573734)
+    >>> round(climb.load_factor, 4), len(climb.intervals) <= climb.tried
+    (0.6541, True)
+    """
+    states = admissible_states(problem)
+    shrinker = BoxShrinker(states, tolerances)
+    proved: list[ProvedInterval] = []
+    least_step = tolerances.box_gain * target
+    aim = target - least_step  # nearer to the target the slips have no room to be apart
+    reached, tried, step, known = start, 0, aim - start, None
+    while tried < intervals and step > least_step:
+        tried += 1
+        high = min(reached + step, aim)
+        box = _narrowed(known, reached, high) if known else no_box(problem.n, reached, high)
+        box = shrinker.shrink(box, ROUNDS)
+        found = _apart_in(states, shrinker, box, problem.A, tolerances)
+        if found is None:
+            known, step = box, step * FIRST_STEP
+        else:
+            proved.append(found)
+            reached, known, step = high, None, min(2.0 * step, aim - high)
+    return SharpenedSwing(reached, tuple(proved), tried, "gain" if step <= least_step else "effort")
+
+
+def _narrowed(box: LimitBox, low: float, high: float) -> LimitBox:
+    """The same box, for part of its interval."""
+    return LimitBox(box.within._replace(low=low, high=high), box.standing, box.forward, box.backward)
+
+
+def _apart_in(
+    states: AdmissibleStates, shrinker: BoxShrinker, box: LimitBox, A: FloatArray, tolerances: Tolerances
+) -> ProvedInterval | None:
+    """The proof that all slip in a box ceases, if there is one."""
+    if not box.bounded:
+        return None
+    if box.closes:
+        return ProvedInterval(box, None)
+    if _holds_apart(shrinker, box, A, tolerances):
+        return ProvedInterval(box, A)
+    P = best_metric(states, box)
+    if P is not None and _holds_apart(shrinker, box, P, tolerances):
+        return ProvedInterval(box, P)
+    return None
+
+
+def _holds_apart(shrinker: BoxShrinker, box: LimitBox, P: FloatArray, tolerances: Tolerances) -> bool:
+    """Whether P_i · v in forward slip is below that in backward slip, for every node that moves."""
+    program = shrinker.anywhere
+    program.confine(box.within)
+    return all(
+        program.swing(int(i), P[i]).apart(tolerances.feasibility) for i in np.flatnonzero(~box.standing)
+    )

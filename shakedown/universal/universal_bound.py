@@ -1,0 +1,244 @@
+"""The largest load factor up to which shakedown from every initial state is proved."""
+
+from dataclasses import dataclass
+from math import inf, nan
+from typing import Any, NamedTuple
+
+from shakedown.bounds.coupling import coupling, unique_in_contact
+from shakedown.bounds.lift_off import lift_off_bound
+from shakedown.bounds.lower import LowerBound, lower_bound
+from shakedown.bounds.proof_status import WEAK
+from shakedown.errors import UsageError
+from shakedown.friction.thresholds import friction_thresholds
+from shakedown.model.arguments import require_problem
+from shakedown.model.problem import Problem
+from shakedown.model.status import Status
+from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.universal.closing_box import ClosingBox, closing_box
+from shakedown.universal.sharpened_swing import SharpenedSwing, sharpened_swing
+from shakedown.universal.swing_bound import SwingBound, swing_bound
+
+SHARPENED_UP_TO = 12  # nodes up to which the sharpening takes seconds
+INTERVALS = 12
+
+
+@dataclass(frozen=True)
+class UniversalBound:
+    """Largest load factor up to which shakedown from every initial state is proved.
+
+    A state is one with all nodes closed that is admissible at some instant of the loop. For every
+    load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
+    jumps, and slip ceases.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"infeasible"`` (no safe slip under the mean load); ``"unbounded"``
+        (every load factor is proved).
+    load_factor
+        λ_U ≤ λ_1; 0 where nothing is proved, NaN where infeasible, inf where unbounded.
+    node
+        The node that limits the argument; −1 where none does.
+    argument
+        ``"Melan"``, ``"one node"``, ``"two nodes"``, ``"weak coupling"``, ``"closing box"``, ``"swing"``,
+        ``"swing with box"`` or ``"none"``.
+    limited_by
+        What the argument ends at: ``"first collapse"``, ``"swing"``, ``"closing box"``, ``"lift-off"``,
+        ``"uniqueness"``, ``"mean load"``, or for the swing with box ``"gain"`` (a further step would add too
+        little) or ``"effort"`` (as many as allowed were made).
+    reason
+        The same in words.
+    first_collapse
+        λ_1, which is not exceeded.
+    lift_off_bound
+        Below this load factor no admissible slip lifts a node off; NaN where not needed.
+    uniqueness
+        Below this factor on the friction coefficients the motion is unique for certain; NaN where
+        not needed.
+    closing, swing, sharpened
+        The arguments tried, with the evidence to check them; None where not needed.
+    """
+
+    status: str
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+    reason: str
+    first_collapse: float
+    lift_off_bound: float
+    uniqueness: float
+    closing: ClosingBox
+    swing: SwingBound | None
+    sharpened: SharpenedSwing | None
+
+    def document(self) -> dict[str, dict[str, Any]]:
+        """What is written as JSON: the number, what limits it, and the closing box beside it."""
+        number = {"load_factor": self.load_factor, "node": self.node, "argument": self.argument}
+        return {"universal": number, "closing_box": {"load_factor": self.closing.load_factor}}
+
+
+class _Found(NamedTuple):
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+
+
+def universal_bound(
+    problem: Problem,
+    *,
+    first_collapse: LowerBound | None = None,
+    intervals: int | None = None,
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> UniversalBound:
+    """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
+
+    The largest that any argument gives: Melan's theorem (B = 0), one or two nodes (thesis §4.4) and weak
+    coupling, which all reach λ_1; else the closing box, the swing bound, and the swing bound
+    in the box of the long run. In every case the nodes must stay closed and the motion unique.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    first_collapse
+        λ_1, where it has been computed already.
+    intervals
+        How many intervals of load factors the sharpened swing may try, 0 for none; by default
+        a dozen for up to twelve nodes (seconds), else none.
+    certify
+        Whether to prove the swing bound in exact arithmetic; by default where that is quick.
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+    SolverError
+        If a linear program ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> bound = universal_bound(shakedown.example("three-node"))
+    >>> round(bound.load_factor, 6), bound.node, bound.argument
+    (0.3096, 0, 'swing')
+    """
+    require_problem(problem)
+    if intervals is None:
+        intervals = INTERVALS if problem.n <= SHARPENED_UP_TO else 0
+    if not intervals >= 0:
+        raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
+    lower = lower_bound(problem) if first_collapse is None else first_collapse
+    closing = closing_box(problem)
+    if lower.status == Status.INFEASIBLE:
+        return _without(lower, closing, nan, "mean load", "no slip is safe under the mean load")
+    if lower.load_factor == 0.0:
+        return _without(lower, closing, 0.0, "first collapse", lower.reason)
+    complete = complete_argument(problem)
+    uniqueness = nan if complete else unique_below(problem)
+    if uniqueness <= 1.0:
+        reason = f"the motion is proved to be unique up to {uniqueness:.4g} of the friction coefficients only"
+        return _without(lower, closing, 0.0, "uniqueness", reason, uniqueness)
+    lift = inf if complete == "Melan" else lift_off_bound(problem, enough=lower.load_factor)
+    cap = min(lower.load_factor, lift)
+    if complete:
+        found = _Found(lower.load_factor, lower.node, complete, "first collapse")
+        return _result(lower, closing, found, lift, uniqueness)
+    swing = swing_bound(problem, certify=certify, tolerances=tolerances)
+    found = _Found(swing.load_factor, swing.node, "swing", "swing")
+    if closing.load_factor > swing.load_factor:
+        found = _Found(closing.load_factor, closing.node, "closing box", "closing box")
+    sharpened = None
+    if 0.0 < found.load_factor < cap < inf and intervals > 0:
+        sharpened = sharpened_swing(
+            problem, found.load_factor, cap, intervals=intervals, tolerances=tolerances
+        )
+        if sharpened.load_factor > found.load_factor:
+            found = _Found(sharpened.load_factor, -1, "swing with box", sharpened.limited_by)
+    return _result(lower, closing, found, lift, uniqueness, swing, sharpened)
+
+
+def complete_argument(problem: Problem) -> str:
+    """The argument that proves shakedown all the way to λ_1 while all nodes stay closed; empty for none."""
+    if not problem.B.any():
+        return "Melan"
+    if problem.n <= 2 and unique_in_contact(problem):
+        return "one node" if problem.n == 1 else "two nodes"
+    return "weak coupling" if coupling(problem).bound <= WEAK else ""
+
+
+def unique_below(problem: Problem) -> float:
+    """A factor on the friction coefficients below which the motion with all nodes closed is unique."""
+    if coupling(problem).bound < 1.0:  # every principal minor of A ± f B is positive (an H-matrix)
+        return inf
+    found = friction_thresholds(problem)
+    return found.uniqueness_in_contact.low / (1.0 if found.factor else float(problem.f[0]))
+
+
+def _without(
+    lower: LowerBound,
+    closing: ClosingBox,
+    load_factor: float,
+    limited_by: str,
+    reason: str,
+    uniqueness: float = nan,
+) -> UniversalBound:
+    """The answer where nothing is proved."""
+    return UniversalBound(
+        status=Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL,
+        load_factor=load_factor,
+        node=lower.node if limited_by == "first collapse" else -1,
+        argument="none",
+        limited_by=limited_by,
+        reason=reason,
+        first_collapse=lower.load_factor,
+        lift_off_bound=nan,
+        uniqueness=uniqueness,
+        closing=closing,
+        swing=None,
+        sharpened=None,
+    )
+
+
+def _result(
+    lower: LowerBound,
+    closing: ClosingBox,
+    found: _Found,
+    lift: float,
+    uniqueness: float,
+    swing: SwingBound | None = None,
+    sharpened: SharpenedSwing | None = None,
+) -> UniversalBound:
+    if min(lower.load_factor, lift) < found.load_factor:
+        limit, node = ("lift-off", -1) if lift < lower.load_factor else ("first collapse", lower.node)
+        found = _Found(min(lower.load_factor, lift), node, found.argument, limit)
+    return UniversalBound(
+        status=Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED,
+        load_factor=found.load_factor,
+        node=found.node,
+        argument=found.argument,
+        limited_by=found.limited_by,
+        reason=_reason(found, lift),
+        first_collapse=lower.load_factor,
+        lift_off_bound=lift,
+        uniqueness=uniqueness,
+        closing=closing,
+        swing=swing,
+        sharpened=sharpened,
+    )
+
+
+def _reason(found: _Found, lift: float) -> str:
+    ends = {
+        "first collapse": f"node {found.node} collapses there",
+        "lift-off": f"from {lift:.6g} on locked-in slip can lift a node off",
+        "swing": f"from there on node {found.node} may slip forward and backward at the same reaction A v",
+        "closing box": f"from there on node {found.node} may slip both ways in the box of the long run",
+        "gain": "a further step would add too little",
+        "effort": "as many steps as allowed were made",
+    }
+    return f"{found.argument}: {ends[found.limited_by]}"
