@@ -29,5 +29,6 @@ STUDIES: tuple[str, ...] = (
     "siconos_agreement",
     "slow_approach",
     "stability",
+    "universal_adversary",
     "worked_examples",
 )

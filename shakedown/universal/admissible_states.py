@@ -88,10 +88,9 @@ def admissible_states(problem: Problem) -> AdmissibleStates:
 
 
 def different_steps(problem: Problem) -> NDArray[np.intp]:
-    """Indices of load steps that differ from each other and, where there is one, from the mean."""
+    """Indices of load steps that differ from each other."""
     loop = loading(problem)
-    _, first = np.unique(np.hstack([loop.q1, loop.p1]), axis=0, return_index=True)
-    return np.sort(first)
+    return np.unique(np.hstack([loop.q1, loop.p1]), axis=0, return_index=True)[1]
 
 
 class Confinement(NamedTuple):
@@ -114,8 +113,8 @@ class StateProgram:
     states
         What is admissible.
     nested
-        Whether the load runs over the hull of the mean load and the loop (Σ α ≤ λ), or
-        over the hull of the loop alone (Σ α = λ).
+        Whether the load runs over the hull of the mean load and the loop (Σ α ≤ λ), or over
+        that of the loop alone (Σ α = λ).
     """
 
     def __init__(self, states: AdmissibleStates, *, nested: bool) -> None:
@@ -131,6 +130,7 @@ class StateProgram:
             column_upper=np.full(n + k + 1, INF),
         )
         self._active = -1
+        self._steps = np.arange(k)
 
     def set_load_factors(self, low: float, high: float) -> None:
         """Let the load factor run over [low, high]."""
@@ -144,13 +144,6 @@ class StateProgram:
     def set_side(self, node: int, lower: float, upper: float) -> None:
         """Confine the slip of one node."""
         self._program.set_columns(np.array([node]), np.array([lower]), np.array([upper]))
-
-    def hold_load(self, step: int) -> None:
-        """Hold the load to one load step; −1 sets it free again."""
-        upper = np.full(self._k, INF if step < 0 else 0.0)
-        if step >= 0:
-            upper[step] = INF
-        self._program.set_columns(self._n + np.arange(self._k), np.zeros(self._k), upper)
 
     def activate(self, row: int) -> None:
         """Make one row active, and the one before it an inequality again; −1 for none."""
@@ -179,16 +172,22 @@ class StateProgram:
         slip, y = end.vertex.x[: self._n], end.vertex.multipliers
         return Extreme(float(direction @ slip), float(y[-1]), slip, y[:-1], end)
 
+    def hold_load(self, step: int) -> None:
+        """Hold the load to one column of S."""
+        before, self._steps = self._steps, np.array([step])
+        for columns, most in ((np.setdiff1d(before, self._steps), 0.0), (self._steps, INF)):
+            size = columns.size
+            self._program.set_columns(self._n + columns, np.zeros(size), np.full(size, most))
+
 
 def first_overlap(
-    states: AdmissibleStates, node: int, direction: FloatArray, within: Confinement | None = None
+    states: AdmissibleStates, node: int, direction: FloatArray
 ) -> tuple[float, FloatArray, FloatArray]:
     """The least load factor at which a node can slip forward at no smaller direction · v than backward.
 
     One program in two states, of which each has its own load: minimise λ ≥ 0 subject to both
     being admissible, forward row active at the first, backward row at the second, and
-    direction · (v' − v'') ≥ 0. Without ``within`` the load runs over the hull of mean and loop, with
-    it over that of the loop. Returns (λ, v', v''); λ is inf where there is no such pair.
+    direction · (v' − v'') ≥ 0. Returns (λ, v', v''); λ is inf where there is no such pair.
     """
     n, k = states.n, states.loads.shape[1]
     half, share = np.column_stack([states.G, states.loads]), np.append(np.zeros(n), np.ones(k))
@@ -202,17 +201,16 @@ def first_overlap(
             [swing, -swing, np.zeros(1)],
         ]
     )
-    low, high, *box = within or Confinement(0.0, INF, np.full(n, -INF), np.full(n, INF))
-    lower = np.concatenate([np.full(4 * n, -INF), [-INF if within is None else 0.0] * 2, [0.0]])
+    lower = np.append(np.full(4 * n + 2, -INF), 0.0)
     lower[2 * node + 1], lower[2 * n + 2 * node] = states.g[2 * node + 1], states.g[2 * node]
-    least, most = np.append(box[0], np.zeros(k)), np.append(box[1], np.full(k, INF))
+    least = np.append(np.full(n, -INF), np.zeros(k))
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(2 * (n + k)), 1.0),
         lower=lower,
         upper=np.concatenate([states.g, states.g, [0.0, 0.0, INF]]),
-        column_lower=np.concatenate([least, least, [low]]),
-        column_upper=np.concatenate([most, most, [high]]),
+        column_lower=np.concatenate([least, least, [0.0]]),
+        column_upper=np.full(2 * (n + k) + 1, INF),
     )
     vertex = program.solve().vertex
     if vertex is None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.sparse import block_diag, bmat, coo_array, csr_array
+from scipy.sparse import block_array, coo_array, csr_array, eye_array, kron
 
 from shakedown.model.problem import FloatArray
 from shakedown.universal.admissible_states import AdmissibleStates
@@ -16,66 +16,86 @@ def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
     """A symmetric P that keeps P_i · v smaller in forward than in backward slip of node i, by the widest gap.
 
     For a given P the largest P_i · v in forward slip is a linear program. Its dual, a minimum, is
-    written into one program together with the unknown P, for every node and side: maximise δ
-    subject to  sup_forward P_i·v − inf_backward P_i·v ≤ −δ  and |P_ij| ≤ 1 in units of the box.
-    P need not be definite, as the box bounds the potential ½ vᵀPv − zᵀv; and P_is is free for a node s that
-    stands, because z may depend on where it stands.
+    written into one program together with the unknown P: maximise δ subject to
 
-    Returns None where the program does not end.
+        sup_forward P_i·v − inf_backward P_i·v ≤ −δ for every node i,   |P_ij| ≤ 1 in units of the box.
+
+    P need not be definite, as the box bounds the potential ½ vᵀPv − zᵀv; and P_is is free for a
+    node s that stands, because z may depend on where it stands. None where the program does not end.
     """
-    n = states.n
-    low, high, lower, upper = box.within
+    n, (low, high, lower, upper) = states.n, box.within
     width = np.maximum(upper - lower, LEAST_WIDTH * (upper - lower).max())
     scale = np.abs(states.G * width).max(axis=1)
-    G, S = states.G * width / scale[:, None], states.loads / scale[:, None]
-    room = (states.g - states.G @ lower) / scale
-    moving = [int(i) for i in np.flatnonzero(~box.standing)]
-    pairs = [(i, j) for i in range(n) for j in range(i, n) if not (box.standing[i] and box.standing[j])]
-    number = {pair: c for c, pair in enumerate(pairs)}
-    k, size = S.shape[1], 3 * n + 2  # columns of one dual: 2n rows, n upper sides, high, low
-    slips = np.column_stack([G.T, np.eye(n), np.zeros((n, 2))])
-    loads = np.column_stack([S.T, np.zeros((k, n)), np.ones((k, 1)), -np.ones((k, 1))])
-    value = np.concatenate([room, (upper - lower) / width, [high, -low]])
-    duals = 2 * len(moving)
-    rows: list[int] = []
-    columns: list[int] = []
-    entries: list[float] = []
-    for c, i in enumerate(moving):
-        for side, sign in enumerate((-1.0, 1.0)):
-            rows += [(2 * c + side) * n + j for j in range(n)]
-            columns += [number[(min(i, j), max(i, j))] for j in range(n)]
-            entries += [sign] * n
-    metric = coo_array((entries, (rows, columns)), shape=(duals * n, len(pairs)))
-    # sup c·x over x ≥ 0, slips x ≤ …: duals ≥ 0 with (dual of x) ≥ c.
-    above = bmat(
-        [
-            [-block_diag([csr_array(slips)] * duals), -metric, None],
-            [-block_diag([csr_array(loads)] * duals), None, None],
-            [
-                block_diag([csr_array(np.tile(value, 2)[None])] * len(moving)),
-                None,
-                np.ones((len(moving), 1)),
-            ],
-        ],
-        format="csr",
+    dual = _Dual(
+        G=states.G * width / scale[:, None],
+        loads=states.loads / scale[:, None],
+        value=np.concatenate([(states.g - states.G @ lower) / scale, (upper - lower) / width, [high, -low]]),
     )
-    least = np.zeros((len(moving), 2, size))
-    for c, i in enumerate(moving):
-        least[c, 0, 2 * i + 1] = least[c, 1, 2 * i] = -np.inf  # active rows have multipliers of either sign
-    most = np.concatenate([np.full(least.size, np.inf), np.ones(len(pairs) + 1)])
-    bounds = np.column_stack([np.concatenate([least.ravel(), -np.ones(len(pairs)), [-np.inf]]), most])
+    moving = [int(i) for i in np.flatnonzero(~box.standing)]
+    number = _unknowns(n, moving)
+    above = dual.rows(len(moving), _selection(n, moving, number))
+    least, most = _bounds(n, moving, len(number))
     cost = np.zeros(above.shape[1])
     cost[-1] = -1.0
     found = linprog(
         cost,
         A_ub=above,
         b_ub=np.zeros(above.shape[0]),
-        bounds=bounds,
+        bounds=np.column_stack([least, most]),
         method="highs" if n <= SIMPLEX_UP_TO else "highs-ipm",
     )
     if found.x is None:
         return None
+    start = above.shape[1] - 1 - len(number)
     P = np.zeros((n, n))
     for (i, j), place in number.items():
-        P[i, j] = P[j, i] = found.x[duals * size + place] / (width[i] * width[j])
+        P[i, j] = P[j, i] = found.x[start + place] / (width[i] * width[j])
     return P
+
+
+class _Dual:
+    """Duals of sup {c · x : G x + S α ≤ g, 0 ≤ x ≤ width, Σ α = λ, low ≤ λ ≤ high}.
+
+    The columns are the multipliers of 2n rows and n upper sides, of λ ≤ high and of λ ≥ low.
+    """
+
+    def __init__(self, G: FloatArray, loads: FloatArray, value: FloatArray) -> None:
+        n, k = G.shape[1], loads.shape[1]
+        self.slips = np.column_stack([G.T, np.eye(n), np.zeros((n, 2))])
+        self.loads = np.column_stack([loads.T, np.zeros((k, n)), np.ones((k, 1)), -np.ones((k, 1))])
+        self.value = value
+
+    def rows(self, nodes: int, selection: coo_array) -> csr_array:
+        """Everything as rows ≤ 0; columns: duals by node and side, P, δ."""
+        duals = eye_array(2 * nodes)
+        return block_array(
+            [
+                [-kron(duals, self.slips), -selection, None],
+                [-kron(duals, self.loads), None, None],
+                [kron(eye_array(nodes), np.tile(self.value, 2)[None]), None, np.ones((nodes, 1))],
+            ],
+            format="csr",
+        )
+
+
+def _unknowns(n: int, moving: list[int]) -> dict[tuple[int, int], int]:
+    """The entries of P that matter: (smaller, larger index) and which unknown it is."""
+    pairs = [(i, j) for i in range(n) for j in range(i, n) if i in moving or j in moving]
+    return {pair: place for place, pair in enumerate(pairs)}
+
+
+def _selection(n: int, moving: list[int], number: dict[tuple[int, int], int]) -> coo_array:
+    """The rows −P_i (forward) and P_i (backward) of every moving node."""
+    places = np.array([[number[(min(i, j), max(i, j))] for j in range(n)] for i in moving])
+    columns = np.repeat(places[:, None, :], 2, axis=1).ravel()
+    signs = np.tile(np.repeat([-1.0, 1.0], n), len(moving))
+    return coo_array((signs, (np.arange(columns.size), columns)), shape=(columns.size, len(number)))
+
+
+def _bounds(n: int, moving: list[int], unknowns: int) -> tuple[FloatArray, FloatArray]:
+    """Multipliers ≥ 0, but of either sign in the active row; |P| ≤ 1; δ ≤ 1."""
+    least = np.zeros((len(moving), 2, 3 * n + 2))
+    for c, i in enumerate(moving):
+        least[c, 0, 2 * i + 1] = least[c, 1, 2 * i] = -np.inf
+    most = np.concatenate([np.full(least.size, np.inf), np.ones(unknowns + 1)])
+    return np.concatenate([least.ravel(), -np.ones(unknowns), np.array([-np.inf])]), most

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
-from shakedown.universal.admissible_states import AdmissibleStates, admissible_states
+from shakedown.universal.admissible_states import admissible_states
 from shakedown.universal.best_metric import best_metric
 from shakedown.universal.shrinking_box import BoxShrinker, LimitBox, no_box
 
@@ -87,8 +87,7 @@ def sharpened_swing(
     >>> round(climb.load_factor, 4), len(climb.intervals) <= climb.tried
     (0.6541, True)
     """
-    states = admissible_states(problem)
-    shrinker = BoxShrinker(states, tolerances)
+    shrinker = BoxShrinker(admissible_states(problem), tolerances)
     proved: list[ProvedInterval] = []
     least_step = tolerances.box_gain * target
     aim = target - least_step  # nearer to the target the slips have no room to be apart
@@ -98,7 +97,7 @@ def sharpened_swing(
         high = min(reached + step, aim)
         box = _narrowed(known, reached, high) if known else no_box(problem.n, reached, high)
         box = shrinker.shrink(box, ROUNDS)
-        found = _apart_in(states, shrinker, box, problem.A, tolerances)
+        found = _apart_in(shrinker, box, problem.A, tolerances)
         if found is None:
             known, step = box, step * FIRST_STEP
         else:
@@ -113,16 +112,16 @@ def _narrowed(box: LimitBox, low: float, high: float) -> LimitBox:
 
 
 def _apart_in(
-    states: AdmissibleStates, shrinker: BoxShrinker, box: LimitBox, A: FloatArray, tolerances: Tolerances
+    shrinker: BoxShrinker, box: LimitBox, A: FloatArray, tolerances: Tolerances
 ) -> ProvedInterval | None:
     """The proof that all slip in a box ceases, if there is one."""
     if not box.bounded:
         return None
-    if box.closes:
+    if box.closes(tolerances.feasibility):
         return ProvedInterval(box, None)
     if _holds_apart(shrinker, box, A, tolerances):
         return ProvedInterval(box, A)
-    P = best_metric(states, box)
+    P = best_metric(shrinker.states, box)
     if P is not None and _holds_apart(shrinker, box, P, tolerances):
         return ProvedInterval(box, P)
     return None

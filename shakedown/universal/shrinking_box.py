@@ -33,10 +33,11 @@ class LimitBox:
     forward: FloatArray
     backward: FloatArray
 
-    @property
-    def closes(self) -> bool:
-        """Whether all slip ceases, because each node slips forward only below where it slips backward."""
-        return bool(np.all(self.standing | (self.forward < self.backward)))
+    def closes(self, margin: float) -> bool:
+        """Whether all slip ceases: each node slips forward only below where it slips backward."""
+        moving = ~self.standing
+        forward, backward = self.forward[moving], self.backward[moving]
+        return bool(np.all(backward - forward > margin * np.maximum(np.abs(forward), np.abs(backward))))
 
     @property
     def bounded(self) -> bool:
@@ -61,7 +62,6 @@ class BoxShrinker:
         self.states, self._tolerances = states, tolerances
         self.anywhere = StateProgram(states, nested=False)
         self._at_step = StateProgram(states, nested=False)
-        self._step = -1
 
     def shrink(self, box: LimitBox, rounds: int) -> LimitBox:
         """Shrink a box so many times, or until its sides move little."""
@@ -91,8 +91,8 @@ class BoxShrinker:
             if forward[i] < upper[i]:
                 rest = -self._rest(2 * i, -direction)
                 upper[i] = min(upper[i], self._outward(max(forward[i], rest), 1.0, lower[i]))
-            if lower[i] > upper[i]:  # apart by round-off: the node has one place to rest
-                lower[i], upper[i] = upper[i], lower[i]
+            if lower[i] > upper[i]:  # one place to rest, missed by round-off
+                lower[i], upper[i] = box.within.lower[i], box.within.upper[i]
             for program in (self.anywhere, self._at_step):
                 program.set_side(i, lower[i], upper[i])
         standing = box.standing | (backward == inf) | (forward == -inf)
@@ -100,10 +100,7 @@ class BoxShrinker:
 
     def _rest(self, row: int, direction: FloatArray) -> float:
         """Least direction · v at the load step in which a row is extreme; −inf where there is no state."""
-        step = int(self.states.extreme[row])
-        if step != self._step:
-            self._at_step.hold_load(step)
-            self._step = step
+        self._at_step.hold_load(int(self.states.extreme[row]))
         value = self._at_step.least(direction).value
         return value if value < inf else -inf
 
