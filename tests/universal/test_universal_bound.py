@@ -2,53 +2,297 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import shakedown
+from benchmarks.problems import in_units, joint, random_problem
+
+SWING = [
+    ("one-node", None, 0.9305240),
+    ("two-node", None, 0.6035788),
+    ("uncoupled", None, 0.6465540),
+    ("three-node", None, 0.3096),
+    ("block-9", 0.1, 0.5722084),
+    ("block-9", 0.2, 0.8491080),
+    ("block-9", 0.3, 0.8428534),
+    ("block-33", 0.2, 0.3209723),
+]
+CLOSING = [
+    ("one-node", None, 0.9305240),
+    ("two-node", None, 0.6543765),
+    ("uncoupled", None, 0.6255632),
+    ("block-9", 0.1, 0.0),
+    ("block-9", 0.3, 0.0),
+]
 
 
-def joint(name: str, f: float | None = None) -> shakedown.Problem:
+def built_in(name: str, f: float | None = None) -> shakedown.Problem:
     problem = shakedown.example(name)
     return problem if f is None else replace(problem, f=f)
 
 
-@pytest.mark.parametrize(
-    ("name", "f", "swing"),
-    [
-        ("one-node", None, 0.9305240),
-        ("two-node", None, 0.6035788),
-        ("uncoupled", None, 0.6465540),
-        ("three-node", None, 0.3096),
-        ("block-9", 0.1, 0.5722084),
-        ("block-9", 0.2, 0.8491080),
-        ("block-9", 0.3, 0.8428534),
-        ("block-33", 0.2, 0.3209723),
-    ],
-)
-def test_swing_bound_of_built_in_joints(name, f, swing):
-    found = shakedown.swing_bound(joint(name, f))
-    assert found.load_factor == pytest.approx(swing, abs=6e-8)
+def rows_of(problem: shakedown.Problem):
+    """Rows and loads written out again from the friction law, for a second road."""
+    loop, f = shakedown.loading(problem), problem.f
+    G = np.vstack([problem.A - f[:, None] * problem.B, -problem.A - f[:, None] * problem.B])
+    g = np.concatenate([f * loop.p0 - loop.q0, f * loop.p0 + loop.q0])
+    S = np.vstack([(loop.q1 - f * loop.p1).T, (-loop.q1 - f * loop.p1).T])
+    return G, g, S
 
 
-@pytest.mark.parametrize(
-    ("name", "f", "closing"),
-    [
-        ("one-node", None, 0.9305240),
-        ("two-node", None, 0.6543765),
-        ("uncoupled", None, 0.6255632),
-        ("block-9", 0.1, 0.0),
-        ("block-9", 0.2, 0.0),
-        ("block-9", 0.3, 0.0),
-    ],
-)
-def test_closing_box_of_built_in_joints(name, f, closing):
-    assert shakedown.closing_box(joint(name, f)).load_factor == pytest.approx(closing, abs=6e-8)
+def greatest(problem, load_factor, direction, active, box=None, nested=True):
+    """Greatest direction · v over admissible states with one limit active, by SciPy; None where there is none."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    share = np.append(np.zeros(n), np.ones(k))
+    matrix, right = np.column_stack([G, S]), g
+    equal, equal_to = matrix[[active]], g[[active]]
+    if nested:
+        matrix, right = np.vstack([matrix, share]), np.append(g, load_factor)
+    else:
+        equal, equal_to = np.vstack([equal, share]), np.append(equal_to, load_factor)
+    sides = [(None, None)] * n if box is None else list(zip(*box, strict=True))
+    found = linprog(
+        -np.append(direction, np.zeros(k)), matrix, right, equal, equal_to, bounds=sides + [(0, None)] * k
+    )
+    assert found.status in (0, 2, 3)
+    return {0: -found.fun, 2: None, 3: np.inf}[found.status] if found.status else -found.fun
 
 
-@pytest.mark.parametrize(
-    ("name", "f", "share"), [("block-9", 0.1, 0.98), ("block-9", 0.2, 0.98), ("block-9", 0.3, 0.98)]
-)
-def test_blocks_are_proved_nearly_to_the_first_collapse(name, f, share):
-    bound = shakedown.universal_bound(joint(name, f))
+@pytest.mark.parametrize(("name", "f", "expected"), SWING)
+def test_swing_bound_of_built_in_joints(name, f, expected):
+    swing = shakedown.swing_bound(built_in(name, f))
+    assert swing.load_factor == pytest.approx(expected, abs=6e-8)
+    assert swing.certified == (name != "block-33")
+
+
+@pytest.mark.parametrize(("name", "f", "expected"), CLOSING)
+def test_closing_box_of_built_in_joints(name, f, expected):
+    assert shakedown.closing_box(built_in(name, f)).load_factor == pytest.approx(expected, abs=6e-8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_swing_bound_by_a_second_road(seed):
+    problem = joint(seed, n=3, m=5)
+    swing = shakedown.swing_bound(problem, certify=False).load_factor
+    for share, apart in ((1 - 1e-6, True), (1 + 1e-6, False)):
+        gaps = []
+        for i in range(problem.n):
+            forward = greatest(problem, share * swing, problem.A[i], problem.n + i)
+            backward = greatest(problem, share * swing, -problem.A[i], i)
+            gaps.append(np.inf if None in (forward, backward) else -backward - forward)
+        assert (min(gaps) > 0) == apart
+
+
+def test_multipliers_prove_the_swing_bound():
+    problem = built_in("block-9", 0.2)
+    swing = shakedown.swing_bound(problem)
+    y, states = swing.multipliers, rows_of(problem)[0]
+    G = np.stack([states[:9], states[9:]], axis=1).reshape(18, 9)
+    size = np.abs(problem.A).max()
+    assert np.abs(y[:, 0] @ G + problem.A).max() <= 1e-12 * size
+    assert np.abs(y[:, 1] @ G - problem.A).max() <= 1e-12 * size
+    inactive = np.ones((9, 2, 18), dtype=bool)
+    for i in range(9):
+        inactive[i, 0, 2 * i + 1] = inactive[i, 1, 2 * i] = False
+    assert y[inactive].max() <= 1e-15
+    assert swing.gaps(problem, 0.999 * swing.load_factor).min() > 0
+    assert swing.gaps(problem, 1.001 * swing.load_factor).min() < 0
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+@pytest.mark.parametrize("floating", [False, True])
+def test_without_coupling_swing_and_melan_agree(n, floating):
+    if n == 1 and floating:
+        return
+    rng = np.random.default_rng(n)
+    root = rng.normal(size=(n, n))
+    A = root @ root.T + np.eye(n)
+    if floating:
+        rigid = np.ones(n) / np.sqrt(n)
+        A = (np.eye(n) - np.outer(rigid, rigid)) @ A @ (np.eye(n) - np.outer(rigid, rigid))
+    problem = shakedown.Problem(
+        A=A, B=np.zeros((n, n)), f=0.5, q_w=rng.normal(size=(6, n)), p_w=4 + rng.normal(size=(6, n))
+    )
+    upper = shakedown.upper_bound(problem).load_factor
+    assert shakedown.swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-9)
+    bound = shakedown.universal_bound(problem)
+    assert (bound.argument, bound.limited_by) == ("Melan", "first collapse")
+    assert bound.load_factor == pytest.approx(upper, rel=1e-12)
+
+
+def test_rigid_motion_limits_a_floating_body():
+    """Each node alone could bear λ = 1; both together slide where 1.6 + 2 λ exceeds the friction 2 + 1."""
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    q = 0.8 + np.array([[1.0, 1.0], [-1.0, -1.0]])
+    problem = shakedown.Problem(A=A, B=np.zeros((2, 2)), f=[0.5, 0.25], q_w=q, p_w=np.full((2, 2), 4.0))
+    swing = shakedown.swing_bound(problem)
+    assert swing.load_factor == pytest.approx(0.7)
+    assert swing.node == -1
+
+
+def test_closing_box_is_where_repeated_shrinking_ends():
+    problem = random_problem(4, 3, coupling=0.2)
+    closing = shakedown.closing_box(problem)
+    load_factor = 0.9 * closing.load_factor
+    (G, g, S), n = rows_of(problem), problem.n
+    own = np.abs(np.concatenate([np.diag(G[:n]), np.diag(G[n:])]))
+    at = (g - load_factor * S.max(axis=1)) / own
+    rest = G / own[:, None]
+    rest[np.arange(2 * n), np.tile(np.arange(n), 2)] = 0
+    low, high = np.full(n, -1e3), np.full(n, 1e3)
+
+    def extremes(rows, value, sign):
+        least = np.maximum(rows, 0) @ low + np.minimum(rows, 0) @ high
+        most = np.maximum(rows, 0) @ high + np.minimum(rows, 0) @ low
+        return (value - most, value - least) if sign > 0 else (least - value, most - value)
+
+    for _ in range(200):
+        backward = extremes(rest[:n], at[:n], 1)
+        forward = extremes(rest[n:], at[n:], -1)
+        low, high = np.minimum(forward[0], backward[0]), np.maximum(backward[1], forward[1])
+    assert np.all(forward[1] < backward[0])
+    linear = [closing.lower, closing.upper]
+    again = shakedown.closing_box(replace(problem, q_w=problem.q_w))
+    assert np.array_equal(again.lower, linear[0])
+    assert np.all(high - low > 0)
+
+
+def test_sharpened_swing_reaches_the_first_collapse_of_a_block():
+    problem = built_in("block-9", 0.3)
+    bound = shakedown.universal_bound(problem)
     assert bound.argument == "swing with box"
-    assert share * bound.first_collapse < bound.load_factor <= bound.first_collapse
+    assert 0.97 * bound.first_collapse < bound.load_factor <= bound.first_collapse
+    assert bound.lift_off_bound >= bound.first_collapse
+    ends = [bound.swing.load_factor]
+    for interval in bound.sharpened.intervals:
+        assert interval.box.within.low == ends[-1]
+        ends.append(interval.box.within.high)
+    assert ends[-1] == bound.load_factor
+
+
+def test_every_interval_can_be_checked_again():
+    """Box and metric of each interval, by SciPy: forward and backward slip are apart in them."""
+    problem = random_problem(3, 5, coupling=1.2)
+    lower = shakedown.lower_bound(problem).load_factor
+    start = shakedown.swing_bound(problem).load_factor
+    climb = shakedown.sharpened_swing(problem, start, lower)
+    assert climb.intervals
+    for interval in climb.intervals:
+        low, high, *box = interval.box.within
+        P = np.eye(3) if interval.metric is None else interval.metric
+        moving = np.ix_(~interval.box.standing, ~interval.box.standing)
+        assert np.allclose(P[moving], P[moving].T)
+        for load_factor in (low, 0.5 * (low + high), high):
+            for i in np.flatnonzero(~interval.box.standing):
+                forward = greatest(problem, load_factor, P[i], 3 + i, box, nested=False)
+                backward = greatest(problem, load_factor, -P[i], i, box, nested=False)
+                assert None in (forward, backward) or forward < -backward
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_motions_end_in_the_box_and_come_to_rest(seed):
+    problem = random_problem(3, seed, m=6, coupling=1.0)
+    lower = shakedown.lower_bound(problem).load_factor
+    start = shakedown.swing_bound(problem).load_factor
+    climb = shakedown.sharpened_swing(problem, start, lower, intervals=4)
+    rng = np.random.default_rng(seed)
+    for interval in climb.intervals or ():
+        low, high, lowest, highest = interval.box.within
+        for _ in range(4):
+            slip = 20 * rng.normal(size=3)
+            state = shakedown.long_term_state(problem, rng.uniform(low, high), slip)
+            assert state.outcome == "shakedown"
+            assert np.all(state.final_slip >= lowest)
+            assert np.all(state.final_slip <= highest)
+
+
+def test_never_above_the_first_collapse_and_at_least_the_swing_bound():
+    for seed in range(6):
+        problem = joint(seed, n=3, m=5)
+        bound = shakedown.universal_bound(problem, intervals=2)
+        assert bound.load_factor <= bound.first_collapse
+        if bound.swing is not None:
+            assert bound.load_factor >= min(bound.swing.load_factor, bound.first_collapse, bound.lift_off_bound)
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**20, 1.0), (1.0, 2.0**-15), (2.0**-30, 2.0**12)])
+def test_units_do_not_matter(force, length):
+    problem = random_problem(3, 5, coupling=1.2)
+    bounds = [
+        shakedown.universal_bound(p, intervals=3) for p in (problem, in_units(problem, force, length))
+    ]
+    assert bounds[0].load_factor == pytest.approx(bounds[1].load_factor, rel=1e-12)
+    assert bounds[0].argument == bounds[1].argument
+    assert bounds[0].limited_by == bounds[1].limited_by
+
+
+def test_nodes_may_be_renumbered():
+    problem = built_in("block-9", 0.2)
+    order = np.random.default_rng(0).permutation(9)
+    square = np.ix_(order, order)
+    other = shakedown.Problem(
+        A=problem.A[square],
+        B=problem.B[square],
+        f=problem.f,
+        q_w=problem.q_w[:, order],
+        p_w=problem.p_w[:, order],
+    )
+    here, there = shakedown.swing_bound(problem), shakedown.swing_bound(other)
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-12)
+    assert order[there.node] == here.node
+
+
+@pytest.mark.parametrize(
+    ("name", "f", "argument"),
+    [("one-node", None, "one node"), ("two-node", None, "two nodes"), ("uncoupled", None, "Melan")],
+)
+def test_complete_arguments_reach_the_first_collapse(name, f, argument):
+    bound = shakedown.universal_bound(built_in(name, f))
+    assert (bound.argument, bound.load_factor) == (argument, bound.first_collapse)
+
+
+def test_lifted_nodes_and_missing_safe_states_leave_nothing():
+    lifted = shakedown.universal_bound(built_in("block-9", 0.5))
+    assert (lifted.status, lifted.load_factor, lifted.limited_by) == ("optimal", 0.0, "first collapse")
+    assert "lifted off" in lifted.reason
+    none = shakedown.universal_bound(shakedown.example("receding-block"))
+    assert none.status == "infeasible"
+    assert np.isnan(none.load_factor)
+
+
+def test_nothing_is_proved_where_the_motion_may_jump():
+    """Friction between the thresholds of the set of both nodes and of each alone; λ_1 > 0 all the same."""
+    problem = shakedown.Problem(
+        A=[[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        B=[[0.0, 0.4, 0.0], [-0.4, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        f=0.9,
+        q_w=[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.1]],
+        p_w=np.full((2, 3), 2.0),
+    )
+    bound = shakedown.universal_bound(problem)
+    threshold = shakedown.friction_thresholds(problem).uniqueness_in_contact.value
+    assert (bound.load_factor, bound.argument) == (0.0, "none")
+    if bound.first_collapse > 0:
+        assert bound.limited_by == "uniqueness"
+        assert bound.uniqueness == pytest.approx(threshold / 0.9)
+
+
+def test_document():
+    document = shakedown.universal_bound(shakedown.example("three-node")).document()
+    assert document["universal"] == {"load_factor": pytest.approx(0.3096), "node": 0, "argument": "swing"}
+    assert np.isnan(document["closing_box"]["load_factor"])
+
+
+def test_effort_is_bounded_and_announced():
+    problem = built_in("block-9", 0.3)
+    bound = shakedown.universal_bound(problem, intervals=1)
+    assert bound.sharpened.tried == 1
+    assert bound.sharpened.limited_by == "effort"
+    assert shakedown.universal_bound(problem, intervals=0).sharpened is None
+    with pytest.raises(shakedown.UsageError, match="intervals: expected"):
+        shakedown.universal_bound(problem, intervals=-1)
+    with pytest.raises(shakedown.UsageError, match="problem: expected"):
+        shakedown.universal_bound("two-node")
