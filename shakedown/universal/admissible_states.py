@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakedown.model.constraints import constraints
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.equilibration import power_of_two
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
 
 
@@ -41,6 +42,12 @@ class AdmissibleStates:
     def n(self) -> int:
         """Number of contact nodes."""
         return self.G.shape[1]
+
+    @property
+    def units(self) -> tuple[float, float]:
+        """A force and a length, powers of two, that take the units out of the programs without round-off."""
+        force = power_of_two(max(np.abs(self.g).max(), np.abs(self.loads).max()))
+        return force, force / power_of_two(np.abs(self.G).max())
 
 
 class Extreme(NamedTuple):
@@ -120,12 +127,15 @@ class StateProgram:
     def __init__(self, states: AdmissibleStates, *, nested: bool) -> None:
         n, k = states.n, states.loads.shape[1]
         self.states, self._n, self._k = states, n, k
+        self._force, self._length = states.units
+        half = np.column_stack([states.G * self._length, states.loads, np.zeros(2 * n)]) / self._force
+        self._g = states.g / self._force
         share = np.concatenate([np.zeros(n), np.ones(k), [-1.0]])
         self._program = LinearProgram(
-            np.vstack([np.column_stack([states.G, states.loads, np.zeros(2 * n)]), share]),
+            np.vstack([half, share]),
             cost=np.append(np.zeros(n + k), 1.0),
             lower=np.append(np.full(2 * n, -INF), -INF if nested else 0.0),
-            upper=np.append(states.g, 0.0),
+            upper=np.append(self._g, 0.0),
             column_lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
             column_upper=np.full(n + k + 1, INF),
         )
@@ -139,15 +149,17 @@ class StateProgram:
     def confine(self, within: Confinement) -> None:
         """Take over an interval of load factors and a box."""
         self.set_load_factors(within.low, within.high)
-        self._program.set_columns(np.arange(self._n), within.lower, within.upper)
+        lower, upper = within.lower / self._length, within.upper / self._length
+        self._program.set_columns(np.arange(self._n), lower, upper)
 
     def set_side(self, node: int, lower: float, upper: float) -> None:
         """Confine the slip of one node."""
-        self._program.set_columns(np.array([node]), np.array([lower]), np.array([upper]))
+        sides = np.array([lower, upper]) / self._length
+        self._program.set_columns(np.array([node]), sides[:1], sides[1:])
 
     def activate(self, row: int) -> None:
         """Make one row active, and the one before it an inequality again; −1 for none."""
-        g = self.states.g
+        g = self._g
         if self._active >= 0:
             self._program.set_rows(np.array([self._active]), np.array([-INF]), g[[self._active]])
         if row >= 0:
@@ -163,14 +175,22 @@ class StateProgram:
 
     def least(self, direction: FloatArray) -> Extreme:
         """The least value of direction · v."""
-        self._program.set_cost(np.append(direction, np.zeros(self._k + 1)))
+        cost = direction / power_of_two(np.abs(direction).max())
+        self._program.set_cost(np.append(cost, np.zeros(self._k + 1)))
         end = self._program.solve()
         if end.vertex is None:
             unknown = np.full(2 * self._n, np.nan)
             value = np.inf if end.status == "infeasible" else -np.inf
             return Extreme(value, np.nan, unknown[: self._n], unknown, end)
-        slip, y = end.vertex.x[: self._n], end.vertex.multipliers
-        return Extreme(float(direction @ slip), float(y[-1]), slip, y[:-1], end)
+        slip, y = end.vertex.x[: self._n] * self._length, end.vertex.multipliers
+        scale = power_of_two(np.abs(direction).max())
+        return Extreme(
+            float(direction @ slip),
+            float(y[-1]) * scale * self._length,
+            slip,
+            y[:-1] * scale * self._length / self._force,
+            end,
+        )
 
     def hold_load(self, step: int) -> None:
         """Hold the load to one column of S."""
@@ -190,8 +210,10 @@ def first_overlap(
     direction · (v' − v'') ≥ 0. Returns (λ, v', v''); λ is inf where there is no such pair.
     """
     n, k = states.n, states.loads.shape[1]
-    half, share = np.column_stack([states.G, states.loads]), np.append(np.zeros(n), np.ones(k))
-    swing, zero = np.append(direction, np.zeros(k)), np.zeros((2 * n, n + k))
+    force, length = states.units
+    half, g = np.column_stack([states.G * length, states.loads]) / force, states.g / force
+    share, zero = np.append(np.zeros(n), np.ones(k)), np.zeros((2 * n, n + k))
+    swing = np.append(direction / power_of_two(np.abs(direction).max()), np.zeros(k))
     matrix = np.block(
         [
             [half, zero, np.zeros((2 * n, 1))],
@@ -202,17 +224,17 @@ def first_overlap(
         ]
     )
     lower = np.append(np.full(4 * n + 2, -INF), 0.0)
-    lower[2 * node + 1], lower[2 * n + 2 * node] = states.g[2 * node + 1], states.g[2 * node]
+    lower[2 * node + 1], lower[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
     least = np.append(np.full(n, -INF), np.zeros(k))
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(2 * (n + k)), 1.0),
         lower=lower,
-        upper=np.concatenate([states.g, states.g, [0.0, 0.0, INF]]),
+        upper=np.concatenate([g, g, [0.0, 0.0, INF]]),
         column_lower=np.concatenate([least, least, [0.0]]),
         column_upper=np.full(2 * (n + k) + 1, INF),
     )
     vertex = program.solve().vertex
     if vertex is None:
         return np.inf, np.full(n, np.nan), np.full(n, np.nan)
-    return max(float(vertex.x[-1]), 0.0), vertex.x[:n], vertex.x[n + k : 2 * n + k]
+    return max(float(vertex.x[-1]), 0.0), vertex.x[:n] * length, vertex.x[n + k : 2 * n + k] * length

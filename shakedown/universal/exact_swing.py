@@ -7,8 +7,8 @@ import numpy as np
 
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.integer_algebra import enclosure
 from shakedown.programs.linear_program import Solution
-from shakedown.programs.rational import enclosure
 from shakedown.universal.admissible_states import different_steps
 
 if TYPE_CHECKING:

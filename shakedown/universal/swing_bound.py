@@ -6,6 +6,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.upper import upper_bound
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
@@ -122,7 +123,8 @@ def swing_bound(
                 extremes[i] = half.swing(i, problem.A[i])
     rigid = rigid_motions(problem, tolerances)
     if rigid.shape[1] and load_factor > 0.0:
-        limited = _held_rigidly(half, problem.A, rigid, load_factor)
+        held = upper_bound(problem, certify=False, tolerances=tolerances).load_factor
+        limited = min(_held_rigidly(half, problem.A, rigid, load_factor), held)
         if limited < load_factor:
             load_factor, node = limited, -1
     return _result(problem, load_factor, node, (forward, backward), extremes, programs, certify)

@@ -4,16 +4,15 @@ from dataclasses import dataclass
 from math import inf, nan
 from typing import Any, NamedTuple
 
-from shakedown.bounds.coupling import coupling, unique_in_contact
+from shakedown.bounds.coupling import WEAK, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.lower import LowerBound, lower_bound
-from shakedown.bounds.proof_status import WEAK
 from shakedown.errors import UsageError
-from shakedown.friction.thresholds import friction_thresholds
 from shakedown.model.arguments import require_problem
 from shakedown.model.problem import Problem
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.uniqueness.in_contact import Uniqueness, unique_in_contact
 from shakedown.universal.closing_box import ClosingBox, closing_box
 from shakedown.universal.sharpened_swing import SharpenedSwing, sharpened_swing
 from shakedown.universal.swing_bound import SwingBound, swing_bound
@@ -52,9 +51,6 @@ class UniversalBound:
         λ_1, which is not exceeded.
     lift_off_bound
         Below this load factor no admissible slip lifts a node off; NaN where not needed.
-    uniqueness
-        Below this factor on the friction coefficients the motion is unique for certain; NaN where
-        not needed.
     closing, swing, sharpened
         The arguments tried, with the evidence to check them; None where not needed.
     """
@@ -67,7 +63,6 @@ class UniversalBound:
     reason: str
     first_collapse: float
     lift_off_bound: float
-    uniqueness: float
     closing: ClosingBox
     swing: SwingBound | None
     sharpened: SharpenedSwing | None
@@ -132,22 +127,23 @@ def universal_bound(
         intervals = INTERVALS if problem.n <= SHARPENED_UP_TO else 0
     if not intervals >= 0:
         raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
-    lower = lower_bound(problem) if first_collapse is None else first_collapse
+    lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
     closing = closing_box(problem)
     if lower.status == Status.INFEASIBLE:
         return _without(lower, closing, nan, "mean load", "no slip is safe under the mean load")
     if lower.load_factor == 0.0:
-        return _without(lower, closing, 0.0, "first collapse", lower.reason)
-    complete = complete_argument(problem)
-    uniqueness = nan if complete else unique_below(problem)
-    if uniqueness <= 1.0:
-        reason = f"the motion is proved to be unique up to {uniqueness:.4g} of the friction coefficients only"
-        return _without(lower, closing, 0.0, "uniqueness", reason, uniqueness)
-    lift = inf if complete == "Melan" else lift_off_bound(problem, enough=lower.load_factor)
+        reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
+        return _without(lower, closing, 0.0, "first collapse", reason)
+    uniqueness = unique_in_contact(problem, tolerances=tolerances)
+    complete = complete_argument(problem, uniqueness)
+    if not (uniqueness or complete):
+        reason = f"the motion is not proved to be unique: {uniqueness.argument}"
+        return _without(lower, closing, 0.0, "uniqueness", reason)
+    lift = inf if complete == "Melan" else lift_off_bound(problem, lower.load_factor, tolerances=tolerances)
     cap = min(lower.load_factor, lift)
     if complete:
         found = _Found(lower.load_factor, lower.node, complete, "first collapse")
-        return _result(lower, closing, found, lift, uniqueness)
+        return _result(lower, closing, found, lift)
     swing = swing_bound(problem, certify=certify, tolerances=tolerances)
     found = _Found(swing.load_factor, swing.node, "swing", "swing")
     if closing.load_factor > swing.load_factor:
@@ -159,33 +155,20 @@ def universal_bound(
         )
         if sharpened.load_factor > found.load_factor:
             found = _Found(sharpened.load_factor, -1, "swing with box", sharpened.limited_by)
-    return _result(lower, closing, found, lift, uniqueness, swing, sharpened)
+    return _result(lower, closing, found, lift, swing, sharpened)
 
 
-def complete_argument(problem: Problem) -> str:
+def complete_argument(problem: Problem, uniqueness: Uniqueness) -> str:
     """The argument that proves shakedown all the way to λ_1 while all nodes stay closed; empty for none."""
     if not problem.B.any():
         return "Melan"
-    if problem.n <= 2 and unique_in_contact(problem):
+    if problem.n <= 2 and uniqueness:
         return "one node" if problem.n == 1 else "two nodes"
     return "weak coupling" if coupling(problem).bound <= WEAK else ""
 
 
-def unique_below(problem: Problem) -> float:
-    """A factor on the friction coefficients below which the motion with all nodes closed is unique."""
-    if coupling(problem).bound < 1.0:  # every principal minor of A ± f B is positive (an H-matrix)
-        return inf
-    found = friction_thresholds(problem)
-    return found.uniqueness_in_contact.low / (1.0 if found.factor else float(problem.f[0]))
-
-
 def _without(
-    lower: LowerBound,
-    closing: ClosingBox,
-    load_factor: float,
-    limited_by: str,
-    reason: str,
-    uniqueness: float = nan,
+    lower: LowerBound, closing: ClosingBox, load_factor: float, limited_by: str, reason: str
 ) -> UniversalBound:
     """The answer where nothing is proved."""
     return UniversalBound(
@@ -197,7 +180,6 @@ def _without(
         reason=reason,
         first_collapse=lower.load_factor,
         lift_off_bound=nan,
-        uniqueness=uniqueness,
         closing=closing,
         swing=None,
         sharpened=None,
@@ -209,7 +191,6 @@ def _result(
     closing: ClosingBox,
     found: _Found,
     lift: float,
-    uniqueness: float,
     swing: SwingBound | None = None,
     sharpened: SharpenedSwing | None = None,
 ) -> UniversalBound:
@@ -225,7 +206,6 @@ def _result(
         reason=_reason(found, lift),
         first_collapse=lower.load_factor,
         lift_off_bound=lift,
-        uniqueness=uniqueness,
         closing=closing,
         swing=swing,
         sharpened=sharpened,
