@@ -30,5 +30,6 @@ STUDIES: tuple[str, ...] = (
     "slow_approach",
     "stability",
     "universal_adversary",
+    "universal_cost",
     "worked_examples",
 )
