@@ -156,8 +156,6 @@ _HOMES = {
     "shakedown.long_term.outcome": "Outcome",
     "shakedown.long_term.history_file": "save_history",
     "shakedown.long_term.simulation": "Simulation simulate",
-    "shakedown.long_term.outcome": "Cycles Outcome",
-    "shakedown.long_term.simulation": "Simulation save_history simulate",
     "shakedown.universal.closing_box": "ClosingBox closing_box",
     "shakedown.universal.swing_bound": "SwingBound swing_bound",
     "shakedown.universal.sharpened_swing": "SharpenedSwing sharpened_swing",
