@@ -1,5 +1,14 @@
 """A problem from finite-element output and a TOML file that says what is what.
 
-Reading order: ``toml_table`` (typed reading of the file), ``time_function`` (histories),
-``sections`` (one function per section), ``import_model`` (the public functions).
+How the data flow: the deck names nodes, sets and faces (``model_section``); these
+and the configuration give contact nodes and normals (``contact_section``); the
+matrix comes with the node and direction of its rows (``stiffness_section``); loads
+and supports become vectors on these rows (``load_section``, ``time_function``);
+the condensation turns all of it into a problem (``import_model``), with resultants
+and rigid motions beside it (``evidence``).
+
+Reading order: ``toml_table`` (typed reading of the configuration), ``input_files``,
+``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
+``load_section``, ``evidence``, ``import_model`` (the public functions),
+``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

@@ -4,18 +4,24 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.errors import ProblemError
-from shakedown.importing.sections import (
-    ContactSection,
-    friction,
+from shakedown.importing.contact_section import ContactSection, contact_section
+from shakedown.importing.evidence import LoadEvidence, load_evidence, rigid_residual
+from shakedown.importing.input_files import InputFiles, sha256
+from shakedown.importing.load_section import (
+    ImportContext,
     held_rows,
     load_section,
     static_run,
-    stiffness_section,
 )
-from shakedown.importing.toml_table import read_toml
-from shakedown.model.problem import Problem
+from shakedown.importing.model_section import model_section
+from shakedown.importing.stiffness_section import stiffness_section
+from shakedown.importing.toml_table import Table, read_toml
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.readers import Mesh, Stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,20 +34,42 @@ class Import:
         What was made.
     condensation : Condensation
         The condensed stiffness, with residual, asymmetry and rigid motions.
-    format : str
-        What the stiffness file was found to be.
+    stiffness : Stiffness
+        The matrix as it was read, with the node and direction of every row.
+    contact : ContactSection
+        Contact nodes or pairs, normals, positions.
+    mesh : Mesh or None
+        Nodes and sets of the model, where the configuration names a file of them.
     static_run : float
         Largest difference from the static run, relative to its largest reaction;
         NaN where none was given.
+    rigid_residual : float
+        Largest force that a rigid motion of the whole model in its plane meets,
+        relative to what displacements of that size can meet: near 0 for a free
+        model, NaN where the coordinates are not known.
+    loads : tuple of LoadEvidence
+        Resultants of every load case.
+    sources : dict
+        SHA-256 of the configuration and of every file that was read.
     notes : tuple of str
         What a user should know about the import.
     """
 
     problem: Problem
     condensation: Condensation
-    format: str
+    stiffness: Stiffness
+    contact: ContactSection
+    mesh: Mesh | None
     static_run: float
+    rigid_residual: float
+    loads: tuple[LoadEvidence, ...]
+    sources: dict[str, str]
     notes: tuple[str, ...]
+
+    @property
+    def format(self) -> str:
+        """What the stiffness file was found to be."""
+        return self.stiffness.format
 
 
 def import_problem(config_path: str | os.PathLike[str]) -> Problem:
@@ -70,9 +98,15 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
         friction                   a number, or one per contact node
         [steps]                    load steps m, where a time function is sampled
 
+        [model]                    coordinates, sets and normals
+        file                       a deck (Abaqus, CalculiX), Nastran bulk data (.pch, .asm), or
+                                   a list 'node x y z'
+
         [stiffness]
         file                       any format that shakedown.readers knows
-        [map]                      'node direction' lines: Matrix Market, OP4, COORDINATE
+        [map]                      rows of Matrix Market, Harwell-Boeing, COORDINATE, OUTPUT4:
+                                   'node direction' lines, Ansys' node vector or .mapping,
+                                   the deck, Nastran's EXTRN or ASET cards
         [matrix]                   which matrix of a Nastran file
         [scale]                    factor on the stiffness (a thickness, a unit)
         [allow_sparse]             true: accept a superelement that couples few nodes
@@ -80,27 +114,33 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
                                    "direction-by-direction"; the displacement
 
         [contact]
-        nodes | pairs              node labels; [body 1, body 2] for two bodies
-        normal | normals           into body 1; one for all, or one per node
+        nodes | pairs              node labels, or the name of a set; [body 1, body 2] for two
+                                   bodies, or the names of two sets that lie on each other
+        [normal] | [normals]       into body 1; one for all, or one per node; by default from
+                                   the faces of the model, or of its surface [surface]
         [axes]                     directions that span the plane, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
+        [relative]                 true: the rows of the nodes are u1 - u2 of two bodies
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
-        [x]                        positions for plots
+        [x]                        positions for plots, by default from the coordinates
 
         [supports]                 rows that are held or have prescribed displacements
-        [fixed]                    [[node, direction], …]
+        [fixed]                    [[node or set, direction], …]
 
         [[load]]                   one table per load case
-        history                    a number, a list, {constant, harmonics}, {points}, {file}
-        [reactions]                {file, [step], [scale]} or [[x, y], …]: reactions at the
-                                   contact nodes, all clamped, from a static run
-        [forces]                   {file} (Abaqus *CLOAD lines) or [[node, direction, value], …]
-        [displacements]            [[node, direction, value], …]; holds those rows
+        history                    a number, a list, {constant, harmonics}, {points},
+                                   {file, column, time, period, delimiter, decimal, scale}
+        [forces]                   [[node or set, direction, value at each], …] or {file, [scale]}:
+                                   *CLOAD lines, a substructure with [case], OUTPUT4 with
+                                   matrix, [column]
+        [displacements]            [[node or set, direction, value], …]; holds those rows
+        [reactions]                [[x, y], …] or {file, [step], [scale], [bodies]}: reactions
+                                   at the contact nodes, all clamped, from a static run
         [mean], [transient]        as in shakedown.LoadCase
         [name]
 
-        [check]                    a static run to compare with
+        [check]                    an independent static run to compare with
         displacements              [[contact node, direction, value], …], the others clamped
         reactions                  as above
 
@@ -116,30 +156,61 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     """
     if not isinstance(config_path, str | os.PathLike):
         raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
-    root, folder = read_toml(config_path), Path(config_path).parent
+    root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
-    f, sections = friction(root), {key: root.table(key) for key in ("stiffness", "contact")}
-    supports, check = root.table("supports", required=False), root.table("check", required=False)
+    f = _friction(root)
+    sections = {key: root.table(key) for key in ("stiffness", "contact")}
+    sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
     tables = root.tables("load")
     root.done()
-    contact = ContactSection.read(sections["contact"])
-    stiffness = stiffness_section(sections["stiffness"], contact, folder)
-    loads = [load_section(table, stiffness, contact, steps, folder) for table in tables]
+    stiffness_file = sections["stiffness"].content.get("file")
+    model = model_section(sections["model"], files)
+    contact = contact_section(sections["contact"], model)
+    stiffness = stiffness_section(sections["stiffness"], contact, model, files)
+    context = ImportContext(stiffness, contact, model, files, steps)
+    loads = [load_section(table, context) for table in tables]
     reduced = condensed_stiffness(
         stiffness.K,
         stiffness.dofs,
         contact.labels,
         contact.normals,
-        fixed=held_rows(supports, stiffness, loads),
+        fixed=held_rows(sections["supports"], context, loads),
         axes=contact.axes,
         free_out_of_plane=contact.free_out_of_plane,
         allow_sparse=stiffness.superelement,  # checked as a whole when it was read
     )
-    difference = static_run(check, reduced, contact, folder)
+    difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     cases = [load.case for load in loads]
     problem = reduced.problem(cases, f, x=contact.x, name=name or "", units=units or "")
-    notes = (*reduced.notes, *_tension(problem))
-    return Import(problem, reduced, stiffness.format, difference, notes)
+    return Import(
+        problem=problem,
+        condensation=reduced,
+        stiffness=stiffness,
+        contact=contact,
+        mesh=model.mesh,
+        static_run=difference,
+        rigid_residual=rigid_residual(stiffness, model.mesh, contact.axes),
+        loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
+        sources={Path(config_path).name: sha256(config_path), **files.sources},
+        notes=(*reduced.notes, *_relative(contact, model.mesh), *_tension(problem)),
+    )
+
+
+def _friction(root: Table) -> FloatArray:
+    """``friction``: one coefficient, or one per contact node."""
+    if isinstance(root.content.get("friction"), list):
+        return np.array(root.array("friction", float, (None,)), dtype=float)
+    if not root.has("friction"):
+        raise ProblemError(f"{root.where}: expected the key 'friction' (a number or a list), found none")
+    return np.array(root.number("friction"))
+
+
+def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
+    if not contact.relative:
+        return ()
+    if mesh is not None and mesh.elements:
+        return ("the contact displacements are relative, u1 - u2, as the equations of the deck say",)
+    return ("the contact displacements are relative, u1 - u2: stated, not checked (no deck in [model])",)
 
 
 def _tension(problem: Problem) -> tuple[str, ...]:

@@ -3,10 +3,13 @@
 import math
 import os
 import tomllib
-from pathlib import Path
 from typing import Any
 
 from shakedown.errors import ProblemError
+from shakedown.readers.text import quoted, read_bytes
+
+MOST_BYTES = 16 << 20  # of a configuration
+_LARGEST_LABEL = 2**62
 
 
 def read_toml(path: str | os.PathLike[str]) -> "Table":
@@ -17,15 +20,15 @@ def read_toml(path: str | os.PathLike[str]) -> "Table":
     ProblemError
         If the file is missing, unreadable or not TOML.
     """
-    name = os.fspath(path)
+    name, raw = os.fspath(path), read_bytes(path)
+    if len(raw) > MOST_BYTES:
+        raise ProblemError(f"{name}: expected a TOML file of at most {MOST_BYTES >> 20} MiB, found more")
     try:
-        return Table(tomllib.loads(Path(path).read_text(encoding="utf-8")), name)
-    except FileNotFoundError:
-        raise ProblemError(f"{name}: no such file") from None
-    except OSError as error:
-        raise ProblemError(f"{name}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ProblemError(f"{name}: expected a TOML file, found {error}") from None
+        return Table(tomllib.loads(raw.decode("utf-8")), name)
+    except RecursionError:
+        raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
+    except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
+        raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
 
 
 class Table:
@@ -65,16 +68,16 @@ class Table:
         value = self.take(key, "a number", required=False)
         if value is None:
             return default
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not _is_number(value):
             raise self._wrong(key, "a finite number", value)
         return float(value)
 
     def integer(self, key: str) -> int | None:
         """A whole number; None where it is absent."""
         value = self.take(key, "a whole number", required=False)
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
+        if value is not None and not _is_whole(value):
             raise self._wrong(key, "a whole number", value)
-        return value
+        return None if value is None else int(value)
 
     def flag(self, key: str) -> bool:
         """True or false, false where it is absent."""
@@ -90,6 +93,24 @@ class Table:
         value = self.take(key, f"{size} {what}", required=required)
         if value is not None and not _fits(value, kind, shape):
             raise self._wrong(key, f"a list of {size} {what}", value)
+        return value
+
+    def key_of_column(self, key: str) -> str | int | None:
+        """A column of a table file: its heading, or its number from 1; None where it is absent."""
+        value = self.take(key, "a heading or a number", required=False)
+        if value is None or isinstance(value, str):
+            return value
+        if not _is_whole(value) or value < 1:
+            raise self._wrong(key, "a heading, or a number from 1", value)
+        return int(value)
+
+    def entries(self, key: str, width: int) -> list[list[Any]] | None:
+        """A list of lists, each of ``width`` things; None where it is absent."""
+        value = self.take(key, f"a list of lists of {width}", required=False)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(v, list) and len(v) == width for v in value):
+            raise self._wrong(key, f"a list of lists of {width} each", value)
         return value
 
     def table(self, key: str, *, required: bool = True) -> "Table":
@@ -113,20 +134,34 @@ class Table:
     def done(self) -> None:
         """Refuse keys that were never taken."""
         if self.content:
-            unknown = ", ".join(f"'{key}'" for key in self.content)
+            unknown = ", ".join(quoted(key) for key in list(self.content)[:5])
             raise ProblemError(
                 f"{self.where}: unknown key {unknown}; expected keys are {', '.join(sorted(set(self.known)))}"
             )
 
     def _wrong(self, key: str, expected: str, value: Any) -> ProblemError:
-        shown = repr(value)
-        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {shown[:60]}")
+        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {shown(value)}")
+
+
+def shown(value: Any) -> str:
+    """A value as a message shows it, short."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST_LABEL
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return _is_whole(value)
 
 
 def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
     if not shape:
-        allowed = int if kind is int else int | float
-        return isinstance(value, allowed) and not isinstance(value, bool)
+        return _is_whole(value) if kind is int else _is_number(value)
     if not isinstance(value, list) or not value or shape[0] not in (None, len(value)):
         return False
     return all(_fits(item, kind, shape[1:]) for item in value)

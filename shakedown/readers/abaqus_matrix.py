@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.errors import ProblemError
 from shakedown.readers.stiffness import Stiffness, from_entries
-from shakedown.readers.text import integers, number, read_lines
+from shakedown.readers.text import integers, number, quoted, read_lines
 
 NodalLoads = dict[tuple[int, int], float]
 
@@ -32,7 +32,7 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
         if len(fields) != 5:
             raise ProblemError(
                 f"{where}: expected 'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT), "
-                f"found '{text[:60]}'"
+                f"found {quoted(text)}"
             )
         keys.append(integers(fields[:4], where))
         values.append(number(fields[4], where))
@@ -66,7 +66,7 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
         where = f"{os.fspath(path)}: line {k}"
         fields = text.rstrip(",").split(",")
         if len(fields) != 3:
-            raise ProblemError(f"{where}: expected 'node, dof, value', found '{text[:60]}'")
+            raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
         node, direction = integers(fields[:2], where)
         if (node, direction) in loads:
             raise ProblemError(f"{where}: expected every (node, dof) once, found ({node}, {direction}) twice")

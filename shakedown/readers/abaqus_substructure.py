@@ -1,4 +1,4 @@
-"""Abaqus ``*SUBSTRUCTURE MATRIX OUTPUT``, and what CalculiX writes under the same keyword."""
+"""Abaqus ``*SUBSTRUCTURE MATRIX OUTPUT`` with load cases, and what CalculiX writes under that keyword."""
 
 import os
 import re
@@ -9,8 +9,11 @@ from scipy import sparse
 
 from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
+from shakedown.readers.abaqus_matrix import NodalLoads
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.text import integers, numbers, read_lines
+from shakedown.readers.text import integers, number, numbers, quoted, read_lines
+
+_LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
 
 def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
@@ -22,30 +25,87 @@ def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
         If the block is incomplete, or the count of numbers is neither that of
         the lower triangle nor (UNSYM) that of the full matrix.
     """
-    name = os.fspath(path)
-    lines = read_lines(path)
-    start = _find(lines, r"\*USER ELEMENT\b", name)
-    header = lines[start].upper().replace(" ", "")
-    count = re.search(r"NODES=(\d+)", header)
-    if count is None:
-        raise ProblemError(
-            f"{name}: line {start + 1}: expected NODES=<number>, found '{lines[start].strip()}'"
-        )
-    labels = _labels(lines, start, name)
-    if len(labels) != int(count[1]):
-        raise ProblemError(
-            f"{name}: expected {count[1]} node labels in the comments after '** ELEMENT NODES', "
-            f"found {len(labels)}"
-        )
-    stop = _find(lines, r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", name, start)
+    name, lines = os.fspath(path), read_lines(path)
+    start, stop, labels = _block(lines, name)
     dofs = _dofs(lines, start, stop, labels, name)
     data = _values(lines, stop, name)
     return Stiffness(
-        _matrix(data, len(dofs), ",UNSYM" in header, name),
+        _matrix(data, len(dofs), ",UNSYM" in _header(lines, start), name),
         checked_dofs(dofs),
         "substructure matrix",
         superelement=True,
     )
+
+
+def read_substructure_load(path: str | os.PathLike[str], case: str | None = None) -> NodalLoads:
+    """Read a load case vector (``SLOAD=YES``): forces on the retained degrees of freedom.
+
+    The vectors stand in comment lines behind the matrices, one line ``position,
+    dof, value`` per entry; the position counts in the node list, as in the dof
+    lists.
+
+    Parameters
+    ----------
+    path
+        The ``.mtx`` file.
+    case
+        Name of the ``*SUBSTRUCTURE LOAD CASE``; by default the only one.
+
+    Raises
+    ------
+    ProblemError
+        If there is no such case, or a line of it is malformed.
+    """
+    name, lines = os.fspath(path), read_lines(path)
+    _, _, labels = _block(lines, name)
+    found = {
+        (match[1] or "").strip().upper(): k for k, line in enumerate(lines) if (match := _LOAD.match(line))
+    }
+    if case is None and len(found) == 1:
+        case = next(iter(found))
+    if case is None or case.strip().upper() not in found:
+        listed = ", ".join(quoted(own) for own in found) or "none (SLOAD=YES writes them)"
+        raise ProblemError(f"{name}: expected one load case (key 'case'), found {listed}")
+    loads: NodalLoads = {}
+    for k in range(found[case.strip().upper()] + 1, len(lines)):
+        text, where = lines[k].strip(), f"{name}: line {k + 1}"
+        fields = text.lstrip("*").replace(",", " ").split()
+        if not text.startswith("**") or (loads and (len(fields) < 3 or not fields[-2].isdigit())):
+            break
+        if len(fields) < 3 or not fields[-2].isdigit():
+            continue  # a heading
+        position, direction = integers(fields[-3:-1], where)
+        if not 1 <= position <= len(labels):
+            raise ProblemError(f"{where}: expected a position from 1 to {len(labels)}, found {position}")
+        key = (labels[position - 1], direction)
+        if key in loads:
+            raise ProblemError(
+                f"{where}: expected every position and dof once, found {position}, {direction} twice"
+            )
+        loads[key] = number(fields[-1], where)
+    if not loads:
+        raise ProblemError(f"{name}: expected entries of the load case {quoted(case)}, found none")
+    return loads
+
+
+def _header(lines: list[str], start: int) -> str:
+    return lines[start].upper().replace(" ", "")
+
+
+def _block(lines: list[str], name: str) -> tuple[int, int, list[int]]:
+    """Where the element and its stiffness begin, and the labels of its nodes."""
+    start = _find(lines, r"\*USER ELEMENT\b", name)
+    count = re.search(r"NODES=(\d+)", _header(lines, start))
+    if count is None:
+        raise ProblemError(f"{name}: line {start + 1}: expected NODES=<number>, found {quoted(lines[start])}")
+    labels = _labels(lines, start, name)
+    if str(len(labels)) != count[1].lstrip("0"):
+        raise ProblemError(
+            f"{name}: expected {quoted(count[1])[1:-1]} node labels in the comments after '** "
+            "ELEMENT NODES', "
+            f"found {len(labels)}"
+        )
+    return start, _find(lines, r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", name, start), labels
 
 
 def _find(lines: list[str], pattern: str, name: str, start: int = 0) -> int:
@@ -82,7 +142,7 @@ def _dofs(lines: list[str], start: int, stop: int, labels: list[int], name: str)
             position, fields = fields[0], fields[1:]
         if not 1 <= position <= len(labels) or not fields:
             raise ProblemError(
-                f"{where}: expected 'position, dof, …' with position 1 to {len(labels)}, found '{text}'"
+                f"{where}: expected 'position, dof, …' with position 1 to {len(labels)}, found {quoted(text)}"
             )
         lists[position - 1 :] = [fields] * (len(labels) - position + 1)
         seen = True

@@ -13,7 +13,7 @@ from shakedown.condensation.stiffness_checks import asymmetry
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.text import integers, number, read_lines
+from shakedown.readers.text import integers, number, quoted, read_lines
 from shakedown.tolerances import DEFAULT
 
 HEADING = re.compile(r"^\s*forces \(fx,fy,fz\) for set (\S+) and time\s+(\S+)", re.IGNORECASE)
@@ -93,7 +93,7 @@ def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
             reading = False
             continue
         if len(fields) != 4:
-            raise ProblemError(f"{where}: expected 'node fx fy fz', found '{line.strip()[:60]}'")
+            raise ProblemError(f"{where}: expected 'node fx fy fz', found {quoted(line)}")
         tables[-1][2].append([*integers(fields[:1], where), *(number(field, where) for field in fields[1:])])
     if not any(rows for _, _, rows in tables):
         raise ProblemError(f"{name}: expected reactions (*NODE PRINT, RF), found no table of forces")
@@ -110,6 +110,13 @@ def _table(node_set: str, time: float, rows: list[list[float]], name: str) -> Re
     if not rows:
         raise ProblemError(f"{name}: expected reactions at time {time:g}, found an empty table")
     data = np.array(rows)
+    nodes, count = np.unique(data[:, 0], return_counts=True)
+    if count.max() > 1:
+        raise ProblemError(
+            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} "
+            "twice at time "
+            f"{time:g}"
+        )
     return Reactions((node_set,), time, data[:, 0].astype(np.intp), data[:, 1:])
 
 

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.errors import ProblemError
-from shakedown.readers.dof_map import read_dof_map
-from shakedown.readers.stiffness import Stiffness, completed, with_map
-from shakedown.readers.text import integers, number, read_lines
+from shakedown.readers.row_map import Rows, read_row_map, row_map
+from shakedown.readers.stiffness import Stiffness, checked, completed
+from shakedown.readers.text import integers, number, quoted, read_lines
 
 
-def read_calculix_storage(path: str | os.PathLike[str], dofs: NDArray[np.intp] | None = None) -> Stiffness:
-    """Read ``i j value`` lines (one triangle, numbered from 1), with the map beside them.
+def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
+    """Read ``i j value`` lines (one triangle or both, numbered from 1), with the map beside them.
 
     Abaqus' ``FORMAT=COORDINATE`` has the same layout and no map of its own.
 
@@ -22,8 +22,9 @@ def read_calculix_storage(path: str | os.PathLike[str], dofs: NDArray[np.intp] |
     ----------
     path
         The ``.sti`` file.
-    dofs : (N, 2), optional
-        The map; by default that of the ``.dof`` file of the same name.
+    rows
+        The map; by default the ``.dof`` file of the same name. For Abaqus, the
+        ``.inp`` serves: the rows follow its nodes.
 
     Raises
     ------
@@ -32,8 +33,7 @@ def read_calculix_storage(path: str | os.PathLike[str], dofs: NDArray[np.intp] |
     """
     name = os.fspath(path)
     beside = Path(path).with_suffix(".dof")
-    if dofs is None and beside.exists():
-        dofs = read_dof_map(beside)
+    rows = beside if rows is None and beside.exists() else rows
     indices, values = [], []
     for k, line in enumerate(read_lines(path), start=1):
         fields = line.split()
@@ -42,21 +42,24 @@ def read_calculix_storage(path: str | os.PathLike[str], dofs: NDArray[np.intp] |
         where = f"{name}: line {k}"
         if len(fields) != 3:
             raise ProblemError(
-                f"{where}: expected 'row column value', found '{line.strip()[:60]}' (of Abaqus' formats, "
+                f"{where}: expected 'row column value', found {quoted(line)} (of Abaqus' formats, "
                 "write *MATRIX OUTPUT, FORMAT=MATRIX INPUT)"
             )
         indices.append(integers(fields[:2], where))
         values.append(number(fields[2], where))
-    if dofs is None:
-        raise ProblemError(
-            f"{name}: expected a map file (one line 'node direction' per row, in matrix order; CalculiX "
-            f"writes it as {beside.name}), found none"
-        )
     table = np.array(indices, dtype=np.intp) - 1
+    dofs = _rows(rows, int(table.max()) + 1, name)
     N = len(dofs)
     if table.min() < 0 or table.max() >= N:
         raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
     half = sparse.coo_array((np.array(values), (table[:, 0], table[:, 1])), shape=(N, N))
     if len(np.unique(table[:, 0] * N + table[:, 1])) < len(table):
         raise ProblemError(f"{name}: expected every entry once, found one twice")
-    return with_map(completed(half), dofs, name, "row column value")
+    return checked(completed(half), dofs, "row column value")
+
+
+def _rows(rows: Rows, most: int, name: str) -> NDArray[np.intp]:
+    """The map; one that names its rows may be longer than the largest row that has an entry."""
+    if rows is None or isinstance(rows, np.ndarray):
+        return row_map(rows, most, name, "row column value") if rows is None else rows
+    return read_row_map(rows, most)

@@ -4,17 +4,17 @@ import os
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.errors import ProblemError
-from shakedown.readers.stiffness import Stiffness, with_map
-from shakedown.readers.text import integers, number, numbers, read_lines
+from shakedown.readers.row_map import Rows, row_map
+from shakedown.readers.stiffness import Stiffness, checked
+from shakedown.readers.text import integers, number, numbers, quoted, read_lines
 
 _Line = tuple[str, list[str]]
 
 
-def read_matrix_market(path: str | os.PathLike[str], dofs: NDArray[np.intp] | None = None) -> Stiffness:
+def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
     """Read a real Matrix Market matrix; a symmetric one is mirrored.
 
     The reader is the project's own because SciPy's crashes on damaged files.
@@ -23,8 +23,8 @@ def read_matrix_market(path: str | os.PathLike[str], dofs: NDArray[np.intp] | No
     ----------
     path
         The file.
-    dofs : (N, 2)
-        The map, which the format does not hold.
+    rows
+        The map, which the format does not hold; see :func:`shakedown.readers.row_map.row_map`.
 
     Raises
     ------
@@ -43,16 +43,17 @@ def read_matrix_market(path: str | os.PathLike[str], dofs: NDArray[np.intp] | No
     ):
         raise ProblemError(
             f"{name}: line 1: expected 'matrix coordinate|array real general|symmetric', "
-            f"found '{lines[0].strip()[:80]}'"
+            f"found {quoted(lines[0])}"
         )
     body = _body(lines, name)
     where, size = next(body, (name, []))
     shape = integers(size, where)
     coordinate, symmetric = banner[2] == "coordinate", banner[4] == "symmetric"
     if len(shape) != (3 if coordinate else 2) or min(shape) < 1 or shape[0] != shape[1]:
-        raise ProblemError(f"{where}: expected the size of a square matrix, found '{' '.join(size)}'")
+        raise ProblemError(f"{where}: expected the size of a square matrix, found {quoted(' '.join(size))}")
     read = _coordinate if coordinate else _array
-    return with_map(read(body, shape, symmetric, name), dofs, name, "Matrix Market")
+    dofs = row_map(rows, shape[0], name, "Matrix Market")
+    return checked(read(body, shape, symmetric, name), dofs, "Matrix Market")
 
 
 def _body(lines: list[str], name: str) -> Iterator[_Line]:
@@ -65,7 +66,7 @@ def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: 
     keys, values = [], []
     for where, fields in body:
         if len(fields) != 3:
-            raise ProblemError(f"{where}: expected 'row column value', found '{' '.join(fields)[:60]}'")
+            raise ProblemError(f"{where}: expected 'row column value', found {quoted(' '.join(fields))}")
         row, column = integers(fields[:2], where)
         if not (1 <= row <= shape[0] and 1 <= column <= shape[1]):
             raise ProblemError(f"{where}: expected row and column 1 to {shape[0]}, found {row}, {column}")

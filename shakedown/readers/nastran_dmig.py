@@ -1,15 +1,18 @@
-"""Nastran DMIG punch files: small, large and free field."""
+"""Nastran DMIG punch files: small, large and free field.
+
+The reader is the project's own: pyYeti's takes the last of two entries for one
+place, reads a missing value as zero, and holds the matrix dense.
+"""
 
 import os
-from collections.abc import Iterator
 
 import numpy as np
 
 from shakedown.errors import ProblemError
+from shakedown.readers.nastran_bulk import cards
 from shakedown.readers.stiffness import Stiffness, from_entries
 from shakedown.readers.text import integers, number, read_lines
 
-_Card = tuple[int, list[str]]
 _SYMMETRIC, _SQUARE = 6, 1
 _REAL = (1, 2)
 
@@ -31,9 +34,9 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
         If there is no such matrix, it is complex or rectangular, or a card is malformed.
     """
     name = os.fspath(path)
-    cards = list(_cards(read_lines(path)))
-    chosen = _chosen({fields[0] for _, fields in cards}, matrix, name)
-    own = [(k, fields) for k, fields in cards if fields[0] == chosen]
+    found = [(k, fields) for k, card, fields in cards(read_lines(path)) if card == "DMIG"]
+    chosen = _chosen({fields[0] for _, fields in found}, matrix, name)
+    own = [(k, fields) for k, fields in found if fields[0] == chosen]
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
     if len(header) != 1:
         raise ProblemError(f"{name}: expected one DMIG header card for {chosen}, found {len(header)}")
@@ -78,36 +81,3 @@ def _chosen(found: set[str], matrix: str | None, name: str) -> str:
             f"{name}: expected one matrix, found {', '.join(sorted(found)) or 'none'}; name the one to take"
         )
     return candidates[0]
-
-
-def _cards(lines: list[str]) -> Iterator[_Card]:
-    """Line number and data fields (name, GJ, CJ, blank, then G, C, A, B groups) of every DMIG card."""
-    card: _Card | None = None
-    for k, line in enumerate(lines, start=1):
-        text = line.split("$")[0].rstrip()
-        if not text:
-            continue
-        first, fields = _fields(text)
-        if first.rstrip("*").upper() == "DMIG":
-            if card is not None:
-                yield card
-            card = k, fields
-        elif card is not None and first[:1] in ("", "*", "+"):  # a continuation, named or not
-            card[1].extend(fields)
-        elif card is not None:  # another bulk data card
-            yield card
-            card = None
-    if card is not None:
-        yield card
-
-
-def _fields(text: str) -> tuple[str, list[str]]:
-    """First field and data fields of one line, sliced by columns unless it has commas."""
-    if "," in text:
-        first, *rest = [field.strip() for field in text.split(",")]
-        width = 4 if "*" in first else 8
-        return first, [*rest, *[""] * (width - len(rest))][:width]
-    first = text[:8].strip()
-    width, count = (16, 4) if "*" in first else (8, 8)
-    padded = text.ljust(8 + width * count)
-    return first, [padded[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]

@@ -4,24 +4,26 @@ import os
 import re
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from shakedown.errors import ProblemError
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix
 from shakedown.readers.abaqus_substructure import read_abaqus_substructure
 from shakedown.readers.calculix_reactions import HEADING
 from shakedown.readers.calculix_storage import read_calculix_storage
-from shakedown.readers.dof_map import read_dof_map
+from shakedown.readers.deck import is_deck
+from shakedown.readers.harwell_boeing import is_harwell_boeing, read_harwell_boeing
 from shakedown.readers.matrix_market import read_matrix_market
+from shakedown.readers.nastran_bulk import is_bulk_data
 from shakedown.readers.nastran_dmig import read_nastran_dmig
-from shakedown.readers.nastran_op4 import HEADER, read_nastran_op4
+from shakedown.readers.nastran_op4 import is_op4, read_nastran_op4
+from shakedown.readers.reactions_table import is_reactions_table
+from shakedown.readers.row_map import Rows
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.text import read_lines
+from shakedown.readers.text import open_regular, quoted, read_lines
 
 _REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"
 _LABELLED = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{_REAL}\s*,?\s*$")
 _NUMBERED = re.compile(rf"^\s*\d+\s+\d+\s+{_REAL}\s*$")
+_MAPPED = ("matrix-market", "op4", "numbered", "harwell-boeing")  # formats without labels of their own
 
 
 def stiffness_format(path: str | os.PathLike[str]) -> str:
@@ -30,9 +32,9 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     Returns
     -------
     str
-        One of ``"matrix-market"``, ``"substructure"``, ``"abaqus-matrix"``,
-        ``"numbered"`` (CalculiX ``.sti``, Abaqus ``COORDINATE``), ``"dmig"``,
-        ``"op4"`` and ``"reactions"``.
+        One of ``"matrix-market"``, ``"harwell-boeing"``, ``"substructure"``,
+        ``"abaqus-matrix"``, ``"numbered"`` (CalculiX ``.sti``, Abaqus
+        ``COORDINATE``), ``"dmig"``, ``"op4"`` and ``"reactions"``.
 
     Raises
     ------
@@ -47,33 +49,53 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     >>> stiffness_format(path)
     'abaqus-matrix'
     """
+    if is_op4(_beginning(path)):
+        return "op4"
     lines = [line for line in read_lines(path) if line.strip()]
     if lines[0].lower().startswith("%%matrixmarket"):
         return "matrix-market"
-    if HEADER.match(lines[0]):
-        return "op4"
-    for line in lines:
+    if is_harwell_boeing(lines):
+        return "harwell-boeing"
+    if is_reactions_table(lines):
+        return "reactions"
+    for line in [] if is_deck(lines) else lines:
         if re.match(r"\s*\*USER ELEMENT\b", line, re.IGNORECASE):
             return "substructure"
         if re.match(r"DMIG\b", line, re.IGNORECASE):
             return "dmig"
         if HEADING.match(line):
             return "reactions"
-        if not line.lstrip().startswith(("*", "$")):
-            if _LABELLED.match(line):
-                return "abaqus-matrix"
-            if _NUMBERED.match(line):
-                return "numbered"
+        if line.lstrip().startswith(("*", "$")):
+            continue
+        if _LABELLED.match(line):
+            return "abaqus-matrix"
+        if _NUMBERED.match(line) and not is_bulk_data(lines[:1000]):
+            return "numbered"
+    what = quoted(lines[0])
+    if is_bulk_data(lines):
+        what = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
+    elif is_deck(lines):
+        what = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
     raise ProblemError(
-        f"{os.fspath(path)}: expected a stiffness matrix (Abaqus MATRIX INPUT or substructure, CalculiX .sti "
-        f"or reactions, Matrix Market, Nastran DMIG or OP4), found '{lines[0].strip()[:60]}'"
+        f"{os.fspath(path)}: expected a stiffness matrix (Abaqus MATRIX INPUT, COORDINATE or substructure, "
+        "CalculiX .sti, reactions, Matrix Market, Harwell-Boeing, Nastran DMIG or OUTPUT4), "
+        f"found {what}"
     )
+
+
+def _beginning(path: str | os.PathLike[str]) -> bytes:
+    open_regular(path)
+    try:
+        with open(path, "rb") as file:
+            return file.read(256)
+    except OSError as error:
+        raise ProblemError(f"{os.fspath(path)}: cannot be read ({error.strerror})") from None
 
 
 def read_stiffness(
     path: str | os.PathLike[str],
     *,
-    dof_map: str | os.PathLike[str] | None = None,
+    dof_map: Rows = None,
     matrix: str | None = None,
 ) -> Stiffness:
     """Read a stiffness matrix from a file of any format that carries one.
@@ -83,7 +105,8 @@ def read_stiffness(
     path
         The file.
     dof_map
-        Map file (lines ``node direction``) for the formats that hold none.
+        The map, for the formats that hold none: a file of any kind that
+        :func:`shakedown.readers.row_map.row_map` lists, or its content.
     matrix
         Which matrix of a Nastran file.
 
@@ -102,26 +125,25 @@ def read_stiffness(
            [1., 3.]])
     """
     found = stiffness_format(path)
-    if dof_map is not None and found not in ("matrix-market", "op4", "numbered"):
+    if dof_map is not None and found not in _MAPPED:
         raise ProblemError(
             f"{os.fspath(path)}: expected no map file, because a {found} file has its own labels"
         )
-    dofs = None if dof_map is None else read_dof_map(dof_map)
     if matrix is not None and found not in ("dmig", "op4"):
         raise ProblemError(
             f"{os.fspath(path)}: expected no matrix name, because a {found} file holds one matrix"
         )
-    return _read(found, path, dofs, matrix)
+    return _read(found, path, dof_map, matrix)
 
 
-def _read(
-    found: str, path: str | os.PathLike[str], dofs: NDArray[np.intp] | None, matrix: str | None
-) -> Stiffness:
+def _read(found: str, path: str | os.PathLike[str], rows: Rows, matrix: str | None) -> Stiffness:
     match found:
         case "matrix-market":
-            return read_matrix_market(path, dofs)
+            return read_matrix_market(path, rows)
+        case "harwell-boeing":
+            return read_harwell_boeing(path, rows)
         case "op4":
-            return read_nastran_op4(path, dofs, matrix)
+            return read_nastran_op4(path, rows, matrix)
         case "dmig":
             return read_nastran_dmig(path, matrix)
         case "substructure":
@@ -129,7 +151,7 @@ def _read(
         case "abaqus-matrix":
             return read_abaqus_matrix(path)
         case "numbered":
-            return read_calculix_storage(path, dofs)
+            return read_calculix_storage(path, rows)
     raise ProblemError(
         f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
         f"contact nodes that were moved (import {Path(path).name} with a configuration)"

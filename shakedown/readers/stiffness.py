@@ -1,6 +1,7 @@
 """A stiffness matrix with the node and direction of each of its rows."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +42,40 @@ class Stiffness:
                 raise ProblemError(f"expected a row for direction {direction} of node {node}, found none")
             found.append(index[node, direction])
         return np.array(found, dtype=np.intp)
+
+    def in_basic_directions(self, frames: Mapping[int, FloatArray]) -> "Stiffness":
+        """The stiffness with all displacements in the directions x, y, z of the model.
+
+        Parameters
+        ----------
+        frames
+            For nodes whose rows belong to directions of their own, the (3, 3)
+            matrix R with u_own = R u; rotations turn alike.
+
+        Raises
+        ------
+        ProblemError
+            If such a node lacks a row, so that it cannot be turned.
+        """
+        turned = [int(node) for node in dict.fromkeys(self.dofs[:, 0].tolist()) if node in frames]
+        if not turned:
+            return self
+        T = sparse.eye_array(len(self.dofs), format="lil")
+        for node in turned:
+            own = {int(d): k for k, (label, d) in enumerate(self.dofs) if label == node}
+            for first in (1, 4):
+                rows = [own[d] for d in range(first, first + 3) if d in own]
+                if len(rows) in (1, 2):
+                    raise ProblemError(
+                        f"expected all rows of node {node}, whose directions are not those of the "
+                        "model, found "
+                        f"{len(rows)} of 3 from direction {first} on"
+                    )
+                for i, row in enumerate(rows):
+                    for j, column in enumerate(rows):
+                        T[row, column] = frames[node][i, j]
+        T = T.tocsr()
+        return replace(self, K=(T.T @ self.K @ T).tocsr())
 
 
 def from_entries(
@@ -99,23 +134,6 @@ def completed(half: sparse.coo_array) -> sparse.csr_array:
     return (half + mirror).tocsr()
 
 
-def with_map(matrix: sparse.sparray, dofs: NDArray[np.intp] | None, where: str, format: str) -> Stiffness:
-    """A matrix without labels together with its map file.
-
-    Raises
-    ------
-    ProblemError
-        If there is no map, or it is of another length.
-    """
-    if matrix.shape[0] != matrix.shape[1]:
-        raise ProblemError(f"{where}: expected a square matrix, found shape {matrix.shape}")
-    if dofs is None:
-        raise ProblemError(
-            f"{where}: expected a map file (one line 'node direction' per row, in matrix order) beside a "
-            f"{format} file, which has none of its own; found none"
-        )
-    if len(dofs) != matrix.shape[0]:
-        raise ProblemError(
-            f"{where}: expected a map of {matrix.shape[0]} lines, one per row, found {len(dofs)}"
-        )
+def checked(matrix: sparse.sparray, dofs: NDArray[np.intp], format: str) -> Stiffness:
+    """A matrix together with its map of as many rows, in which no row occurs twice."""
     return Stiffness(sparse.csr_array(matrix, dtype=float), checked_dofs(dofs), format)

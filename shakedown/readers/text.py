@@ -1,11 +1,69 @@
-"""Text files, read whole, with errors that say where."""
+"""Input files as bytes and lines, and the numbers in them, with errors that say where."""
 
+import math
 import os
 import re
+import stat
 from collections.abc import Iterable
 from pathlib import Path
 
 from shakedown.errors import ProblemError
+
+MOST_BYTES = 4 << 30  # of one input file
+_FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
+_PLAIN = frozenset("0123456789+-.eE")
+_SHOWN = 60  # characters of a file that a message quotes
+
+
+def quoted(text: str) -> str:
+    """The beginning of a text as a message shows it: one line, no control characters.
+
+    Examples
+    --------
+    >>> quoted("a\\tb"), len(quoted("x" * 100))
+    ("'a\\\\tb'", 63)
+    """
+    shown = text.strip()[:_SHOWN]
+    printable = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
+    return f"'{printable[:_SHOWN]}{'…' if len(text.strip()) > _SHOWN else ''}'"
+
+
+def open_regular(path: str | os.PathLike[str]) -> int:
+    """Size in bytes of a file that can be read from its beginning to its end.
+
+    Raises
+    ------
+    ProblemError
+        If there is none, it is not a regular file (a folder, a pipe, a device),
+        or it is larger than 4 GiB.
+    """
+    name = os.fspath(path)
+    try:
+        found = os.stat(name)
+    except FileNotFoundError:
+        raise ProblemError(f"{name}: no such file") from None
+    except (OSError, ValueError) as error:  # ValueError: NUL in the name
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise ProblemError(f"{quoted(name)[1:-1]}: cannot be read ({reason})") from None
+    if not stat.S_ISREG(found.st_mode):
+        raise ProblemError(f"{name}: cannot be read (expected a regular file, found {_kind(found.st_mode)})")
+    if found.st_size > MOST_BYTES:
+        raise ProblemError(f"{name}: expected at most {MOST_BYTES >> 30} GiB, found {found.st_size} bytes")
+    return found.st_size
+
+
+def _kind(mode: int) -> str:
+    kinds = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket"}
+    return kinds.get(stat.S_IFMT(mode), "a device")
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """The content of a regular file; see :func:`open_regular`."""
+    open_regular(path)
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise ProblemError(f"{os.fspath(path)}: cannot be read ({error.strerror})") from None
 
 
 def read_lines(path: str | os.PathLike[str]) -> list[str]:
@@ -14,23 +72,20 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
     Raises
     ------
     ProblemError
-        If the file is missing, unreadable, empty or binary.
+        If the file is missing, not a regular file, unreadable, empty or binary.
     """
     name = os.fspath(path)
-    try:
-        raw = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise ProblemError(f"{name}: no such file") from None
-    except OSError as error:
-        raise ProblemError(f"{name}: cannot be read ({error.strerror})") from None
+    raw = read_bytes(path)
     if b"\0" in raw[:65536]:
         raise ProblemError(
-            f"{name}: expected a text file, found a binary one (write the matrix as text: Abaqus *MATRIX "
-            "OUTPUT, FORMAT=MATRIX INPUT; Nastran OP4 formatted; Ansys *EXPORT with MMF)"
+            f"{name}: expected a text file, found a binary one (of the binary formats, Nastran "
+            "OUTPUT4 can be "
+            "read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF)"
         )
-    if not raw.strip():
-        raise ProblemError(f"{name}: expected a stiffness matrix or reactions, found an empty file")
-    return raw.decode("utf-8", errors="replace").splitlines()
+    text = raw.decode("utf-8-sig", errors="replace")
+    if not text.strip():
+        raise ProblemError(f"{name}: expected a text with numbers, found an empty file")
+    return text.splitlines()
 
 
 def numbers(fields: Iterable[str], where: str) -> list[float]:
@@ -39,7 +94,7 @@ def numbers(fields: Iterable[str], where: str) -> list[float]:
     Raises
     ------
     ProblemError
-        If a field is not a number.
+        If a field is not a finite number.
 
     Examples
     --------
@@ -51,18 +106,19 @@ def numbers(fields: Iterable[str], where: str) -> list[float]:
 
 def number(field: str, where: str) -> float:
     """One real number; see :func:`numbers`."""
-    text = field.strip().upper().replace("D", "E")
+    text = field.strip()
     try:
-        return float(text)
+        value = float(text) if _PLAIN.issuperset(text) else None
     except ValueError:
-        pass
-    for k in range(1, len(text)):
-        if text[k] in "+-" and text[k - 1] not in "E+-":
-            try:
-                return float(f"{text[:k]}E{text[k:]}")
-            except ValueError:
-                break
-    raise ProblemError(f"{where}: expected a number, found '{field.strip()}'")
+        value = None
+    if value is None:
+        match = _FORTRAN.match(text)
+        if match is None:
+            raise ProblemError(f"{where}: expected a number, found {quoted(field)}")
+        value = float(f"{match[1]}E{match[2] or match[3]}")
+    if not math.isfinite(value):
+        raise ProblemError(f"{where}: expected a finite number, found {quoted(field)}")
+    return value
 
 
 def integers(fields: Iterable[str], where: str) -> list[int]:
@@ -82,6 +138,6 @@ def integers(fields: Iterable[str], where: str) -> list[int]:
     for field in fields:
         text = field.strip()
         if not re.fullmatch(r"[-+]?[0-9]{1,18}", text):
-            raise ProblemError(f"{where}: expected a whole number, found '{text[:60]}'")
+            raise ProblemError(f"{where}: expected a whole number, found {quoted(text)}")
         found.append(int(text))
     return found

@@ -14,6 +14,7 @@ from scipy import sparse
 import shakedown
 from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
+from shakedown.importing.input_files import InputFiles
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
 
@@ -32,7 +33,7 @@ def test_the_calculix_reference_comes_back_to_round_off():
 def test_the_reference_carries_its_evidence():
     made = import_model(BLOCK / "import.toml")
     assert made.format == "reactions to unit displacements"
-    assert made.static_run < 1e-15
+    assert 1e-9 < made.static_run < 2e-6  # another run, printed with seven digits
     assert made.condensation.zero_modes == 0
     assert made.notes == ()
 
@@ -247,9 +248,15 @@ def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, messa
         ("nodes = [1, 2, 3, 4, 5, 6, 7, 8, 9]", "nodes = [1, 2, 3, 4, 5, 6, 7, 8]", "expected 16 steps"),
         ("nodes = [1, 2, 3, 4, 5, 6, 7, 8, 9]", "nodes = [1, 2, 3, 4, 5, 6, 7, 8, 10]", "contact node 10"),
         ("step = 2 }", "step = 3 }", "key 'step': expected 1 to 2, found 3"),
-        ("step = 10 }", "step = 11 }", "expected the reactions of the condensed stiffness"),
-        ("step = 10 }", "step = 10, scale = -1.0 }", r"factor -1 \(wrong sign\)"),
-        ("[[5, 2, 1.0]]", "[[50, 2, 1.0]]", "found node 50, direction 2"),
+        ("[5, 2, ", "[4, 2, ", r"expected every \(node, direction\) once, found \(4, 2\) twice"),
+        ("[5, 2, 0.4375]", "[5, 2, 0.3]", "expected the reactions of the condensed stiffness"),
+        (
+            '"check.dat"',
+            '"stiffness.dat"',
+            "a run of its own, found the file that the stiffness was made from",
+        ),
+        ('"check.dat" }', '"check.dat", scale = -1.0 }', r"factor -1 \(wrong sign\)"),
+        ("[5, 2, 0", "[50, 2, 0", "found node 50, direction 2"),
         ("friction", "forces = 3\nfriction", "unknown key 'forces'"),
         ('file = "stiffness.dat"', 'file = "mesh.inc"', "expected a stiffness matrix"),
     ],
@@ -302,7 +309,7 @@ history = 1
 
 def history_of(value, folder=Path(), steps=4):
     table = Table({"history": value}, "load 1")
-    return time_function(table, steps, folder)
+    return time_function(table, steps, InputFiles(folder))
 
 
 def test_time_functions(tmp_path):
@@ -322,5 +329,5 @@ def test_time_functions(tmp_path):
     ):
         with pytest.raises(ProblemError, match=message):
             history_of(wrong)
-    with pytest.raises(ProblemError, match="at least 3 columns"):
+    with pytest.raises(ProblemError, match="expected a column from 1 to 2, found 3"):
         history_of({"file": "h.txt", "column": 3}, tmp_path)

@@ -1,0 +1,217 @@
+"""``[contact]``: nodes or pairs, normals into the first body, axes of the plane, positions."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from shakedown.errors import ProblemError
+from shakedown.importing.model_section import Model
+from shakedown.importing.toml_table import Table, shown
+from shakedown.model.problem import FloatArray
+from shakedown.readers import Mesh
+
+_NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSection:
+    """Where the contact is.
+
+    Attributes
+    ----------
+    labels : (n,) or (n, 2)
+        Contact nodes, or pairs (node of the first body, node of the second).
+    normals : (n, 2)
+        Into the first body.
+    axes
+        The two directions that span the plane.
+    free_out_of_plane : bool
+        Whether a third direction moves without friction.
+    tied : (n,) or None
+        The node tied to each contact node, for reactions.
+    relative : bool
+        Whether the rows of the contact nodes are displacements u₁ − u₂ of two bodies.
+    x : (n,) or None
+        Positions along the contact [length].
+    coordinates : (n, 3) or None
+        Where the nodes of the first body are [length].
+    """
+
+    labels: NDArray[np.intp]
+    normals: FloatArray
+    axes: tuple[int, int]
+    free_out_of_plane: bool
+    tied: NDArray[np.intp] | None
+    relative: bool
+    x: FloatArray | None
+    coordinates: FloatArray | None
+
+    @property
+    def first(self) -> NDArray[np.intp]:
+        """Contact nodes of the first body, (n,)."""
+        return self.labels if self.labels.ndim == 1 else self.labels[:, 0]
+
+    @property
+    def moved(self) -> NDArray[np.intp]:
+        """Nodes that unit displacements move: those of the first body, then those of the second."""
+        return self.labels.T.ravel()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each contact node is called: its label, or the labels of its pair."""
+        return tuple("-".join(map(str, np.atleast_1d(row).tolist())) for row in self.labels)
+
+
+def contact_section(table: Table, model: Model) -> ContactSection:
+    """Take the section from its table.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed, a set is unknown, nodes of two sets do not match, or
+        the normals are neither given nor to be had from the model.
+    """
+    axes = table.array("axes", int, (2,), required=False) or [1, 2]
+    if sorted({1, 2, 3} & set(axes)) != sorted(axes):
+        raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
+    labels, from_sets = _labels(table, model)
+    contact = ContactSection(
+        labels,
+        _normals(table, model, labels if labels.ndim == 1 else labels[:, 0], (axes[0], axes[1])),
+        (axes[0], axes[1]),
+        table.flag("free_out_of_plane"),
+        _integers(table, "tied"),
+        table.flag("relative"),
+        _positions(table),
+        None if model.mesh is None else model.mesh.at(labels if labels.ndim == 1 else labels[:, 0]),
+    )
+    table.done()
+    if contact.relative:
+        _check_relative(contact, model, table.where)
+    if model.mesh is not None:
+        rotated = [label for label in contact.labels.ravel().tolist() if label in model.mesh.rotated]
+        if rotated:
+            raise ProblemError(
+                f"{table.where}: expected contact nodes with directions x, y, z, found node "
+                f"{rotated[0]} in a "
+                "*TRANSFORM"
+            )
+    return _placed(contact, sort=from_sets)
+
+
+def _integers(table: Table, key: str) -> NDArray[np.intp] | None:
+    values = table.array(key, int, (None,), required=False)
+    return None if values is None else np.array(values, dtype=np.intp)
+
+
+def _positions(table: Table) -> FloatArray | None:
+    values = table.array("x", float, (None,), required=False)
+    return None if values is None else np.array(values, dtype=float)
+
+
+def _labels(table: Table, model: Model) -> tuple[NDArray[np.intp], bool]:
+    """Contact nodes or pairs, and whether sets named them."""
+    if table.has("nodes") == table.has("pairs"):
+        raise ProblemError(f"{table.where}: expected one of 'nodes' and 'pairs', found both or none")
+    if table.has("nodes"):
+        if isinstance(table.content["nodes"], str):
+            return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
+        return np.array(table.array("nodes", int, (None,)), dtype=np.intp), False
+    value = table.content["pairs"]
+    if isinstance(value, list) and len(value) == 2 and all(isinstance(name, str) for name in value):
+        table.take("pairs", "two sets", required=True)
+        where = f"{table.where}: key 'pairs'"
+        first, second = (model.nodes(name, where) for name in value)
+        assert model.mesh is not None  # or the sets were not found
+        return _matched(model.mesh, first, second, where), True
+    return np.array(table.array("pairs", int, (None, 2)), dtype=np.intp), False
+
+
+def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
+    """Pairs of the nodes of two sets that lie on each other."""
+    if len(first) != len(second):
+        raise ProblemError(
+            f"{where}: expected sets of equally many nodes, found {len(first)} and {len(second)}"
+        )
+    one, two = mesh.at(first), mesh.at(second)
+    distance, partner = cKDTree(two).query(one)
+    spacing = min(float(cKDTree(one).query(one, k=2)[0][:, 1].min()) if len(one) > 1 else np.inf, np.inf)
+    far = np.flatnonzero(distance > _NEAR * spacing)
+    if far.size or len(set(partner.tolist())) < len(first):
+        k = int(far[0]) if far.size else 0
+        raise ProblemError(
+            f"{where}: expected nodes that lie on each other (nearer than {_NEAR:g} of the spacing "
+            f"{spacing:.3g}), "
+            f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
+        )
+    return np.column_stack([first, second[partner]])
+
+
+def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[int, int]) -> FloatArray:
+    """Normals as given, or from the faces of the model."""
+    normal = table.array("normal", float, (2,), required=False)
+    normals = table.array("normals", float, (None, 2), required=False)
+    surface = table.text("surface", required=False)
+    given = [value for value in (normal, normals, surface) if value is not None]
+    if len(given) > 1:
+        raise ProblemError(
+            f"{table.where}: expected one of 'normal' and 'normals' (or 'surface'), found both"
+        )
+    if normal is not None or normals is not None:
+        values = np.array(normal if normals is None else normals, dtype=float)
+        if values.ndim == 2 and len(values) != len(first):
+            raise ProblemError(
+                f"{table.where}: key 'normals': expected one for each of {len(first)} nodes, found "
+                f"{len(values)}"
+            )
+        return np.broadcast_to(values, (len(first), 2)).copy()
+    if model.mesh is None or not model.mesh.elements:
+        raise ProblemError(
+            f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that "
+            "has elements, "
+            "found none"
+        )
+    try:
+        return model.mesh.normals(first, axes, surface)
+    except ProblemError as error:
+        raise ProblemError(f"{table.where}: {error}") from None
+
+
+def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
+    """That the deck makes the rows of the contact nodes displacements of one body relative to another."""
+    if contact.labels.ndim != 1:
+        raise ProblemError(f"{where}: key 'relative': expected 'nodes' (u1 - u2), found 'pairs'")
+    if model.mesh is None or not model.mesh.elements:
+        return
+    for label in contact.labels.tolist():
+        for axis in contact.axes:
+            if (label, axis) not in model.mesh.relative:
+                raise ProblemError(
+                    f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction "
+                    f"{axis} of node "
+                    f"{label}, found none in the deck"
+                )
+
+
+def _placed(contact: ContactSection, *, sort: bool) -> ContactSection:
+    """The nodes in order along the contact, where sets named them, with their positions."""
+    if contact.coordinates is None:
+        return contact
+    plane = contact.coordinates[:, [contact.axes[0] - 1, contact.axes[1] - 1]]
+    unit = contact.normals / np.maximum(np.hypot(*contact.normals.T), np.finfo(float).tiny)[:, None]
+    tangent = np.array([unit[:, 1].mean(), -unit[:, 0].mean()])
+    along = plane @ tangent
+    order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
+    if contact.x is not None and sort:
+        raise ProblemError(f"expected no 'x' beside sets of nodes, found {shown(contact.x.tolist())}")
+    size = np.hypot(*tangent)
+    x = along[order] / size if contact.x is None and size > 0 else contact.x
+    return replace(
+        contact,
+        labels=contact.labels[order],
+        normals=contact.normals[order],
+        x=x,
+        coordinates=contact.coordinates[order],
+    )

@@ -1,0 +1,206 @@
+"""``[[load]]``, ``[supports]`` and ``[check]``: what acts, what is held, what to compare with."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.condensation.condense import Condensation
+from shakedown.condensation.load_case import LoadCase
+from shakedown.errors import ProblemError
+from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.input_files import InputFiles
+from shakedown.importing.model_section import Model
+from shakedown.importing.time_function import time_function
+from shakedown.importing.toml_table import Table
+from shakedown.model.problem import FloatArray
+from shakedown.readers import (
+    Reactions,
+    Stiffness,
+    read_nodal_loads,
+    read_op4_columns,
+    read_reactions,
+    read_substructure_load,
+)
+from shakedown.readers.nastran_op4 import is_op4
+from shakedown.readers.text import read_lines
+
+Values = dict[tuple[int, int], float]  # {(node, direction): value}
+
+
+@dataclass(frozen=True)
+class ImportContext:
+    """What all loads need: the stiffness with its rows, the contact, the model and the files."""
+
+    stiffness: Stiffness
+    contact: ContactSection
+    model: Model
+    files: InputFiles
+    steps: int | None
+
+    def rows(self, where: str, values: Values) -> NDArray[np.intp]:
+        """Rows of (node, direction) pairs."""
+        try:
+            return self.stiffness.rows(list(values))
+        except ProblemError as error:
+            raise ProblemError(f"{where}: {error}") from None
+
+
+@dataclass(frozen=True)
+class LoadSection:
+    """A load case, and the rows whose displacement it prescribes."""
+
+    case: LoadCase
+    prescribed: NDArray[np.intp]
+
+
+def load_section(table: Table, context: ImportContext) -> LoadSection:
+    """Take one load case from its table."""
+    size = len(context.stiffness.dofs)
+    force, moved = _forces(table, context), context.model.values(table, "displacements")
+    displacement = np.zeros(size)
+    rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
+    displacement[rows] = list((moved or {}).values())
+    reactions, clamped = _reactions(table, context.contact, context.files)
+    if clamped is not None:  # both bodies held: each node carries minus its reaction
+        force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
+    case = LoadCase(
+        history=time_function(table, context.steps, context.files),
+        force=force,
+        displacement=None if moved is None else displacement,
+        reactions=reactions,
+        mean=table.number("mean"),
+        transient=table.array("transient", float, (None,), required=False),
+        name=table.text("name", table.where) or table.where,
+    )
+    table.done()
+    return LoadSection(case, rows)
+
+
+def _forces(table: Table, context: ImportContext) -> FloatArray | None:
+    """Forces on all rows, from a list or from a file."""
+    force = np.zeros(len(context.stiffness.dofs))
+    if not isinstance(table.content.get("forces"), dict):
+        listed = context.model.values(table, "forces")
+        if listed is None:
+            return None
+        force[context.rows(f"{table.where}: key 'forces'", listed)] = list(listed.values())
+        return force
+    source = table.table("forces")
+    name, scale = str(source.text("file")), source.number("scale", 1.0) or 0.0
+    case, matrix = source.text("case", required=False), source.text("matrix", required=False)
+    column = source.integer("column")
+    source.done()
+    if matrix is not None:
+        force[:] = context.files.read(name, lambda path: _op4_column(path, matrix, column, len(force)))
+        return scale * force
+    found = context.files.read(name, lambda path: _nodal_loads(path, case))
+    force[context.rows(source.where, found)] = list(found.values())
+    return scale * force
+
+
+def _nodal_loads(path: Path, case: str | None) -> Values:
+    """A load case of a substructure, or ``node, dof, value`` lines."""
+    if any(line.strip().upper().startswith("*USER ELEMENT") for line in read_lines(path)):
+        return read_substructure_load(path, case)
+    if case is not None:
+        raise ProblemError(f"{path}: expected no key 'case', because the file is no substructure")
+    return read_nodal_loads(path)
+
+
+def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> FloatArray:
+    """One column of a matrix of loads on the rows of the stiffness."""
+    if not is_op4(path.read_bytes()[:256]):
+        raise ProblemError(f"{path}: expected an OUTPUT4 file beside the key 'matrix'")
+    values = read_op4_columns(path, matrix)
+    count = values.shape[1]
+    if len(values) != size:
+        raise ProblemError(f"{path}: expected {matrix} of {size} rows, found {len(values)}")
+    if (column is None and count > 1) or not 1 <= (column or 1) <= count:
+        raise ProblemError(f"{path}: key 'column': expected 1 to {count}, found {column}")
+    return values[:, (column or 1) - 1]
+
+
+def _reactions(
+    table: Table, contact: ContactSection, files: InputFiles
+) -> tuple[FloatArray | None, Values | None]:
+    """Reactions of the first body, (n, 2), or those of both bodies held apart."""
+    if not isinstance(table.content.get("reactions"), dict):
+        listed = table.array("reactions", float, (None, 2), required=False)
+        return (None if listed is None else np.array(listed, dtype=float)), None
+    source = table.table("reactions")
+    name, step, scale = str(source.text("file")), source.integer("step"), source.number("scale", 1.0) or 0.0
+    bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
+    source.done()
+    if bodies not in ("", "tied", "clamped") or (contact.labels.ndim == 1 and bodies):
+        raise ProblemError(
+            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the "
+            "bodies tied to each "
+            "other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, "
+            f"found '{bodies}'"
+        )
+    run = _run(files.read(name, read_reactions), step, source.where)
+    if bodies != "clamped":
+        return scale * run.at(contact.first, contact.axes, contact.tied), None
+    forces = scale * run.at(contact.moved, contact.axes)
+    keys = [(int(node), axis) for node in contact.moved for axis in contact.axes]
+    return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
+
+
+def _run(runs: list[Reactions], step: int | None, where: str) -> Reactions:
+    if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
+        raise ProblemError(f"{where}: key 'step': expected 1 to {len(runs)}, found {step}")
+    return runs[(step or 1) - 1]
+
+
+def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
+    spread = np.zeros(len(context.stiffness.dofs))
+    spread[context.rows(f"{where}: key 'reactions'", values)] = list(values.values())
+    return spread
+
+
+def held_rows(supports: Table, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
+    """``[supports]`` and prescribed displacements: rows that do not move freely."""
+    fixed = context.model.values(supports, "fixed", valued=False)
+    supports.done()
+    own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})
+    return np.concatenate([own, *(load.prescribed for load in loads)])
+
+
+def static_run(table: Table, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
+    """``[check]``: the largest difference from an independent static run, NaN where there is none.
+
+    Raises
+    ------
+    ProblemError
+        If it differs, or the run is the file that the stiffness was made from.
+    """
+    if not table.content:
+        return float("nan")
+    contact, files = context.contact, context.files
+    source = table.content.get("reactions")
+    if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
+        raise ProblemError(
+            f"{table.where}: key 'reactions': expected a run of its own, found the file that the "
+            "stiffness was made "
+            "from, which agrees with itself"
+        )
+    moved = context.model.values(table, "displacements")
+    reactions, clamped = _reactions(table, contact, files)
+    table.done()
+    if moved is None or reactions is None or clamped is not None:
+        raise ProblemError(
+            f"{table.where}: expected the keys 'displacements' and 'reactions' (of the first body), found "
+            f"{'none' if moved is None else 'others'}"
+        )
+    labels = contact.first.tolist()
+    displacement = np.zeros((reduced.n, 2))
+    for (node, direction), value in moved.items():
+        if node not in labels or direction not in contact.axes:
+            raise ProblemError(
+                f"{table.where}: key 'displacements': expected contact nodes and directions {contact.axes}, "
+                f"found node {node}, direction {direction}"
+            )
+        displacement[labels.index(node), contact.axes.index(direction)] = value
+    return reduced.check_against_run(displacement, reactions, what=table.where)

@@ -1,0 +1,106 @@
+"""``[stiffness]``: the matrix with its map, or unit displacements; in the directions of the model."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import cast
+
+from shakedown.condensation.stiffness_checks import check_condensed
+from shakedown.errors import ProblemError
+from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.input_files import InputFiles
+from shakedown.importing.model_section import Model
+from shakedown.importing.toml_table import Table
+from shakedown.model.problem import FloatArray
+from shakedown.readers import (
+    Stiffness,
+    read_grids,
+    read_reactions,
+    read_stiffness,
+    stiffness_format,
+    unit_displacement_stiffness,
+)
+from shakedown.readers.calculix_reactions import Order
+from shakedown.readers.nastran_bulk import cards, is_bulk_data
+from shakedown.readers.row_map import read_row_map
+from shakedown.readers.text import read_lines
+
+_BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
+
+
+def stiffness_section(table: Table, contact: ContactSection, model: Model, files: InputFiles) -> Stiffness:
+    """Read the section; a superelement is checked to be condensed.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed or a file cannot be read.
+    """
+    name, map_name = str(table.text("file")), table.text("map", required=False)
+    matrix, scale = table.text("matrix", required=False), table.number("scale", 1.0) or 0.0
+    allow_sparse = table.flag("allow_sparse")
+    order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
+    table.done()
+    if not scale > 0 or amplitude == 0:
+        raise ProblemError(f"{table.where}: expected scale > 0 and an amplitude other than 0")
+    found = files.read(name, stiffness_format)
+    if found == "reactions":
+        stiffness = files.read(name, lambda path: _unit_displacements(path, contact, str(order), amplitude))
+    else:
+        stiffness = _matrix(name, map_name or _beside(name, found, files), matrix, model, files)
+    if stiffness.superelement and not allow_sparse:
+        try:
+            check_condensed(stiffness.K, stiffness.dofs[:, 0])
+        except ProblemError as error:
+            raise ProblemError(f"{files.path(name)}: {error}") from None
+    return replace(stiffness, K=scale * stiffness.K, superelement=stiffness.superelement or allow_sparse)
+
+
+def _beside(name: str, found: str, files: InputFiles) -> str | None:
+    """The map that stands beside a matrix under the same name."""
+    for suffix in _BESIDE.get(found, ()):
+        beside = str(Path(name).with_suffix(suffix))
+        if beside != name and files.path(beside).is_file():
+            return beside
+    return None
+
+
+def _matrix(
+    name: str, map_name: str | None, matrix: str | None, model: Model, files: InputFiles
+) -> Stiffness:
+    """The matrix of a file, its rows in the directions of the model."""
+    frames = model.frames
+    if map_name is None:
+        stiffness = files.read(name, lambda path: read_stiffness(path, matrix=matrix))
+    else:
+        beside = files.path(map_name)
+        stiffness = files.read(name, lambda path: read_stiffness(path, dof_map=beside, matrix=matrix))
+        files.read(map_name, lambda path: read_row_map(path, len(stiffness.dofs)))
+        if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
+            frames = files.read(map_name, _frames)
+    try:
+        return stiffness.in_basic_directions(frames)
+    except ProblemError as error:
+        raise ProblemError(f"{files.path(name)}: {error}") from None
+
+
+def _frames(path: Path) -> dict[int, FloatArray]:
+    """Directions of the grid points of a punch file, where it holds any."""
+    lines = read_lines(path)
+    if not is_bulk_data(lines) or not any(card == "GRID" for _, card, _ in cards(lines)):
+        return {}
+    return read_grids(path)[1]
+
+
+def _unit_displacements(path: Path, contact: ContactSection, order: str, amplitude: float) -> Stiffness:
+    tables = read_reactions(path)
+    try:
+        return unit_displacement_stiffness(
+            tables,
+            contact.moved,
+            axes=contact.axes,
+            order=cast(Order, order),
+            amplitude=amplitude,
+            tied=contact.tied,
+        )
+    except ProblemError as error:
+        raise ProblemError(f"{path}: {error}") from None

@@ -1,0 +1,214 @@
+"""Nodes, node sets and element faces of a finite-element model; normals of its boundary."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.errors import ProblemError
+from shakedown.model.problem import FloatArray
+from shakedown.readers.text import quoted
+
+Element = tuple[str, tuple[int, ...]]  # shape, node labels
+Face = tuple[int, ...]  # its corners, in order, then its midside nodes
+
+# Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
+FACES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "triangle": ((0, 1), (1, 2), (2, 0)),
+    "quadrilateral": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetrahedron": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
+_RING = {n: tuple((k, (k + 1) % n) for k in range(n)) for n in (3, 4)}
+EDGES: dict[str, tuple[tuple[int, int], ...]] = {
+    "triangle": _RING[3],
+    "quadrilateral": _RING[4],
+    "tetrahedron": (*_RING[3], (0, 3), (1, 3), (2, 3)),
+    "wedge": (*_RING[3], (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    "hexahedron": (*_RING[4], (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+}
+CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
+_IN_PLANE = (
+    1e-3  # a normal that leaves the plane by more than this share is not a normal of the plane problem
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """What a deck or a list of nodes says about the model.
+
+    Attributes
+    ----------
+    name : str
+        The file, for messages.
+    labels : (k,)
+        Node labels, in the order of the file.
+    coordinates : (k, 3)
+        Where they are [length].
+    node_sets : mapping
+        Node labels of each set, by its name in upper case.
+    surfaces : mapping
+        (element, face from 1) of each element surface, likewise.
+    elements : mapping
+        Shape and nodes of every element.
+    rotated : frozenset of int
+        Nodes whose directions are not x, y, z of the model (``*TRANSFORM``).
+    relative : mapping
+        (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
+        difference u₁ − u₂ of two others: the labels of these two.
+    """
+
+    name: str
+    labels: NDArray[np.intp]
+    coordinates: FloatArray
+    node_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    elements: Mapping[int, Element] = field(default_factory=dict)
+    rotated: frozenset[int] = frozenset()
+    relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+
+    @classmethod
+    def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
+        """Nodes without elements; ``ProblemError`` if a label occurs twice."""
+        repeated = [label for label, count in Counter(labels.tolist()).items() if count > 1]
+        if repeated:
+            raise ProblemError(f"{name}: expected every node once, found node {repeated[0]} twice")
+        return cls(name, labels, coordinates)
+
+    def nodes(self, name: str) -> NDArray[np.intp]:
+        """Labels of a node set or of the nodes of a surface, in the order of the file.
+
+        Raises
+        ------
+        ProblemError
+            If there is no such set, or it is empty.
+        """
+        key = name.strip().upper()
+        if key in self.surfaces:
+            found = dict.fromkeys(node for face in self._surface(key) for node in face)
+            labels = np.array(list(found), dtype=np.intp)
+        elif key in self.node_sets:
+            labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
+        else:
+            known = ", ".join(sorted({*self.node_sets, *self.surfaces})[:20]) or "none"
+            raise ProblemError(f"{self.name}: expected the node set or surface {quoted(name)}, found {known}")
+        if not len(labels):
+            raise ProblemError(f"{self.name}: expected nodes in the set {quoted(name)}, found none")
+        return labels
+
+    def at(self, labels: ArrayLike) -> FloatArray:
+        """Coordinates of nodes, (k, 3) [length]; ``ProblemError`` names the first that is not there."""
+        index = {int(label): k for k, label in enumerate(self.labels)}
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        absent = [label for label in wanted if label not in index]
+        if absent:
+            raise ProblemError(f"{self.name}: expected node {absent[0]}, found no coordinates of it")
+        return self.coordinates[[index[label] for label in wanted]]
+
+    def _faces_of(self, element: int) -> list[Face]:
+        """Nodes of every face of an element, corners first."""
+        shape, nodes = self.elements[element]
+        count = CORNERS[shape]
+        middle = {
+            frozenset(edge): nodes[count + k] for k, edge in enumerate(EDGES[shape]) if count + k < len(nodes)
+        }
+        faces = []
+        for corners in FACES[shape]:
+            edges = zip(corners, corners[1:] + corners[:1], strict=True)
+            between = [middle[key] for edge in edges if (key := frozenset(edge)) in middle]
+            faces.append((*(nodes[k] for k in corners), *dict.fromkeys(between)))
+        return faces
+
+    def _surface(self, key: str) -> list[Face]:
+        return [self._faces_of(element)[face - 1] for element, face in self.surfaces[key]]
+
+    def normals(
+        self, labels: ArrayLike, axes: tuple[int, int] = (1, 2), surface: str | None = None
+    ) -> FloatArray:
+        """Unit normals into the body at nodes of its boundary, (n, 2) [–].
+
+        Each is the mean, weighted by area, of the faces of the boundary that
+        have all their corners among the nodes.
+
+        Parameters
+        ----------
+        labels : (n,)
+            Nodes.
+        axes
+            The two directions that span the plane of the problem.
+        surface
+            Surface of the deck that the faces must belong to, where edges of the
+            body make it unclear.
+
+        Raises
+        ------
+        ProblemError
+            If no face of the boundary ends at a node, or a normal leaves the plane.
+        """
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        total = {label: np.zeros(3) for label in wanted}
+        for element, face in self._boundary(set(wanted), surface):
+            corners = [
+                node for node in face if node in set(self.elements[element][1][: self._count(element)])
+            ]
+            inward = self._area(element, corners)
+            for node in face:
+                if node in total:
+                    total[node] += inward
+        vectors = np.array([total[label] for label in wanted])
+        size = np.linalg.norm(vectors, axis=1)
+        if not (size > 0).all():
+            raise ProblemError(
+                f"{self.name}: expected a face of the boundary at contact node "
+                f"{wanted[int(np.argmin(size))]} with "
+                "all its corners among the contact nodes, found none; give 'normal' or 'normals'"
+            )
+        units = vectors / size[:, None]
+        plane = units[:, [axes[0] - 1, axes[1] - 1]]
+        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > _IN_PLANE).any():
+            k = int(np.argmin(np.linalg.norm(plane, axis=1)))
+            raise ProblemError(
+                f"{self.name}: expected normals in the plane of directions {axes[0]} and {axes[1]}, found "
+                f"({', '.join(f'{c:.3g}' for c in units[k])}) at node {wanted[k]}; give 'normal' or 'axes'"
+            )
+        return plane
+
+    def _count(self, element: int) -> int:
+        return CORNERS[self.elements[element][0]]
+
+    def _boundary(self, wanted: set[int], surface: str | None) -> Iterable[tuple[int, Face]]:
+        """(element, face) on the boundary of its body with all corners wanted."""
+        if surface is not None:
+            key = surface.strip().upper()
+            self.nodes(key)
+            if key not in self.surfaces:
+                raise ProblemError(
+                    f"{self.name}: expected the element surface {quoted(surface)}, found a node set"
+                )
+            return [(element, self._faces_of(element)[face - 1]) for element, face in self.surfaces[key]]
+        found, seen = [], Counter[frozenset[int]]()
+        for element, (_, nodes) in self.elements.items():
+            if wanted.isdisjoint(nodes):
+                continue
+            own = set(nodes[: self._count(element)])
+            for face in self._faces_of(element):
+                corners = frozenset(face) & own
+                if corners <= wanted:
+                    seen[corners] += 1
+                    found.append((element, face, corners))
+        return [(element, face) for element, face, corners in found if seen[corners] == 1]
+
+    def _area(self, element: int, corners: list[int]) -> FloatArray:
+        """Normal of a face into its element, as long as its area."""
+        points, body = self.at(corners), self.at(self.elements[element][1]).mean(axis=0)
+        middle = points.mean(axis=0)
+        inside = body - middle
+        if len(corners) == 2:  # an edge of a plane element
+            along = points[1] - points[0]
+            normal = np.array([-along[1], along[0], 0.0])
+        else:
+            normal = 0.5 * np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
+        return normal if normal @ inside > 0 else -normal
