@@ -7,7 +7,7 @@ from shakedown.importing.input_files import InputFiles
 from shakedown.importing.toml_table import Table
 from shakedown.model.problem import FloatArray
 from shakedown.readers import NumberTable, read_table
-from shakedown.readers.text import quoted
+from shakedown.readers.text import listed
 
 MOST_STEPS = 1_000_000  # load steps of one period
 _ROUNDED = 1e-6  # of a period: times are printed with few digits
@@ -108,7 +108,7 @@ def _from_file(table: Table, steps: int | None, files: InputFiles) -> FloatArray
     rows = files.read(name, lambda path: read_table(path, delimiter=delimiter, decimal=decimal))
     width = rows.values.shape[1]
     if column is None and width > 1 + (time is not None):
-        names = ", ".join(map(quoted, rows.columns[:12])) or f"1 to {width}"
+        names = listed(rows.columns) if rows.columns else f"1 to {width}"
         raise ProblemError(f"{table.where}: expected the key 'column' (one of {names}), found none")
     if column is None:
         column = 1 if width == 1 or not np.array_equal(rows.column(time or 1), rows.column(1)) else 2

@@ -11,7 +11,7 @@ from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
 from shakedown.readers.abaqus_matrix import NodalLoads
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.text import integers, number, numbers, quoted, read_lines
+from shakedown.readers.text import integers, listed, number, numbers, quoted, read_lines
 
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
 
@@ -64,8 +64,7 @@ def read_substructure_load(path: str | os.PathLike[str], case: str | None = None
     if case is None and len(found) == 1:
         case = next(iter(found))
     if case is None or case.strip().upper() not in found:
-        listed = ", ".join(quoted(own) for own in found) or "none (SLOAD=YES writes them)"
-        raise ProblemError(f"{name}: expected one load case (key 'case'), found {listed}")
+        raise ProblemError(f"{name}: expected one load case of SLOAD=YES (key 'case'), found {listed(found)}")
     loads: NodalLoads = {}
     for k in range(found[case.strip().upper()] + 1, len(lines)):
         text, where = lines[k].strip(), f"{name}: line {k + 1}"

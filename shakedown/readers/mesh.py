@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
-from shakedown.readers.text import quoted
+from shakedown.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
 Face = tuple[int, ...]  # its corners, in order, then its midside nodes
@@ -93,7 +93,7 @@ class Mesh:
         elif key in self.node_sets:
             labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
         else:
-            known = ", ".join(sorted({*self.node_sets, *self.surfaces})[:20]) or "none"
+            known = listed(sorted({*self.node_sets, *self.surfaces}))
             raise ProblemError(f"{self.name}: expected the node set or surface {quoted(name)}, found {known}")
         if not len(labels):
             raise ProblemError(f"{self.name}: expected nodes in the set {quoted(name)}, found none")

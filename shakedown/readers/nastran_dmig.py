@@ -11,7 +11,7 @@ import numpy as np
 from shakedown.errors import ProblemError
 from shakedown.readers.nastran_bulk import cards
 from shakedown.readers.stiffness import Stiffness, from_entries
-from shakedown.readers.text import integers, number, read_lines
+from shakedown.readers.text import integers, listed, number, read_lines
 
 _SYMMETRIC, _SQUARE = 6, 1
 _REAL = (1, 2)
@@ -39,11 +39,14 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
     own = [(k, fields) for k, fields in found if fields[0] == chosen]
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
     if len(header) != 1:
-        raise ProblemError(f"{name}: expected one DMIG header card for {chosen}, found {len(header)}")
+        raise ProblemError(
+            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}"
+        )
+    shown = listed([chosen])
     form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
     if form not in (_SYMMETRIC, _SQUARE) or kind not in _REAL:
         raise ProblemError(
-            f"{name}: line {header[0][0]}: expected {chosen} square or symmetric (form 1, 6) and real "
+            f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
             f"(type 1, 2), found form {form}, type {kind}"
         )
     rows, columns, values = [], [], []
@@ -60,7 +63,7 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
                 columns.append(column)
                 values.append(number(value, where))
     if not values:
-        raise ProblemError(f"{name}: expected entries of {chosen}, found none")
+        raise ProblemError(f"{name}: expected entries of {shown}, found none")
     return from_entries(
         np.array(rows, dtype=np.intp),
         np.array(columns, dtype=np.intp),
@@ -73,11 +76,13 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
 def _chosen(found: set[str], matrix: str | None, name: str) -> str:
     if matrix is not None:
         if matrix not in found:
-            raise ProblemError(f"{name}: expected the matrix {matrix}, found {', '.join(sorted(found))}")
+            raise ProblemError(
+                f"{name}: expected the matrix {listed([matrix])}, found {listed(sorted(found))}"
+            )
         return matrix
     candidates = [one for one in found if one.startswith("K")] if len(found) > 1 else list(found)
     if len(candidates) != 1:
         raise ProblemError(
-            f"{name}: expected one matrix, found {', '.join(sorted(found)) or 'none'}; name the one to take"
+            f"{name}: expected one matrix, found {listed(sorted(found))}; name the one to take"
         )
     return candidates[0]

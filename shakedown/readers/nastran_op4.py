@@ -20,7 +20,7 @@ from shakedown.model.problem import FloatArray
 from shakedown.readers.nastran_bulk import UNREADABLE, pyyeti_module
 from shakedown.readers.row_map import Rows, row_map
 from shakedown.readers.stiffness import Stiffness, checked
-from shakedown.readers.text import integers, quoted, read_bytes, read_lines
+from shakedown.readers.text import integers, listed, quoted, read_bytes, read_lines
 
 HEADER = re.compile(
     r"^([ \d-]{8}|[ \d-]{16})([ \d-]{8}|[ \d-]{16})([ \d]{8})([ \d]{8})([A-Za-z]\S{0,7}) *(\S*)$"
@@ -102,11 +102,16 @@ def read_op4_columns(path: str | os.PathLike[str], matrix: str) -> FloatArray:
     """One real matrix of an OUTPUT4 file as a dense array, for load vectors; see :func:`read_nastran_op4`."""
     name = os.fspath(path)
     loaded = _loaded(path, _chosen(op4_headings(path), matrix, name), name)
-    return loaded if isinstance(loaded, np.ndarray) else np.asarray(loaded.toarray())
+    if not isinstance(loaded, np.ndarray):
+        raise ProblemError(
+            f"{name}: expected at most {_DENSE_SHARE} times the size of the file in loads, found a "
+            "header that "
+            f"claims {loaded.shape[0]} x {loaded.shape[1]}"
+        )
+    return loaded
 
 
 def _chosen(found: list[Heading], matrix: str | None, name: str) -> Heading:
-    listed = ", ".join(heading.name for heading in found[:12]) + (", …" if len(found) > 12 else "")
     if matrix is None:
         stiff = [h for h in found if h.name.upper().startswith("K") and (h.rows, h.columns) != (1, 1)]
         candidates = found if len(found) == 1 else stiff
@@ -114,7 +119,9 @@ def _chosen(found: list[Heading], matrix: str | None, name: str) -> Heading:
         candidates = [heading for heading in found if heading.name.lower() == matrix.strip().lower()]
     if len(candidates) != 1:
         what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
-        raise ProblemError(f"{name}: expected {what}, found {listed}; name the one to take")
+        raise ProblemError(
+            f"{name}: expected {what}, found {listed(h.name for h in found)}; name the one to take"
+        )
     chosen = candidates[0]
     if chosen.type not in (1, 2):
         raise ProblemError(

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
-from shakedown.readers.text import number, quoted, read_lines
+from shakedown.readers.text import listed, number, quoted, read_lines
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}
 _COMMENT = ("#", "%", "!", "$", "**", "//")
@@ -50,10 +50,9 @@ class NumberTable:
             return self.values[:, key - 1]
         places = [k for k, own in enumerate(self.columns) if own.casefold() == key.strip().casefold()]
         if len(places) != 1:
-            listed = ", ".join(quoted(own) for own in self.columns[:12]) or "none (the file has no header)"
             raise ProblemError(
                 f"{self.name}: expected one column {quoted(key)}, found {len(places)} of that name; columns "
-                f"are {listed}"
+                f"are {listed(self.columns)}"
             )
         return self.values[:, places[0]]
 

@@ -13,6 +13,7 @@ MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")
 _PLAIN = frozenset("0123456789+-.eE")
 _SHOWN = 60  # characters of a file that a message quotes
+_LISTED = 12  # names that a message lists
 
 
 def quoted(text: str) -> str:
@@ -26,6 +27,18 @@ def quoted(text: str) -> str:
     shown = text.strip()[:_SHOWN]
     printable = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
     return f"'{printable[:_SHOWN]}{'…' if len(text.strip()) > _SHOWN else ''}'"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names as a message lists them: the first dozen, shortened; "none" where there are none.
+
+    Examples
+    --------
+    >>> listed(["KAAX", "MAAX"]), listed([])
+    ('KAAX, MAAX', 'none')
+    """
+    shown = [quoted(name)[1:-1] for name in names]
+    return ", ".join(shown[:_LISTED]) + (", …" if len(shown) > _LISTED else "") or "none"
 
 
 def open_regular(path: str | os.PathLike[str]) -> int:
