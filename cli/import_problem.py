@@ -3,53 +3,167 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 import shakedown
+from shakedown import LoadEvidence
 from shakedown.report.json_documents import plain, problem_document
 
-from .options import OutputFile, json_option, quiet_option
-from .output import echo_json, headline, number, paragraph, say
+from .options import json_option, quiet_option
+from .output import echo_json, headline, number, paragraph, say, table
+
+EXAMPLE = "example"
+ROUND_OFF = 1e-9  # of the largest resultant
 
 
 @click.command("import", short_help="Make a problem file from finite-element output.")
-@click.argument("config", metavar="CONFIG.toml", type=click.Path(path_type=Path))
-@click.option("-o", "--output", required=True, type=OutputFile(), help="Write the problem file here.")
+@click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
+@click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
+@click.option("--picture", type=click.Path(path_type=Path), help="Draw nodes and normals (PNG, SVG, PDF).")
+@click.option(
+    "--template",
+    type=click.Choice([*shakedown.import_template_names(), EXAMPLE]),
+    help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a whole folder.",
+)
 @json_option
 @quiet_option
-def import_problem_command(config: Path, output: Path, as_json: bool) -> None:
+def import_problem_command(
+    config: Path | None,
+    output: Path | None,
+    check: bool,
+    picture: Path | None,
+    template: str | None,
+    as_json: bool,
+) -> None:
     """Make a problem file from the output of a finite-element code.
 
     CONFIG.toml names the stiffness matrix (or the reactions to unit
     displacements), the contact nodes and their normals, the friction and the
     loads with their time functions. The content of a file decides its format:
-    Abaqus MATRIX INPUT and substructures, CalculiX .sti and reactions, Matrix
-    Market, Nastran DMIG and OP4. All keys: `python -m pydoc
-    shakedown.importing.import_model`.
+    Abaqus MATRIX INPUT, COORDINATE and substructures, CalculiX .sti and
+    reactions, reactions as a table, Matrix Market and Harwell-Boeing (Ansys),
+    Nastran DMIG and OUTPUT4. All keys: `python -m pydoc shakedown.import_model`.
+
+    Start with --template, look with --check, then write with -o.
     """
-    made = shakedown.import_model(config)
-    shakedown.save_problem(output, made.problem)
-    reduced = made.condensation
-    if as_json:
-        echo_json(
-            {
-                "problem": problem_document(made.problem),
-                "file": str(output),
-                "format": made.format,
-                "rows": {"contact": 2 * reduced.n, "condensed": reduced.interior, "held": reduced.held},
-                "zero_modes": reduced.zero_modes,
-                "asymmetry": reduced.asymmetry,
-                "residual": reduced.residual,
-                "static_run": plain(made.static_run),
-                "notes": list(made.notes),
-            }
-        )
+    if output is not None and template != EXAMPLE:
+        shakedown.check_target(output)
+    if template is not None:
+        _write_template(template, config, output)
         return
-    say(f"wrote {output}")
+    if config is None:
+        raise click.UsageError("Missing argument 'CONFIG.toml' (or --template)")
+    if output is None and not check:
+        raise click.UsageError("Missing option '-o' / '--output' (or --check)")
+    made = shakedown.import_model(config)
+    if picture is not None:
+        _draw(made, picture)
+    if not check and output is not None:
+        shakedown.save_problem(output, made.problem)
+    if as_json:
+        echo_json(_document(made, None if check else output, check))
+        return
+    if not check:
+        say(f"wrote {output}")
     say(headline(made.problem))
+    reduced = made.condensation
     say(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
+    if check:
+        _echo_check(made)
     if made.static_run == made.static_run:
         say(f"agrees with the static run to {number(made.static_run, 2)}")
     for note in made.notes:
         say(paragraph(f"note: {note}"))
+
+
+def _write_template(kind: str, config: Path | None, output: Path | None) -> None:
+    if config is not None:
+        raise click.UsageError("--template: expected no CONFIG.toml beside it")
+    if kind == EXAMPLE:
+        if output is None:
+            raise click.UsageError("--template example: expected -o FOLDER")
+        for path in shakedown.write_import_example(output):
+            say(f"wrote {path}")
+        return
+    text = shakedown.import_template(kind)
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    try:
+        with open(output, "x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise shakedown.ProblemError(f"{output}: expected no such file, found one") from None
+    except OSError as error:
+        raise shakedown.ProblemError(f"{output}: cannot be written ({error.strerror})") from None
+    say(f"wrote {output}")
+
+
+def _draw(made: shakedown.Import, picture: Path) -> None:
+    figure: Any = shakedown.contact_picture(made).figure
+    try:
+        figure.savefig(picture, dpi=150)
+    except ValueError:
+        raise shakedown.UsageError(f"{picture}: expected a name that ends in .png, .svg or .pdf") from None
+    except OSError as error:
+        raise shakedown.UsageError(f"{picture}: cannot be written ({error.strerror})") from None
+
+
+def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[str, Any]:
+    reduced, contact = made.condensation, made.contact
+    document: dict[str, Any] = {
+        "problem": problem_document(made.problem),
+        "file": None if output is None else str(output),
+        "format": made.format,
+        "rows": {"contact": 2 * reduced.n, "condensed": reduced.interior, "held": reduced.held},
+        "zero_modes": reduced.zero_modes,
+        "asymmetry": reduced.asymmetry,
+        "residual": reduced.residual,
+        "static_run": plain(made.static_run),
+        "notes": list(made.notes),
+    }
+    if check:
+        document |= {
+            "nodes": list(contact.names),
+            "normals": reduced.frame.normals.tolist(),
+            "coordinates": None if contact.coordinates is None else contact.coordinates.tolist(),
+            "rigid_residual": plain(made.rigid_residual),
+            "loads": [
+                {"name": load.name, "applied": load.applied.tolist(), "contact": load.contact.tolist()}
+                for load in made.loads
+            ],
+            "sources": made.sources,
+        }
+    return document
+
+
+def _echo_check(made: shakedown.Import) -> None:
+    """Nodes, normals, symmetry, rigid motions and load resultants."""
+    reduced, contact = made.condensation, made.contact
+    known = contact.coordinates is not None
+    rows = []
+    for k, (name, normal) in enumerate(zip(contact.names, reduced.frame.normals, strict=True)):
+        place = [f"{c:.6g}" for c in contact.coordinates[k]] if contact.coordinates is not None else []
+        rows.append([str(k), name, *place, f"{normal[0]:.4f}", f"{normal[1]:.4f}"])
+    axes = ["xyz"[axis - 1] for axis in contact.axes]
+    headers = ["node", "label", *(["x", "y", "z"] if known else []), *(f"normal {axis}" for axis in axes)]
+    say(table(headers, rows))
+    say(f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}")
+    if made.rigid_residual == made.rigid_residual:
+        say(f"rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness")
+    say(f"rigid motions of the contact nodes without resistance: {reduced.zero_modes}")
+    say("forces at factor 1: applied, and of the contact on the first body")
+    headers = ["load", *(f"applied {a}" for a in axes), *(f"contact {a}" for a in axes)]
+    say(table(headers, [[load.name, *_forces(load)] for load in made.loads]))
+    for name, digest in made.sources.items():
+        say(f"read {name}  sha256 {digest[:16]}…")
+
+
+def _forces(load: LoadEvidence) -> list[str]:
+    """The resultants of a load, round-off shown as 0."""
+    values = [*load.applied.tolist(), *load.contact.tolist()]
+    largest = max(map(abs, values))
+    return [f"{value if abs(value) > ROUND_OFF * largest else 0.0:.6g}" for value in values]

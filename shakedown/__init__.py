@@ -72,9 +72,14 @@ if TYPE_CHECKING:
     from shakedown.friction.thresholds import Threshold as Threshold
     from shakedown.friction.thresholds import friction_thresholds as friction_thresholds
     from shakedown.friction.wedging import Wedging as Wedging
+    from shakedown.importing.contact_figure import contact_picture as contact_picture
+    from shakedown.importing.evidence import LoadEvidence as LoadEvidence
     from shakedown.importing.import_model import Import as Import
     from shakedown.importing.import_model import import_model as import_model
     from shakedown.importing.import_model import import_problem as import_problem
+    from shakedown.importing.templates import import_template as import_template
+    from shakedown.importing.templates import import_template_names as import_template_names
+    from shakedown.importing.templates import write_import_example as write_import_example
     from shakedown.long_term.cycle_log import Cycles as Cycles
     from shakedown.long_term.find_state import long_term_state as long_term_state
     from shakedown.long_term.fixed_steps import History as History
@@ -128,6 +133,9 @@ _HOMES = {
     "shakedown.files.npz": "load_initial_slip load_problem save_problem",
     "shakedown.condensation.condense": "Condensation condense condensed_stiffness",
     "shakedown.importing.import_model": "Import import_model import_problem",
+    "shakedown.importing.contact_figure": "contact_picture",
+    "shakedown.importing.evidence": "LoadEvidence",
+    "shakedown.importing.templates": "import_template import_template_names write_import_example",
     "shakedown.condensation.load_case": "LoadCase",
     "shakedown.bounds.safe_slip": "SafeSlip safe_slip",
     "shakedown.bounds.shakedown_bounds": "ShakedownBounds shakedown_bounds",

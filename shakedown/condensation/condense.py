@@ -1,6 +1,6 @@
 """Static condensation of an elastic model to its contact nodes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from shakedown.condensation.stiffness_checks import (
     zero_modes,
 )
 from shakedown.errors import ProblemError
+from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT
 
@@ -142,10 +143,15 @@ class Condensation:
         f: ArrayLike,
         *,
         x: ArrayLike | None = None,
+        gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
         name: str = "",
         units: str = "",
     ) -> Problem:
-        """The problem with these loads and friction coefficients, () or (n,)."""
+        """The problem with these loads and friction coefficients, () or (n,), and an initial gap.
+
+        The gap [length] is a number, one per node or pair, or a function of the
+        positions ``x``; negative is interference.
+        """
         n, factors = self.n, histories(loads)
         unit = np.array([self.welded_reactions(case) for case in loads])
         over = {
@@ -153,7 +159,7 @@ class Condensation:
             for key, value in (("mean", factors.mean), ("transient", factors.transient))
         }
         period, mean, transient = factors.period @ unit, over["mean"], over["transient"]
-        return Problem(
+        touching = Problem(
             A=self.A,
             B=self.B,
             C=self.C,
@@ -168,6 +174,12 @@ class Condensation:
             name=name,
             units=units,
         )
+        if callable(gap):
+            if touching.x is None:
+                raise ProblemError("gap: expected positions x for a function of position, found none")
+            gap = gap(touching.x)
+        initial = np.asarray(gap)
+        return with_initial_gap(touching, initial) if initial.any() else touching
 
 
 def condense(
@@ -183,6 +195,7 @@ def condense(
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
     x: ArrayLike | None = None,
+    gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     name: str = "",
     units: str = "",
 ) -> Problem:
@@ -197,6 +210,8 @@ def condense(
         Load cases, each with its time function.
     f : () or (n,)
         Friction coefficient(s) [–].
+    gap : () or (n,), or a function of ``x``
+        Initial gap per node or pair [length]; negative is interference.
     x, name, units
         As in :class:`shakedown.Problem`.
 
@@ -228,7 +243,7 @@ def condense(
         free_out_of_plane=free_out_of_plane,
         allow_sparse=allow_sparse,
     )
-    return reduced.problem(loads, f, x=x, name=name, units=units)
+    return reduced.problem(loads, f, x=x, gap=gap, name=name, units=units)
 
 
 def condensed_stiffness(

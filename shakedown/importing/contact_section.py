@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from shakedown.errors import ProblemError
+from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
-from shakedown.importing.toml_table import Table, shown
+from shakedown.importing.toml_table import Table
 from shakedown.model.problem import FloatArray
-from shakedown.readers import Mesh
+from shakedown.readers import Mesh, read_table
 
 _NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant
 
@@ -37,6 +38,8 @@ class ContactSection:
         Positions along the contact [length].
     coordinates : (n, 3) or None
         Where the nodes of the first body are [length].
+    gap : () or (n,)
+        Initial gap [length]; negative is interference.
     """
 
     labels: NDArray[np.intp]
@@ -47,6 +50,7 @@ class ContactSection:
     relative: bool
     x: FloatArray | None
     coordinates: FloatArray | None
+    gap: FloatArray
 
     @property
     def first(self) -> NDArray[np.intp]:
@@ -64,7 +68,7 @@ class ContactSection:
         return tuple("-".join(map(str, np.atleast_1d(row).tolist())) for row in self.labels)
 
 
-def contact_section(table: Table, model: Model) -> ContactSection:
+def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSection:
     """Take the section from its table.
 
     Raises
@@ -77,6 +81,7 @@ def contact_section(table: Table, model: Model) -> ContactSection:
     if sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
     labels, from_sets = _labels(table, model)
+    gap, points = _gap(table, files)
     contact = ContactSection(
         labels,
         _normals(table, model, labels if labels.ndim == 1 else labels[:, 0], (axes[0], axes[1])),
@@ -86,6 +91,7 @@ def contact_section(table: Table, model: Model) -> ContactSection:
         table.flag("relative"),
         _positions(table),
         None if model.mesh is None else model.mesh.at(labels if labels.ndim == 1 else labels[:, 0]),
+        gap,
     )
     table.done()
     if contact.relative:
@@ -98,7 +104,43 @@ def contact_section(table: Table, model: Model) -> ContactSection:
                 f"{rotated[0]} in a "
                 "*TRANSFORM"
             )
-    return _placed(contact, sort=from_sets)
+    return _with_gap(_placed(contact, sort=from_sets), points, table.where)
+
+
+def _gap(table: Table, files: InputFiles) -> tuple[FloatArray, FloatArray | None]:
+    """The initial gap: a number, one per node, a column of a file; or points (x, gap) to interpolate."""
+    value = table.content.get("gap", 0.0)
+    if not isinstance(value, dict):
+        if isinstance(value, list):
+            return np.array(table.array("gap", float, (None,)), dtype=float), None
+        return np.array(table.number("gap", 0.0)), None
+    source = table.table("gap")
+    points = source.array("points", float, (None, 2), required=False)
+    if points is None:
+        name, column = str(source.text("file")), source.key_of_column("column") or 1
+        source.done()
+        return files.read(name, lambda path: read_table(path).column(column)), None
+    source.done()
+    found = np.array(points, dtype=float)
+    if np.any(np.diff(found[:, 0]) <= 0):
+        raise ProblemError(f"{source.where}: key 'points': expected [x, gap] with x ascending, found others")
+    return np.array(0.0), found
+
+
+def _with_gap(contact: ContactSection, points: FloatArray | None, where: str) -> ContactSection:
+    """The contact with its gap, one number or one per node."""
+    if points is not None:
+        if contact.x is None:
+            raise ProblemError(
+                f"{where}: key 'gap': expected positions ('x', or [model]) beside points, found none"
+            )
+        return replace(contact, gap=np.interp(contact.x, points[:, 0], points[:, 1]))
+    if contact.gap.ndim and len(contact.gap) != len(contact.labels):
+        raise ProblemError(
+            f"{where}: key 'gap': expected one for each of {len(contact.labels)} nodes, found "
+            f"{len(contact.gap)}"
+        )
+    return contact
 
 
 def _integers(table: Table, key: str) -> NDArray[np.intp] | None:
@@ -204,8 +246,10 @@ def _placed(contact: ContactSection, *, sort: bool) -> ContactSection:
     tangent = np.array([unit[:, 1].mean(), -unit[:, 0].mean()])
     along = plane @ tangent
     order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
-    if contact.x is not None and sort:
-        raise ProblemError(f"expected no 'x' beside sets of nodes, found {shown(contact.x.tolist())}")
+    if sort and (contact.x is not None or contact.gap.ndim):
+        raise ProblemError(
+            "expected no list of 'x' or 'gap' beside sets of nodes, whose order they cannot know"
+        )
     size = np.hypot(*tangent)
     x = along[order] / size if contact.x is None and size > 0 else contact.x
     return replace(

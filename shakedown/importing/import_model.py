@@ -124,13 +124,16 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
         [x]                        positions for plots, by default from the coordinates
+        [gap]                      initial gap, negative for interference: a number, a list,
+                                   {file, column} or {points = [[x, gap], …]}
 
         [supports]                 rows that are held or have prescribed displacements
         [fixed]                    [[node or set, direction], …]
 
         [[load]]                   one table per load case
-        history                    a number, a list, {constant, harmonics}, {points},
-                                   {file, column, time, period, delimiter, decimal, scale}
+        history | range            a number, a list, {constant, harmonics}, {points},
+                                   {file, column, time, period, delimiter, decimal, scale};
+                                   or [low, high], any value between
         [forces]                   [[node or set, direction, value at each], …] or {file, [scale]}:
                                    *CLOAD lines, a substructure with [case], OUTPUT4 with
                                    matrix, [column]
@@ -165,7 +168,7 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     root.done()
     stiffness_file = sections["stiffness"].content.get("file")
     model = model_section(sections["model"], files)
-    contact = contact_section(sections["contact"], model)
+    contact = contact_section(sections["contact"], model, files)
     stiffness = stiffness_section(sections["stiffness"], contact, model, files)
     context = ImportContext(stiffness, contact, model, files, steps)
     loads = [load_section(table, context) for table in tables]
@@ -181,7 +184,7 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     )
     difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     cases = [load.case for load in loads]
-    problem = reduced.problem(cases, f, x=contact.x, name=name or "", units=units or "")
+    problem = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
     return Import(
         problem=problem,
         condensation=reduced,

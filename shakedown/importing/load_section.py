@@ -65,8 +65,10 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     reactions, clamped = _reactions(table, context.contact, context.files)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
         force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
+    limits = table.array("range", float, (2,), required=False)
     case = LoadCase(
-        history=time_function(table, context.steps, context.files),
+        history=None if limits is not None else time_function(table, context.steps, context.files),
+        range=limits,
         force=force,
         displacement=None if moved is None else displacement,
         reactions=reactions,

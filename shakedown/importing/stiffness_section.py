@@ -21,7 +21,6 @@ from shakedown.readers import (
 )
 from shakedown.readers.calculix_reactions import Order
 from shakedown.readers.nastran_bulk import cards, is_bulk_data
-from shakedown.readers.row_map import read_row_map
 from shakedown.readers.text import read_lines
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
@@ -72,9 +71,10 @@ def _matrix(
     if map_name is None:
         stiffness = files.read(name, lambda path: read_stiffness(path, matrix=matrix))
     else:
-        beside = files.path(map_name)
-        stiffness = files.read(name, lambda path: read_stiffness(path, dof_map=beside, matrix=matrix))
-        files.read(map_name, lambda path: read_row_map(path, len(stiffness.dofs)))
+        stiffness = files.read(
+            map_name,
+            lambda rows: files.read(name, lambda path: read_stiffness(path, dof_map=rows, matrix=matrix)),
+        )
         if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
             frames = files.read(map_name, _frames)
     try:

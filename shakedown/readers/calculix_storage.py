@@ -12,6 +12,8 @@ from shakedown.readers.row_map import Rows, read_row_map, row_map
 from shakedown.readers.stiffness import Stiffness, checked, completed
 from shakedown.readers.text import integers, number, quoted, read_lines
 
+NUMBERED = "numbered (CalculiX .sti, Abaqus COORDINATE)"
+
 
 def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
     """Read ``i j value`` lines (one triangle or both, numbered from 1), with the map beside them.
@@ -55,11 +57,11 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     half = sparse.coo_array((np.array(values), (table[:, 0], table[:, 1])), shape=(N, N))
     if len(np.unique(table[:, 0] * N + table[:, 1])) < len(table):
         raise ProblemError(f"{name}: expected every entry once, found one twice")
-    return checked(completed(half), dofs, "row column value")
+    return checked(completed(half), dofs, NUMBERED)
 
 
 def _rows(rows: Rows, most: int, name: str) -> NDArray[np.intp]:
     """The map; one that names its rows may be longer than the largest row that has an entry."""
     if rows is None or isinstance(rows, np.ndarray):
-        return row_map(rows, most, name, "row column value") if rows is None else rows
+        return row_map(rows, most, name, NUMBERED) if rows is None else rows
     return read_row_map(rows, most)

@@ -92,7 +92,7 @@ def _completed(matrix: sparse.csc_array, kind: str) -> sparse.sparray:
 
 
 def _section(lines: list[str], at: int, length: int, layout: str, size: int, name: str) -> list[str]:
-    """The fields of one section, sliced by its Fortran format."""
+    """The fields of one section, split at blanks, or sliced by its Fortran format where they touch."""
     match = _FORMAT.match(layout.replace(" ", ""))
     per_line, width = (int(match[1] or 1), int(match[2])) if match else (0, 0)
     if per_line < 1 or width < 1:
@@ -101,7 +101,10 @@ def _section(lines: list[str], at: int, length: int, layout: str, size: int, nam
         raise ProblemError(
             f"{name}: expected {length} lines from line {at + 1} on, found the end of the file"
         )
-    fields: list[str] = []
+    fields = [field for line in lines[at : at + length] for field in line.split()]
+    if len(fields) == size:
+        return fields
+    fields = []  # they touch, or there are others beside them
     for line in lines[at : at + length]:
         padded = line.rstrip()[: per_line * width]
         fields += [padded[k : k + width] for k in range(0, len(padded), width)]

@@ -83,9 +83,9 @@ def number_table(
 
     The delimiter is the first of tab, semicolon, comma and blank that splits all
     rows into the same number of numbers. Between tabs, semicolons and blanks a
-    comma is a decimal comma. Blank lines and lines that start with ``#``, ``%``,
-    ``!``, ``$``, ``**`` or ``//`` are skipped; the first other line is a header
-    if it holds a word.
+    comma is a decimal comma; in a single column it must be said to be one.
+    Blank lines and lines that start with ``#``, ``%``, ``!``, ``$``, ``**`` or
+    ``//`` are skipped; the first other line is a header if it holds a word.
 
     Parameters
     ----------
@@ -123,9 +123,12 @@ def number_table(
         if delimiter is None and split is not None and not any(split in text for _, text in rows):
             continue
         try:
-            return _split(rows, name, mark, decimal)
+            found = _split(rows, name, mark, decimal)
         except ProblemError as error:
             failures.append(error)
+            continue
+        if not failures or found.values.shape[1] > 1:  # one column where a comma failed: a damaged row
+            return found
     raise failures[0] from None
 
 

@@ -42,6 +42,11 @@ def test_a_missing_static_run_is_null(tmp_path):
         (["absent.toml", "-o", "b.npz"], "absent.toml: no such file"),
         ([str(BLOCK / "block.npz"), "-o", "b.npz"], "expected a TOML file"),
         ([str(BLOCK / "import.toml")], "Missing option '-o'"),
+        ([], "Missing argument 'CONFIG.toml'"),
+        (["--template", "example"], "expected -o FOLDER"),
+        (["c.toml", "--template", "abaqus"], "expected no CONFIG.toml"),
+        (["--template", "abaqus", "-o", "no/such/c.toml"], "cannot be written"),
+        ([str(BLOCK / "import.toml"), "--check", "--picture", "p.png"], "expected coordinates"),
         ([str(BLOCK / "import.toml"), "-o", "no/such/folder/b.npz"], "cannot be written"),
     ],
 )
@@ -50,3 +55,50 @@ def test_errors_are_one_line_with_exit_code_2(tmp_path, words, message):
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_a_template_is_shown_or_written_once(tmp_path):
+    code, out, err = run("import", "--template", "abaqus")
+    assert (code, err) == (0, "")
+    assert out == shakedown.import_template("abaqus")
+    assert run("import", "--template", "abaqus", "-o", str(tmp_path / "c.toml"))[0] == 0
+    assert (tmp_path / "c.toml").read_text() == out
+    code, _, err = run("import", "--template", "ansys", "-o", str(tmp_path / "c.toml"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "expected no such file, found one" in err
+    assert (tmp_path / "c.toml").read_text() == out
+
+
+def test_check_shows_what_is_read_and_writes_nothing(tmp_path):
+    assert run("import", "--template", "example", "-o", str(tmp_path / "punch"))[0] == 0
+    before = sorted(tmp_path.rglob("*"))
+    config = str(tmp_path / "punch" / "import.toml")
+    code, out, err = run("import", config, "--check", "-o", str(tmp_path / "p.npz"))
+    assert (code, err) == (0, "")
+    assert sorted(tmp_path.rglob("*")) == before
+    for words in (
+        "5-1077",
+        "asymmetry",
+        "rigid motions of the contact nodes without resistance: 3",
+        "read punch.sti",
+    ):
+        assert words in out
+    lines = [line.split() for line in out.splitlines()]
+    assert ["pressed", "down", "0", "-700"] in [line[:4] for line in lines]
+    assert all(len(line) <= 80 for line in out.splitlines())
+    found = document("import", config, "--check")
+    assert found["file"] is None
+    assert found["nodes"][4] == "5-1077"
+    assert found["loads"][0]["applied"] == [0.0, -700.0]
+    assert found["normals"] == [[0.0, 1.0]] * 9
+    assert len(found["sources"]["punch.sti"]) == 64
+
+
+def test_a_picture_is_drawn(tmp_path):
+    assert run("import", "--template", "example", "-o", str(tmp_path))[0] == 0
+    config = str(tmp_path / "import.toml")
+    assert run("import", config, "--check", "--picture", str(tmp_path / "p.png"))[0] == 0
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    code, _, err = run("import", config, "--check", "--picture", str(tmp_path / "p.nonsense"))
+    assert (code, err.count("\n")) == (2, 1)
+    assert "expected a name that ends in .png" in err
