@@ -11,7 +11,7 @@ import shakedown
 from shakedown import LoadEvidence
 from shakedown.report.json_documents import plain, problem_document
 
-from .options import json_option, quiet_option
+from .options import OutputFile, json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
 
 EXAMPLE = "example"
@@ -20,13 +20,13 @@ ROUND_OFF = 1e-9  # of the largest resultant
 
 @click.command("import", short_help="Make a problem file from finite-element output.")
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the problem file here.")
+@click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Draw nodes and normals (PNG, SVG, PDF).")
 @click.option(
     "--template",
     type=click.Choice([*shakedown.import_template_names(), EXAMPLE]),
-    help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a whole folder.",
+    help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
 @json_option
 @quiet_option
@@ -49,8 +49,6 @@ def import_problem_command(
 
     Start with --template, look with --check, then write with -o.
     """
-    if output is not None and template != EXAMPLE:
-        shakedown.check_target(output)
     if template is not None:
         _write_template(template, config, output)
         return

@@ -95,8 +95,8 @@ def test_check_shows_what_is_read_and_writes_nothing(tmp_path):
 
 
 def test_a_picture_is_drawn(tmp_path):
-    assert run("import", "--template", "example", "-o", str(tmp_path))[0] == 0
-    config = str(tmp_path / "import.toml")
+    assert run("import", "--template", "example", "-o", str(tmp_path / "punch"))[0] == 0
+    config = str(tmp_path / "punch" / "import.toml")
     assert run("import", config, "--check", "--picture", str(tmp_path / "p.png"))[0] == 0
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     code, _, err = run("import", config, "--check", "--picture", str(tmp_path / "p.nonsense"))
