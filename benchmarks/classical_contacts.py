@@ -68,7 +68,7 @@ def line_contact_errors(refinement: int) -> dict:
 
 def rates(errors: list[float]) -> list[str]:
     """Order of convergence between each mesh and the next."""
-    return ["-", *(f"{np.log2(a / b):.2f}" for a, b in pairwise(errors))]
+    return ["-" for _ in errors[:1]] + [f"{np.log2(a / b):.2f}" for a, b in pairwise(errors)]
 
 
 def tables(rows: list[dict]) -> str:
@@ -106,7 +106,8 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     )
     for contact, key, label in shown:
         mine = sorted((row["refinement"], row[key]) for row in rows if row["contact"] == contact)
-        axes.loglog(*zip(*mine, strict=True), "o-", ms=4, label=label)
+        if mine:
+            axes.loglog(*zip(*mine, strict=True), "o-", ms=4, label=label)
     axes.set(xlabel="refinement (elements multiplied by)", ylabel="relative error")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")

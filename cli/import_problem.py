@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import shakedown
-from shakedown import LoadEvidence
 from shakedown.report.json_documents import plain, problem_document
 
 from .options import OutputFile, json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
+
+if TYPE_CHECKING:
+    from shakedown import LoadEvidence
 
 EXAMPLE = "example"
 ROUND_OFF = 1e-9  # of the largest resultant
