@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import click
 
 import shakedown
 from shakedown import SIDE_NAMES, Problem
-from shakedown.report.json_documents import bounds_document, curve_document, friction_document
-from shakedown.report.words import bounds_in_words, coupling_in_words, curve_in_words, friction_in_words
+from shakedown.report.json_documents import (
+    bounds_document,
+    curve_document,
+    friction_document,
+    proved_document,
+)
+from shakedown.report.words import (
+    bounds_in_words,
+    certain_in_words,
+    coupling_in_words,
+    curve_in_words,
+    friction_in_words,
+)
 
+from .initial import initial_state
 from .options import json_option, problem_argument, quiet_option
 from .output import echo_json, headline, listing, number, paragraph, say, table
 
@@ -19,32 +33,60 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 @click.command(short_help="Bounds, safe slip, friction thresholds.")
 @problem_argument
+@click.option(
+    "--initial",
+    metavar="STATE",
+    default="zero",
+    show_default=True,
+    help="State for which shakedown is to be proved: zero, given, given:K or PATH.npy.",
+)
+@click.option(
+    "--distance",
+    type=float,
+    default=0.0,
+    show_default=True,
+    help="How far the state may be from it, in the energy norm.",
+)
 @json_option
 @quiet_option
-def solve(problem: Problem, as_json: bool) -> None:
+def solve(problem: Problem, initial: str, distance: float, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
+    if initial in ("safe", "witness"):
+        raise click.UsageError(f"--initial {initial}: expected zero, given or PATH.npy")
+    energy = shakedown.energy_bound(problem, initial_state(problem, 0.0, initial), distance)
     if problem.n >= ANNOUNCED_FROM:
         click.echo(f"{problem.n} linear programs for λ_1: this may take a minute.", err=True)
     bounds = shakedown.shakedown_bounds(problem)
+    universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
     limits = shakedown.friction_thresholds(problem)
     curve = None
     if bounds.have_gap and problem.n <= CURVE_UP_TO:
         curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
         more = {"friction": friction_document(limits), "guarantee_curve": curve and curve_document(curve)}
-        echo_json(bounds_document(problem, bounds) | more)
+        echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
     else:
-        say(_text(problem, bounds, limits, curve))
+        say(_text(problem, Proved(energy, universal), bounds, limits, curve))
+
+
+class Proved(NamedTuple):
+    """What is proved, from one state and from every one."""
+
+    energy: shakedown.EnergyBound
+    universal: shakedown.UniversalBound
 
 
 def _text(
     problem: Problem,
+    proved: Proved,
     bounds: shakedown.ShakedownBounds,
     limits: shakedown.FrictionThresholds,
     curve: shakedown.GuaranteeCurve | None,
 ) -> str:
     upper, lower = bounds.upper, bounds.lower
-    lines = [headline(problem), "", listing(_facts(bounds)), ""]
+    lines = [headline(problem), ""]
+    lines += [paragraph(sentence) for sentence in certain_in_words(*proved, upper)]
+    lines += ["", listing(_facts(bounds, proved)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
     lines += [] if curve is None else [paragraph(curve_in_words(curve))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
@@ -57,12 +99,17 @@ def _text(
     return "\n".join([*lines, "", table(headers, rows)])
 
 
-def _facts(bounds: shakedown.ShakedownBounds) -> list[tuple[str, str, str]]:
+def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
+    energy, universal = proved
+    exactly = energy.certified
+    certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
     least = upper.least_load_factor
     collapse = f"collapse of node {lower.node}" if lower.node >= 0 else "no node collapses"
     return [
+        ("from this state λ_E", number(energy.load_factor, 10), f"{energy.status}{certified}"),
+        ("from every state λ_U", number(universal.load_factor, 10), universal.argument),
         ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
         ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),

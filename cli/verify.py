@@ -9,7 +9,13 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import verification_document
-from shakedown.report.words import bounds_in_words, friction_in_words, transient_in_words
+from shakedown.report.words import (
+    as_given_in_words,
+    bounds_in_words,
+    certain_in_words,
+    friction_in_words,
+    transient_in_words,
+)
 
 from .options import OutputFile, cycles_option, json_option, method_option, problem_argument, quiet_option
 from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
@@ -87,6 +93,9 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += ["DISAGREEMENT" if result.disagreements else "OPEN"]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
+    proved = certain_in_words(result.energy, result.universal, result.bounds.upper)
+    lines += [paragraph(sentence) for sentence in (as_given_in_words(result.as_given), *proved)]
+    lines += [""]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
-from shakedown.long_term.outcome import nodes_in_words
+from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.simulation import Simulation
 from shakedown.model.constraints import SIDE_NAMES
 from shakedown.report.json_documents import as_text, verification_document
@@ -25,7 +25,14 @@ from shakedown.report.verification_figures import (
     slip_per_cycle_figure,
     slip_space_figure,
 )
-from shakedown.report.words import bounds_in_words, critical_in_words, friction_in_words, transient_in_words
+from shakedown.report.words import (
+    as_given_in_words,
+    bounds_in_words,
+    certain_in_words,
+    critical_in_words,
+    friction_in_words,
+    transient_in_words,
+)
 from shakedown.verification.verify import Run, Verification
 from shakedown.visible_text import shortened, visible
 
@@ -105,8 +112,10 @@ def _context(v: Verification) -> dict[str, Any]:
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
         + (f", units {shortened(problem.units)}" if problem.units else ""),
+        "headline": as_given_in_words(v.as_given),
+        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper),
         "verdict": _verdict(v),
-        "verdict_class": "disagree" if v.disagreements else "open" if v.open_questions else "agree",
+        "verdict_class": _verdict_class(v),
         "problems": [*v.disagreements, *v.open_questions],
         "notes": v.notes,
         "bounds": _bounds_rows(v),
@@ -128,11 +137,20 @@ def _context(v: Verification) -> dict[str, Any]:
 
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
-    "down, above λ_max none can, and the safe slip shakes down up to λ_max. Slip per period: Σ|Δv| of the "
+    "down, above λ_max none can, the safe slip shakes down up to λ_max, and so does every state inside the "
+    "energy ball (“ball”: drawn just inside its surface). Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "
     "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
     "re-computed from slips and gaps alone."
 )
+
+
+def _verdict_class(v: Verification) -> str:
+    """The colour of the banner: green only where the joint shakes down and nothing contradicts."""
+    outcome = v.as_given.simulation.outcome
+    if v.disagreements or outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+        return "disagree"
+    return "agree" if outcome == Outcome.SHAKEDOWN and not v.open_questions else "open"
 
 
 def _verdict(v: Verification) -> str:

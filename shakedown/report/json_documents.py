@@ -12,10 +12,12 @@ from shakedown.visible_text import visible
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.shakedown_bounds import ShakedownBounds
+    from shakedown.energy.energy_bound import EnergyBound
     from shakedown.enumeration.critical import CriticalLoadFactors, Intersection
     from shakedown.friction.thresholds import FrictionThresholds, Threshold
     from shakedown.long_term.simulation import Simulation
     from shakedown.long_term.transient_limit import TransientLimit
+    from shakedown.universal.universal_bound import UniversalBound
     from shakedown.verification.verify import Verification
 
 
@@ -80,6 +82,13 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
     )
 
 
+def proved_document(energy: "EnergyBound", universal: "UniversalBound") -> dict[str, Any]:
+    """What is proved from one state (energy bound) and from every one, as ``solve --json`` writes it."""
+    from shakedown.energy.energy_bound import energy_document  # loads Clarabel, but so did the bound
+
+    return plain({"energy": energy_document(energy)} | universal.document())
+
+
 def curve_document(curve: "GuaranteeCurve") -> dict[str, Any]:
     """λ_1(R) as ``shakedown-bounds solve --json`` writes it."""
     keys = ("status", "radii", "load_factors", "nodes", "unit", "weights", "invariant")
@@ -95,7 +104,7 @@ def transient_document(limit: "TransientLimit") -> dict[str, Any]:
 def verification_document(verification: "Verification") -> dict[str, Any]:
     """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it."""
     v = verification
-    document = bounds_document(v.problem, v.bounds)
+    document = bounds_document(v.problem, v.bounds) | proved_document(v.energy, v.universal)
     runs = [
         {
             "region": run.region,

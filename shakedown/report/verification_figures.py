@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shakedown import plot
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.verification.verify import Run, Verification
 
-COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE}
+COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 PANEL = (4.3, 3.6)  # inches
 
 
@@ -75,7 +75,7 @@ def _styles(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
     for run in runs:
         word, _, index = run.initial.partition(" ")
         dashes = ["-", "--", ":", "-."][int(index or 0) % 4]
-        label = word if word in ("random", "given") else run.initial
+        label = word if word in ("random", "given", "ball") else run.initial
         styles[run.initial] = {"color": COLOURS[word], "ls": dashes, "label": label}
     return styles
 

@@ -12,10 +12,13 @@ from shakedown.model.status import Status
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
+    from shakedown.energy.energy_bound import EnergyBound
     from shakedown.enumeration.critical import CriticalLoadFactors
     from shakedown.friction.thresholds import FrictionThresholds, Threshold
     from shakedown.long_term.transient_limit import TransientLimit
     from shakedown.model.problem import Problem
+    from shakedown.universal.universal_bound import UniversalBound
+    from shakedown.verification.verify import Run
 
 
 def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
@@ -40,6 +43,85 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(lower)] if gap else []
     return [_below(lower), *between, _above(upper), _as_given(bounds), *_reservations(bounds)]
+
+
+def certain_in_words(energy: EnergyBound, universal: UniversalBound | None, upper: UpperBound) -> list[str]:
+    """What is certain, first of all: proved from this state, proved from every state, excluded.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> energy, universal = shakedown.energy_bound(joint), shakedown.universal_bound(joint)
+    >>> for line in certain_in_words(energy, universal, shakedown.upper_bound(joint)):
+    ...     print(line)
+    From slip zero the joint is proved to shake down up to λ_E = 0.6619611; from every initial
+    state, closed and admissible, up to λ_U = 0.6573735 (two nodes); with all nodes in contact it
+    cannot above λ_max = 0.7391456.
+    """
+    parts = [_proved_from_here(energy)]
+    if universal is not None:
+        parts.append(_proved_from_everywhere(universal))
+    if upper.status == Status.OPTIMAL and not upper.open_nodes:
+        parts.append(f"with all nodes in contact it cannot above λ_max = {upper.load_factor:.7g}")
+    sentence = "; ".join(part for part in parts if part)
+    return [sentence + "."]
+
+
+def as_given_in_words(run: Run) -> str:
+    """The answer for the loading as given: what becomes of the joint at λ = 1.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> result = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
+    >>> print(as_given_in_words(result.as_given))
+    At the loading as given (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
+    slip, simulated.
+    """
+    from shakedown.long_term.outcome import Outcome, nodes_in_words  # compiled code stands behind it
+
+    state = run.simulation
+    start = "slip zero" if run.initial == "zero" else "the given slip"
+    here = f"At the loading as given (λ = 1), from {start}, the joint"
+    slipping = nodes_in_words(tuple(int(i) for i in np.flatnonzero(state.slip_per_cycle > 0)))
+    if state.outcome == Outcome.SHAKEDOWN:
+        kept = f" with {nodes_in_words(state.open_nodes)} open" if len(state.open_nodes) else ""
+        if state.proved and state.long_term is not None:
+            margin = state.long_term.single_node_margin
+            return f"{here} shakes down{kept}: proved; any one node may be off by {margin:.3g}."
+        return f"{here} shakes down{kept}: simulated, not proved."
+    words = {
+        Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, simulated.",
+        Outcome.RATCHETTING: f"slips on and on in every cycle ({slipping}): ratchetting, simulated.",
+        Outcome.SEPARATION: f"loses contact in every cycle: {state.reason}.",
+        Outcome.UNDECIDED: f"is undecided: {state.reason}.",
+    }
+    return f"{here} {words[state.outcome]}"
+
+
+def _proved_from_here(energy: EnergyBound) -> str:
+    start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
+    if energy.distance > 0:
+        start = f"every state within the energy distance {energy.distance:.4g} of {start}"
+    if energy.status == Status.INFEASIBLE:
+        return f"From {start} no load factor is proved ({energy.reason}; a state after some cycles may do)"
+    least = energy.least_load_factor
+    begins = f" from λ = {least:.7g} on" if least > 0 else ""
+    if energy.status == Status.UNBOUNDED:
+        return f"From {start} the joint is proved to shake down at every load factor{begins}"
+    return f"From {start} the joint is proved to shake down{begins} up to λ_E = {energy.load_factor:.7g}"
+
+
+def _proved_from_everywhere(universal: UniversalBound) -> str:
+    if np.isnan(universal.load_factor):
+        return ""
+    if universal.load_factor == 0:
+        return f"from every initial state no load factor is proved ({universal.reason})"
+    if np.isinf(universal.load_factor):
+        return f"from every initial state at every load factor ({universal.argument})"
+    number = f"λ_U = {universal.load_factor:.7g}"
+    return f"from every initial state, closed and admissible, up to {number} ({universal.argument})"
 
 
 def _below(lower: LowerBound) -> str:
@@ -173,8 +255,14 @@ def transient_in_words(limit: TransientLimit) -> str:
     if not np.isfinite(limit.high):
         return f"From its initial state the joint shakes down at every load factor scanned ({scan})."
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
+    proved = ""
+    if np.isfinite(limit.proved):
+        proved = f"; shakedown is proved at λ = {limit.proved:.7g}"
+        if np.isfinite(limit.cycling):
+            proved += f", a cycle was found at λ = {limit.cycling:.7g}"
     return (
-        f"From its initial state the joint shakes down up to λ_T = {limit.load_factor:.7g}{order} ({scan})."
+        f"From its initial state the joint shakes down up to λ_T = {limit.load_factor:.7g}{order}{proved} "
+        f"({scan})."
     )
 
 

@@ -8,11 +8,15 @@ import numpy as np
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import UpperBound
+from shakedown.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 
+AS_GIVEN = 1.0  # the load factor of the loading as given: always simulated
+ON_SURFACE = 2  # initial states on the surface of the energy ball, per load factor
+JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 
 
@@ -29,19 +33,23 @@ class Case:
         λ.
     initial, start
         Name of the initial state, and its slip (n,) [length].
+    in_ball
+        Whether it lies inside the energy ball of this load factor: shakedown is proved.
     """
 
     region: str
     load_factor: float
     initial: str
     start: FloatArray
+    in_ball: bool = False
 
     @property
     def predicted(self) -> str:
         """ "shakedown", "no shakedown", or "either" where the bounds predict nothing."""
         if self.region in (UNSAFE, ABOVE):
             return "no shakedown"
-        return "shakedown" if self.region == BELOW or self.initial == "safe" else "either"
+        certain = self.region == BELOW or self.initial == "safe" or self.in_ball
+        return "shakedown" if certain else "either"
 
 
 def planned_cases(
@@ -57,21 +65,44 @@ def planned_cases(
     generator = np.random.default_rng(seed)
     randoms = generator.uniform(-1.0, 1.0, (random_states, problem.n))
     centre = np.zeros(problem.n) if np.isnan(upper.slip).any() else upper.slip
-    given = problem.initial_slip if problem.initial_slip is not None else np.empty((0, problem.n))
-    for load_factor in (
-        default_load_factors(lower, upper, tolerances) if load_factors is None else load_factors
-    ):
+    chosen = default_load_factors(lower, upper, tolerances) if load_factors is None else load_factors
+    for load_factor in chosen:
         region = region_of(load_factor, lower, upper)
         safe = upper.slip
         if region in (BELOW, BETWEEN):
             safe = safe_slip(problem, load_factor, tolerances=tolerances).slip
-        states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip}
-        states |= {f"given {k}": state for k, state in enumerate(given)}
+        states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip} | given_states(problem)
         half_width = random_half_width(problem, load_factor)
         states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
+        ball = energy_ball(problem, load_factor, tolerances=tolerances)
+        if 0 < ball.radius < np.inf:
+            away = np.random.default_rng(seed).normal(size=(ON_SURFACE, ball.metric.inverse.shape[1]))
+            states |= {f"ball {k}": state for k, state in enumerate(ball.at(away, JUST_INSIDE))}
         for name, state in states.items():
             if not np.isnan(state).any():
-                yield Case(region, load_factor, name, state)
+                yield Case(region, load_factor, name, state, _in_ball(problem, ball, name, state, tolerances))
+    if AS_GIVEN not in chosen:
+        ball = energy_ball(problem, AS_GIVEN, tolerances=tolerances)
+        name, state = next(iter(({**given_states(problem), "zero": np.zeros(problem.n)}).items()))
+        inside = _in_ball(problem, ball, name, state, tolerances)
+        yield Case(region_of(AS_GIVEN, lower, upper), AS_GIVEN, name, state, inside)
+
+
+def _in_ball(
+    problem: Problem, ball: EnergyBall, name: str, state: FloatArray, tolerances: Tolerances
+) -> bool:
+    """Whether a state is proved to shake down: in the largest ball, or (zero, given) in one about itself."""
+    if ball.contains(state) or ball.radius == 0:
+        return bool(ball.contains(state))
+    if not name.startswith(("zero", "given")):
+        return False
+    return bool(energy_ball(problem, ball.load_factor, around=state, tolerances=tolerances).contains(state))
+
+
+def given_states(problem: Problem) -> dict[str, FloatArray]:
+    """The initial states that come with a problem, by name."""
+    states = () if problem.initial_slip is None else problem.initial_slip
+    return {f"given {k}": state for k, state in enumerate(states)}
 
 
 def default_load_factors(

@@ -11,6 +11,7 @@ from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.shakedown_bounds import ShakedownBounds, shakedown_bounds
 from shakedown.bounds.upper import UpperBound
+from shakedown.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.errors import UsageError
 from shakedown.friction.thresholds import FrictionThresholds, friction_thresholds
@@ -20,7 +21,8 @@ from shakedown.long_term.transient_limit import TransientLimit, transient_limit
 from shakedown.model.problem import Problem
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
-from shakedown.verification.plan import BELOW, Case, planned_cases
+from shakedown.universal.universal_bound import UniversalBound, universal_bound
+from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SCANNED = 20  # load factors scanned for the transient limit
@@ -62,6 +64,10 @@ class Verification:
     ----------
     problem
         The joint.
+    energy
+        λ_E: up to where shakedown is proved from the first given state, or from slip zero.
+    universal
+        λ_U: up to where it is proved from every initial state.
     bounds
         Both bounds, by linear programming (HiGHS).
     second_lower, second_upper
@@ -91,6 +97,8 @@ class Verification:
     """
 
     problem: Problem
+    energy: EnergyBound
+    universal: UniversalBound
     bounds: ShakedownBounds
     second_lower: ConicBound
     second_upper: ConicBound
@@ -103,6 +111,13 @@ class Verification:
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
     notes: tuple[str, ...]
+
+    @property
+    def as_given(self) -> Run:
+        """The loading as given (λ = 1) from the first given state, or from slip zero."""
+        name = "zero" if self.problem.initial_slip is None else "given 0"
+        found = [run for run in self.runs if run.simulation.load_factor == AS_GIVEN and run.initial == name]
+        return found[0]
 
     @property
     def agrees(self) -> bool:
@@ -126,7 +141,8 @@ def verify(
 
     Below λ_1 every initial state must shake down; above λ_max none can, nor below λ_lo
     where the mean load alone has no safe slip. Between the bounds the safe slip must
-    shake down; other states may do either.
+    shake down, and every state inside the energy ball, of which some are drawn just
+    inside its surface; other states may do either.
 
     Parameters
     ----------
@@ -155,7 +171,7 @@ def verify(
     >>> import shakedown
     >>> report = shakedown.verify(shakedown.example("two-node"), random_states=1)
     >>> report.agrees, len(report.runs)
-    (True, 12)
+    (True, 17)
     """
     if random_states < 0:
         raise UsageError(f"random states: expected at least 0, found {random_states}")
@@ -176,8 +192,11 @@ def verify(
     second_lower = conic_lower_bound(problem, tolerances=tolerances)
     second_upper = conic_upper_bound(problem, tolerances=tolerances)
     roads = list(_road_findings(bounds, second_lower, second_upper, tolerances))
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
     return Verification(
         problem=problem,
+        energy=energy_bound(problem, start, tolerances=tolerances),
+        universal=universal_bound(problem, first_collapse=lower, tolerances=tolerances),
         bounds=bounds,
         second_lower=second_lower,
         second_upper=second_upper,

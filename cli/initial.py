@@ -1,0 +1,59 @@
+"""Initial states on the command line: words, state numbers, files."""
+
+from __future__ import annotations
+
+import os
+
+import click
+import numpy as np
+
+import shakedown
+from shakedown import FloatArray, Problem
+from shakedown.visible_text import shortened
+
+LONGEST_INDEX = 18  # digits of a state number
+
+
+def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatArray:
+    """The initial slip, (n,), that a word or a file on the command line stands for."""
+    word, colon, index = initial.partition(":")
+    if colon and word in ("zero", "safe", "witness"):
+        raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
+    if word == "zero":
+        return np.zeros(problem.n)
+    if word == "given":
+        return _given(problem, index)
+    if word == "safe":
+        return _existing(shakedown.safe_slip(problem, load_factor).slip, "a safe slip", load_factor)
+    if word == "witness":
+        return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
+    return _from_file(initial)
+
+
+def _given(problem: Problem, index: str) -> FloatArray:
+    states = problem.initial_slip
+    if states is None:
+        raise click.UsageError("--initial given: the problem has no initial_slip")
+    shown = shortened(index, 20)
+    if not index.isdecimal() and index:
+        raise click.UsageError(f"--initial given:{shown}: expected a state number")
+    if len(index) > LONGEST_INDEX or int(index or 0) >= len(states):
+        raise click.UsageError(f"--initial given:{shown}: the problem has {len(states)} state(s), from 0")
+    return states[int(index or 0)]
+
+
+def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
+    if np.isnan(slip).any():
+        raise click.UsageError(f"there is no such initial state: {what} does not exist at {load_factor:g}")
+    return slip
+
+
+def _from_file(path: str) -> FloatArray:
+    if not os.path.lexists(path):
+        raise click.UsageError(
+            f"--initial {shortened(path)}: expected zero, safe, witness, given or an existing NPY file"
+        )
+    try:
+        return shakedown.load_initial_slip(path)
+    except shakedown.ProblemError as error:
+        raise click.UsageError(f"--initial {error}") from None

@@ -1,0 +1,82 @@
+"""What the commands say is proved: from this state, from every state, at the loading as given."""
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+
+
+def test_solve_says_first_what_is_certain():
+    out = run("solve", "block-9")[1]
+    first = " ".join(out.splitlines()[2:6])
+    assert "From slip zero the joint is proved to shake down up to λ_E = 4.663391" in first
+    assert "from every initial state no load factor is proved" in first
+    assert "with all nodes in contact it cannot above λ_max = 4.715032" in first
+
+
+def test_solve_json_has_energy_and_universal():
+    result = document("solve", "two-node")
+    energy, universal = result["energy"], result["universal"]
+    assert energy["load_factor"] == pytest.approx(0.6619611189, abs=1e-9)
+    assert (energy["status"], energy["distance"]) == ("optimal", 0.0)
+    assert len(energy["slip"]) == 2
+    assert energy["radius"] > 0
+    assert universal == {"load_factor": pytest.approx(0.65737347), "node": 1, "argument": "two nodes"}
+    assert result["closing_box"]["load_factor"] == pytest.approx(0.6543765, abs=1e-6)
+
+
+def test_initial_state_and_distance_are_the_energy_bounds(tmp_path):
+    joint = shakedown.example("three-node")
+    given = document("solve", "three-node", "--initial", "given", "--distance", "0.1")["energy"]
+    expected = shakedown.energy_bound(joint, joint.initial_slip[0], 0.1)
+    assert given["status"] == expected.status
+    assert given["distance"] == 0.1
+    np.save(tmp_path / "state.npy", [0.1, 0.0, 0.0])
+    read = document("solve", "three-node", "--initial", str(tmp_path / "state.npy"))["energy"]
+    assert read["load_factor"] == pytest.approx(shakedown.energy_bound(joint, [0.1, 0, 0]).load_factor)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--distance", "-1"), "distance: expected a number >= 0, found -1"),
+        (("--distance", "nan"), "distance: expected a number >= 0, found nan"),
+        (("--initial", "safe"), "expected zero, given or PATH.npy"),
+        (("--initial", "given"), "the problem has no initial_slip"),
+    ],
+)
+def test_bad_states_and_distances_are_one_line(words, message):
+    code, out, err = run("solve", "two-node", *words)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "colour", "answer"),
+    [
+        ("two-node", "disagree", "slips in every cycle (node 1): cyclic slip"),
+        ("block-9", "agree", "shakes down: proved; any one node may be off by"),
+    ],
+)
+def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, name, colour, answer):
+    code, out, _ = run("verify", name, "--random", "0", "-o", "r.html", cwd=tmp_path)
+    assert code == 0
+    assert answer in " ".join(out.split())
+    page = (tmp_path / "r.html").read_text()
+    banner = page[page.index('<div class="verdict') : page.index("<h2>")]
+    assert f'class="verdict {colour}"' in banner
+    assert answer in banner
+    assert "is proved to shake down up to λ_E" in banner
+
+
+def test_verify_predicts_from_the_energy_ball():
+    runs = document("verify", "block-9", "--random", "0")["runs"]
+    on_surface = [one for one in runs if one["initial"].startswith("ball")]
+    assert on_surface
+    assert all(one["predicted"] == one["outcome"] == "shakedown" and one["agrees"] for one in on_surface)
+    as_given = [one for one in runs if one["load_factor"] == 1]
+    assert [one["initial"] for one in as_given] == ["zero"]
+    assert as_given[0]["predicted"] == "shakedown"
+    assert as_given[0]["proved"] is True
