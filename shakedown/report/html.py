@@ -178,13 +178,17 @@ def _bounds_rows(v: Verification) -> list[tuple[str, str, str, str]]:
         ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_lower.load_factor),
         ("upper bound λ_max (a safe slip exists)", v.bounds.upper.load_factor, v.second_upper.load_factor),
     )
-    return [(name, _number(one, 10), _number(two, 10), _difference(one, two)) for name, one, two in pairs]
+    upper = v.bounds.upper.load_factor
+    scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
+    return [
+        (name, _number(one, 10), _number(two, 10), _difference(one, two, scale)) for name, one, two in pairs
+    ]
 
 
-def _difference(one: float, two: float) -> str:
+def _difference(one: float, two: float, scale: float) -> str:
     if not (np.isfinite(one) and np.isfinite(two)):
         return "–"
-    size = max(abs(one), abs(two))
+    size = max(abs(one), abs(two), scale)
     return f"{abs(one - two) / size:.1e}" if size else "0"
 
 
