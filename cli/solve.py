@@ -13,6 +13,7 @@ from shakedown.report.json_documents import (
     curve_document,
     friction_document,
     proved_document,
+    quick_document,
 )
 from shakedown.report.words import (
     bounds_in_words,
@@ -47,15 +48,26 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
     show_default=True,
     help="How far the state may be from it, in the energy norm.",
 )
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Only what takes few programs: λ_E, λ_max and the safe slip (no λ_1, λ_U, thresholds).",
+)
 @json_option
 @quiet_option
-def solve(problem: Problem, initial: str, distance: float, as_json: bool) -> None:
+def solve(problem: Problem, initial: str, distance: float, quick: bool, as_json: bool) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given or PATH.npy")
     energy = shakedown.energy_bound(problem, initial_state(problem, 0.0, initial), distance)
+    if quick:
+        _solve_quickly(problem, energy, as_json)
+        return
     if problem.n >= ANNOUNCED_FROM:
-        click.echo(f"{problem.n} linear programs for λ_1: this may take a minute.", err=True)
+        click.echo(
+            f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
+            err=True,
+        )
     bounds = shakedown.shakedown_bounds(problem)
     universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
     limits = shakedown.friction_thresholds(problem)
@@ -67,6 +79,20 @@ def solve(problem: Problem, initial: str, distance: float, as_json: bool) -> Non
         echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
     else:
         say(_text(problem, Proved(energy, universal), bounds, limits, curve))
+
+
+def _solve_quickly(problem: Problem, energy: shakedown.EnergyBound, as_json: bool) -> None:
+    """What one linear and one cone program tell."""
+    upper = shakedown.upper_bound(problem, certify=False)
+    if as_json:
+        echo_json(quick_document(problem, energy, upper))
+        return
+    lines = [headline(problem), ""]
+    lines += [paragraph(sentence) for sentence in certain_in_words(energy, None, upper)]
+    if upper.status != "optimal":
+        lines += [paragraph(f"{upper.status}: {upper.reason}.")]
+    rows = [[str(j), number(slip), _sides(upper, j)] for j, slip in enumerate(upper.slip)]
+    say("\n".join([*lines, "", table(["node", "safe slip", "active at λ_max"], rows)]))
 
 
 class Proved(NamedTuple):

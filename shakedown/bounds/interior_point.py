@@ -87,7 +87,7 @@ def conic_upper_bound(
     taken[rows.step, np.arange(2 * rows.n)] = (
         True  # of the rows of every load step few matter: begin with these
     )
-    while True:
+    while True:  # ends: every round takes further rows, and there are finitely many
         step, row = np.nonzero(taken)
         matrix = np.column_stack([rows.G[row], steps[step, row]])
         bound = _bound(matrix, rows.g[row], -1.0, solver, tolerances)

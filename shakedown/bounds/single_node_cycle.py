@@ -86,7 +86,7 @@ def _least_last(
     count = matrix.shape[1]
     taken = np.arange(len(right)) < core
     sizes = np.abs(matrix)
-    while True:
+    while True:  # ends: every round takes further rows, and there are finitely many
         program = LinearProgram(
             matrix[taken],
             cost=np.append(np.zeros(count - 1), 1.0),

@@ -51,7 +51,7 @@ def farthest(rows: ConeRows, tolerances: Tolerances) -> Farthest:
     need no more than k + 2 unknowns.
     """
     chosen = _first_rows(rows)
-    while True:
+    while True:  # ends: every round takes further rows, and there are finitely many
         part = rows.among(chosen)
         found = _solved(part)
         if found.status != Status.OPTIMAL and len(chosen) < len(rows.d):

@@ -193,7 +193,7 @@ class Evolution:
             delay = np.zeros(tangent.shape[1])
             follow_derivative(self.motion, tangent, delay)
         self.jumps, self._nudged = [], None
-        while True:
+        while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
             status = kernel.follow(run, cycles)
             now = progress(run)
             found = status == kernel.NO_RATES and self._finds_rates()

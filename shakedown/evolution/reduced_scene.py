@@ -84,7 +84,7 @@ def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike 
     start = checked_initial_slip(problem, initial_slip)
     states = _States(problem, load_factor, start)
     closed, fixed = np.ones(problem.n, dtype=bool), np.ones(problem.n, dtype=bool)
-    while True:
+    while True:  # ends: every round frees a node, or lets one open
         clearance = states.least(closed, fixed, fixed, states.clearance)
         normal = states.least(closed, fixed, closed & ~fixed, states.normal)
         can_slip, can_open = fixed & (clearance <= MARGIN), closed & ~fixed & (normal <= MARGIN)

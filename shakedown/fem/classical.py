@@ -166,7 +166,7 @@ def cylinder_on_flat(
 def _graded(refinement: int, start: float = CANDIDATE) -> FloatArray:
     """Grid from ``start`` to FAR whose steps grow from the size in the contact."""
     step, growth, points = 0.25 / refinement, 1.0 + 0.3 / refinement, [start]
-    while points[-1] < FAR:
+    while points[-1] < FAR:  # ends: the steps grow
         points.append(points[-1] + step)
         step *= growth
     return start + (np.array(points) - start) * (FAR - start) / (points[-1] - start)

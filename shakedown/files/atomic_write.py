@@ -151,7 +151,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
 def _created(target: Path, mode: int) -> tuple[Path, int]:
     """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-    while True:
+    while True:  # ends: only a sweep between two system calls makes it try again
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
         try:

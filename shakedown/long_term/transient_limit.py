@@ -147,9 +147,10 @@ def transient_limit(
     if not good:
         return _limit(start, runs, np.nan, float(scan[0]), None)
     low, high = float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
-    while np.isfinite(high) and high - low > accuracy * top:
-        middle = 0.5 * (low + high)
+    middle = 0.5 * (low + high)
+    while np.isfinite(high) and high - low > accuracy * top and low < middle < high:  # floats are finite
         low, high = (middle, high) if shakes_down(middle) else (low, middle)
+        middle = 0.5 * (low + high)
     return _limit(start, runs, low, high, _proved_state(problem, low, start, tolerances))
 
 

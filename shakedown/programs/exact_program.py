@@ -84,7 +84,7 @@ def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> E
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
     active, free = list(active), sorted(free)
-    while len(active) == len(free):
+    while len(active) == len(free):  # ends: every round sets a further column free
         end = _simplex(program.columns(free), active)
         if end is None:
             return None

@@ -302,7 +302,7 @@ def _text(lines: list[str], name: str) -> Iterator[Heading]:
         heading = _heading(match[5], rows, columns, form, kind, where)
         yield heading
         previous = 0
-        while True:
+        while True:  # ends: every round reads a line
             where, head = text.where, text.next().ljust(24)
             column, row, words = integers([head[:8], head[8:16], head[16:24]], where)
             if not previous < column <= columns + 1:

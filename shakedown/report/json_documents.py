@@ -12,6 +12,7 @@ from shakedown.visible_text import visible
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.shakedown_bounds import ShakedownBounds
+    from shakedown.bounds.upper import UpperBound
     from shakedown.energy.energy_bound import EnergyBound
     from shakedown.enumeration.critical import CriticalLoadFactors, Intersection
     from shakedown.friction.thresholds import FrictionThresholds, Threshold
@@ -69,17 +70,30 @@ def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, An
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
         "lift_off_bound certified uncertified reduced_accuracy residual"
     )
-    upper_keys = (
-        "status load_factor least_load_factor slip direction active certified uncertified exact "
-        "reduced_accuracy reason residual"
-    )
     return plain(
         {
             "problem": problem_document(problem),
             "lower": {key: getattr(lower, key) for key in lower_keys.split()},
-            "upper": {key: getattr(upper, key) for key in upper_keys.split()},
+            "upper": upper_document(upper),
         }
     )
+
+
+def upper_document(upper: "UpperBound") -> dict[str, Any]:
+    """λ_max with its zone and its evidence."""
+    keys = (
+        "status load_factor least_load_factor slip open_nodes direction active certified uncertified exact "
+        "reduced_accuracy reason residual"
+    )
+    return plain({key: getattr(upper, key) for key in keys.split()})
+
+
+def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound") -> dict[str, Any]:
+    """What ``shakedown-bounds solve --quick --json`` writes."""
+    from shakedown.energy.energy_bound import energy_document
+
+    document = {"problem": problem_document(problem), "energy": energy_document(energy)}
+    return plain(document | {"upper": upper_document(upper)})
 
 
 def proved_document(energy: "EnergyBound", universal: "UniversalBound") -> dict[str, Any]:

@@ -35,25 +35,33 @@ class Run:
 
     Attributes
     ----------
-    region
-        Where the load factor lies: below λ_1, between the bounds, above λ_max; below
-        λ_lo where safe slips exist only from there on.
-    initial
-        Name of the initial state.
-    predicted
-        "shakedown", "no shakedown", or "either" where the bounds predict nothing.
+    case
+        What was to be simulated, and what is predicted for it.
     agrees
         True, False, or None where nothing was predicted or the simulation is undecided.
     simulation, seconds
         What came out, and the time it took [s].
     """
 
-    region: str
-    initial: str
-    predicted: str
+    case: Case
     agrees: bool | None
     simulation: Simulation
     seconds: float
+
+    @property
+    def region(self) -> str:
+        """Where the load factor lies."""
+        return self.case.region
+
+    @property
+    def initial(self) -> str:
+        """Name of the initial state."""
+        return self.case.initial
+
+    @property
+    def predicted(self) -> str:
+        """ "shakedown", "no shakedown", or "either" where nothing is predicted."""
+        return self.case.predicted
 
 
 @dataclass(frozen=True)
@@ -235,7 +243,7 @@ def _run(problem: Problem, case: Case, cycles: int, method: str, tolerances: Tol
     )
     seconds = time.perf_counter() - began
     agrees = _agreement(case.predicted, simulation)
-    return Run(case.region, case.initial, case.predicted, agrees, simulation, seconds)
+    return Run(case, agrees, simulation, seconds)
 
 
 def _agreement(predicted: str, run: Simulation) -> bool | None:

@@ -80,3 +80,16 @@ def test_verify_predicts_from_the_energy_ball():
     assert [one["initial"] for one in as_given] == ["zero"]
     assert as_given[0]["predicted"] == "shakedown"
     assert as_given[0]["proved"] is True
+
+
+def test_quick_leaves_out_what_takes_one_program_per_node():
+    result = document("solve", "block-33", "--quick")
+    assert set(result) == {"problem", "energy", "upper"}
+    assert result["energy"]["load_factor"] == pytest.approx(4.7067126363, abs=1e-8)
+    assert result["upper"]["load_factor"] == pytest.approx(5.0076730187, abs=1e-8)
+    assert result["upper"]["open_nodes"] == []
+    out = run("solve", "block-33", "--quick")[1]
+    assert "λ_E = 4.706713; with all nodes in contact it cannot above λ_max = 5.007673" in " ".join(
+        out.split()
+    )
+    assert max(map(len, out.splitlines())) <= 80
