@@ -102,7 +102,12 @@ def _above_critical(
 
 
 def two_node() -> Problem:
-    """The two-node system of thesis §5.3.1–5.3.2, fifty load steps."""
+    """The two-node system of thesis §5.3.1–5.3.2, fifty load steps.
+
+    The thesis does not print their number, which is inferred: with t = k/m no other m
+    from 8 to 2,000 gives all four of its digits, λ = 0.6574, 0.7391, 1.0525, 2.9349. As
+    m → ∞ they tend to 0.6572, 0.7389, 1.0520, 2.9297.
+    """
     t = np.arange(50) / 50
     q1, q2 = 15.8 + 200 * np.cos(2 * np.pi * (t - 0.05)), -400 + 700 * np.cos(2 * np.pi * (t + 0.125))
     p1, p2 = 588.5 + 150 * np.sin(2 * np.pi * t), 1300 + 300 * np.sin(2 * np.pi * t)
