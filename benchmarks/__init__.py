@@ -25,6 +25,7 @@ STUDIES: tuple[str, ...] = (
     "growth",
     "long_term",
     "receding",
+    "receding_zones",
     "refinement",
     "siconos_agreement",
     "slow_approach",

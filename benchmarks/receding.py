@@ -5,7 +5,8 @@ of its top, f = 0.35, ν = 0.3; the pressure rises to p_max, then cycles between
 p_max and p_max/3. The thesis (figs. 3.2–3.8) reports zones of stick, slip and
 separation that do not change during the first loading, slip increments per cycle
 that fall like N^−3.1, and a dissipation per cycle that falls to about 56 % of the
-first. Its mesh is not stated: the study repeats the case on several.
+first. Its mesh is not stated: the study repeats the case on several. Nor does it say
+which plane it means: plane strain is our choice.
 
 A cycle leads from p_max to p_max, so the first loading is no part of the first.
 Slip increment of cycle N: largest change of any node's slip from the start to
