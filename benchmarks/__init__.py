@@ -24,6 +24,7 @@ STUDIES: tuple[str, ...] = (
     "evolution",
     "growth",
     "long_term",
+    "reaction_planes",
     "receding",
     "receding_zones",
     "refinement",
