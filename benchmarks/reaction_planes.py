@@ -3,7 +3,8 @@
 *Two nodes in contact* (4.14)–(4.17): the reactions of node j are r_j = r_w,j + L_j v with
 L_j = [A_j; B_j], so the second node's change follows from the first one's, Δr₂ = M Δr₁,
 M = L₂ L₁⁻¹. M⁻¹ carries the second node's friction cone |q₂| ≤ f p₂ into the plane of the
-first: the state sticks while the first node's reactions lie in both sectors.
+first: the state sticks while the first node's reactions lie in both sectors. (How L_j is
+made up is inferred: only the product L₂L₁⁻¹ is at hand.)
 
 *Wedging* (4.3.2): a slip v ≠ 0 with |A v| ≤ f B v stays without any load.
 
@@ -27,7 +28,7 @@ from matplotlib.patches import Polygon
 
 import shakedown
 from shakedown import Constraints, FloatArray, Problem, plot
-from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED
+from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, labelled, units_of
 from shakedown.report.text_table import table
 
 TITLE = "Chapters IV and V: planes of slips and reactions, wedging, slip in the tenth cycle"
@@ -89,7 +90,12 @@ def figures(rows: list[dict[str, Any]]) -> dict[str, Figure]:
         "planes-reactions": reaction_figure(),
         "planes-wedging": wedging_figure(),
         "planes-slip": slip_figure(),
-        "planes-extreme-points": extreme_figure(),
+        "planes-extreme-points": extreme_figure(
+            shakedown.example("two-node"), (0, 1), "(thesis figs 5.1–5.3)"
+        ),
+        "planes-block-loops": extreme_figure(
+            shakedown.example("cantilevered-block"), (0, 8), "(like thesis fig. 5.7)"
+        ),
         "planes-tenth-cycle": tenth_cycle_figure(),
     }
 
@@ -169,7 +175,7 @@ def slip_figure() -> Figure:
             xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1])
         )
         axes.get_legend().remove()
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, frameon=False)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     figure.suptitle("Slip space at the critical load factors of the two-node system (thesis fig. 5.4)")
     return figure
 
@@ -188,14 +194,14 @@ def pair_corners(rows: Constraints, load_factor: float) -> FloatArray:
     return np.array([np.linalg.solve(rows.G[pair], right[pair]) for pair in pairs])
 
 
-def extreme_figure() -> Figure:
-    """The reactions of one period of both nodes at the safe slip, with the extreme load steps."""
-    problem = shakedown.example("two-node")
+def extreme_figure(problem: Problem, nodes: tuple[int, int], where: str) -> Figure:
+    """The reactions of one period of two nodes at the safe slip, with their extreme load steps."""
     upper, rows = shakedown.upper_bound(problem), shakedown.constraints(problem)
     q_w, p_w = shakedown.loading(problem).at(upper.load_factor)
     q, p = q_w + upper.slip @ problem.A.T, p_w + upper.slip @ problem.B.T
-    figure = Figure(figsize=(11, 4.8), layout="constrained")
-    for node, axes in enumerate(figure.subplots(1, 2)):
+    figure = Figure(figsize=(11, 5.0), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for node, axes in zip(nodes, panels, strict=True):
         loop = np.append(np.arange(problem.m), 0)
         axes.plot(q[loop, node], p[loop, node], ".-", color=GREY, ms=3, label="reactions of one period")
         top = 1.15 * float(p[:, node].max())
@@ -203,12 +209,18 @@ def extreme_figure() -> Figure:
             label = "limits |q| = f p" if side == 1 else None
             axes.plot([0, side * problem.f[node] * top], [0, top], "k--", lw=0.9, label=label)
             step = rows.step[(rows.node == node) & (rows.side == side)][0]
-            name, colour = {1: ("backward", RED), -1: ("forward", BLUE)}[side]
-            axes.plot(q[step, node], p[step, node], "o", color=colour, label=f"extreme, {name} limit")
-        axes.set(title=f"node {node}", xlabel="tangential reaction q", ylabel="normal reaction p")
+            name, colour, size = {1: ("backward", RED, 10), -1: ("forward", BLUE, 5)}[side]  # may coincide
+            axes.plot(
+                q[step, node], p[step, node], "o", color=colour, ms=size, label=f"extreme, {name} limit"
+            )
+        axes.set(title=f"node {node}")
+        axes.set(xlabel=labelled("tangential reaction q", units_of(problem)[0]))
         axes.grid(alpha=0.3)
-        axes.legend(fontsize="small", loc="lower left")
-    figure.suptitle(f"Extreme points of the reaction loops, safe slip at λ_max = {upper.load_factor:.6g}")
+    panels[0].set_ylabel(labelled("normal reaction p", units_of(problem)[0]))
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.suptitle(
+        f"Extreme points of the reaction loops {where}, safe slip, λ_max = {upper.load_factor:.6g}"
+    )
     return figure
 
 

@@ -24,9 +24,10 @@ def test_while_unloading_stick_begins_outside_and_two_slip_regions_remain(row):
 
 
 def test_the_inner_slip_of_the_ninth_cycle_stays_stuck_during_reloading(row):
-    """Fig. 3.5: so slip still accumulates; a node at the border of the outer region may slip in both."""
+    """Fig. 3.5: so slip still accumulates; the outermost node may slip again just before p_max."""
     assert row["ninth_zones"] == "s+s-o"
     assert row["ninth_inner"] >= 5
+    assert row["ninth_inner_slipping_early"] == 0
     assert row["ninth_inner_slipping_again"] <= 1
 
 

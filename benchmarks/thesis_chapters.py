@@ -1,0 +1,204 @@
+"""Chapters II to V and VII of the thesis, line by line; chapter VI and appendix A have their own module."""
+
+import numpy as np
+
+import shakedown
+from benchmarks import receding, receding_zones
+from benchmarks.reaction_planes import reaction_map, tenth_cycle
+from benchmarks.thesis_entry import Entry, entry
+
+REFINEMENT = 12  # of the receding block: 97 nodes on the half
+OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
+
+
+def chapter_2() -> list[Entry]:
+    """The discrete system and its time integration."""
+    return [
+        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.law_violation"),
+        entry("(2.10), (2.11)", "the discrete system", "shakedown.Problem shakedown.reactions"),
+        entry(
+            "(2.15), fig. 2.2",
+            "Gauss–Seidel at fixed load steps (method 'gauss-seidel')",
+            "shakedown.simulate",
+        ),
+    ]
+
+
+def chapter_3() -> list[Entry]:
+    """Receding contact: words and drawings, two numbers; on 97 nodes of the half, plane strain."""
+    case = {"refinement": REFINEMENT, "symmetric": True, "method": "event", "steps": receding.STEPS}
+    row, zones = receding.measure(case), receding_zones.measure({"refinement": REFINEMENT})
+    left = [0.0 if zones[key] < 1e-12 else zones[key] for key in ("slip_left", "gap_left")]  # round-off
+    exponents = [row["exponents"][window] for window in ("5-20", "10-40")]
+    study = "benchmarks.receding_zones.measure"
+    return [
+        entry("3.2, fig. 3.1", "block h × 4h, strip 2h, f = 0.35, ν = 0.3", "shakedown.fem.receding_block"),
+        entry(
+            "fig. 3.2", "nodes whose zone changes during the first loading", "benchmarks.receding.measure",
+            "0", row["first_loading_changes"], figure="receding-zones",
+        ),
+        entry(
+            "fig. 3.3", "unloading to zero: what is left of slips, of gaps", study, "0 0", left,
+            "0 but for round-off", "receding-histories",
+        ),
+        entry(
+            "fig. 3.4", "tractions at p_max/3, in unloading",
+            "shakedown.plot.pressure shakedown.plot.friction_use", figure="receding-unloaded",
+        ),
+        entry(
+            "fig. 3.5", "ninth cycle: of the inner nodes that slip in unloading, those that slip again in "
+            "the first nine tenths of the reloading", study, "0", zones["ninth_inner_slipping_early"],
+            figure="receding-histories",
+        ),
+        entry(
+            "fig. 3.6", "slip increment ~ N to the power of, over N = 5–20 and 10–40",
+            "benchmarks.receding.measure", "-3.1 -3.1", exponents, figure="receding-increments",
+        ),
+        entry(
+            "fig. 3.7", "steady state: nodes that slip, in the first cycle and here; nodes at the limit only",
+            "shakedown.plot.zones",
+            computed=[zones["first_slipping"], zones["steady_slipping"], zones["steady_at_limit"]],
+            figure="receding-histories",
+        ),
+        entry(
+            "fig. 3.8", "dissipation, steady over first cycle", "benchmarks.receding.measure", "0.56",
+            row["dissipation_ratio"], figure="receding-dissipation",
+        ),
+    ]  # fmt: skip
+
+
+def chapter_4() -> list[Entry]:
+    """One and two nodes in contact. Nothing printed is at hand; the numbers are the two-node system's."""
+    joint = shakedown.example("two-node")
+    limits = shakedown.friction_thresholds(joint)
+    pair = shakedown.pair_thresholds(joint)[::2]  # each has its negative
+    transient = shakedown.transient_limit(joint, accuracy=1e-8)
+    return [
+        entry(
+            "(4.1)", "threshold of single nodes, A_jj/|B_jj|", "shakedown.friction_thresholds",
+            computed=limits.single_node,
+        ),
+        entry("figs 4.2–4.9", "load of one node, with its stick sector", "shakedown.plot.reaction_space"),
+        entry(
+            "(4.14)–(4.17)", "the second node in the plane of the first one's reactions: M = L₂L₁⁻¹",
+            "benchmarks.reaction_planes.reaction_map", computed=reaction_map(joint),
+            figure="planes-reactions",
+        ),
+        entry(
+            "figs 4.13–4.15", "slip space with its moving rows", "shakedown.plot.slip_space",
+            figure="planes-slip",
+        ),
+        entry("(4.18)", "transient load steps", "shakedown.Problem"),
+        entry(
+            "(4.23)", "thresholds of two nodes, the real ones", "shakedown.pair_thresholds",
+            computed=pair[np.isfinite(pair)],
+        ),
+        entry("(4.21), (4.24)", "extremal constraints", "shakedown.constraints"),
+        entry(
+            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the witness is drawn", "shakedown.Wedging",
+            computed=limits.wedging.value, figure="planes-wedging",
+        ),
+        entry(
+            "4.3.5", "what a given history reaches, from slip zero", "shakedown.transient_limit",
+            computed=transient.load_factor,
+        ),
+        entry("4.4", "proof for two nodes", "shakedown.lower_bound"),
+        entry("4.4.4", "geometric approach to the limit", "shakedown.long_term_state"),
+    ]  # fmt: skip
+
+
+def chapter_5() -> list[Entry]:
+    """Load factors: the two-node system, and the nine-node block."""
+    return [*_definitions(), *_two_nodes(), *_nine_nodes()]
+
+
+def _definitions() -> list[Entry]:
+    return [
+        entry(
+            "(5.3)–(5.7)", "extremal constraints in slip and load factor",
+            "shakedown.constraints shakedown.loading",
+        ),
+        entry(
+            "figs 5.1–5.3", "extreme points of the reaction loop", "shakedown.constraints",
+            figure="planes-extreme-points",
+        ),
+        entry("(5.8), (5.10)", "edges of the constraints", "shakedown.Constraints"),
+        entry("(5.11), (5.12)", "critical load factors", "shakedown.critical_load_factors"),
+        entry("(5.16)", "λ_max by a linear program", "shakedown.upper_bound"),
+    ]  # fmt: skip
+
+
+def _two_nodes() -> list[Entry]:
+    joint = shakedown.example("two-node")
+    bounds = shakedown.shakedown_bounds(joint)
+    factors = shakedown.critical_load_factors(joint, values=True).load_factors
+    return [
+        entry(
+            "5.3.1, 5.3.2", "the four critical load factors, with fifty load steps",
+            "shakedown.critical_load_factors", "0.6574 0.7391 1.0525 2.9349", factors,
+        ),
+        entry("5.3.2", "λ_min, here λ_1", "shakedown.lower_bound", "0.6574", bounds.lower.load_factor),
+        entry("5.3.2", "λ_max", "shakedown.upper_bound", "0.7391", bounds.upper.load_factor),
+        entry(
+            "fig. 5.4", "slip space at these load factors", "shakedown.plot.slip_space", figure="planes-slip"
+        ),
+    ]  # fmt: skip
+
+
+def _nine_nodes() -> list[Entry]:
+    block = shakedown.example("cantilevered-block")
+    critical, upper = shakedown.critical_load_factors(block), shakedown.upper_bound(block)
+    safe = float(tenth_cycle(block)["safe slip"].max())
+    least = 1e-9 * np.abs(upper.slip).max()  # less is round-off
+    return [
+        entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "shakedown.fem.cantilevered_block"),
+        entry("5.4", "subsets of nine nodes", "shakedown.subset_count", "43758", shakedown.subset_count(9)),
+        entry(
+            "5.4", "λ_min", "shakedown.critical_load_factors", "0.0013",
+            critical.smallest_positive.load_factor, OTHER_BLOCK,
+        ),
+        entry("5.4", "λ_max", "shakedown.upper_bound", "1.0821", upper.load_factor, OTHER_BLOCK),
+        entry(
+            "fig. 5.7", "reaction loops of nodes 1 and 9 with their extreme points", "shakedown.constraints",
+            figure="planes-block-loops",
+        ),
+        entry(
+            "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here from slip "
+            "zero neither; from the witness of the first collapse it slips)", "shakedown.evolve", "0",
+            safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
+        ),
+    ]  # fmt: skip
+
+
+def conjectures() -> list[Entry]:
+    """What the thesis leaves open or conjectures, and what became of it."""
+    joint = shakedown.example("two-node")
+    run = shakedown.simulate(joint, 1.16549, [1.986, 1.706])
+    return [
+        entry(
+            "3.3.2", "dissipation never rises from cycle to cycle: false. Two-node system, λ = 1.16549, "
+            "from v = (1.986, 1.706), second and third cycle", "shakedown.simulate",
+            computed=run.cycles.dissipation[1:3],
+        ),
+        entry(
+            "4.4, extended to n ≥ 3", "no cyclic slip below the first collapse: false. Three-node system: "
+            "λ_1, and a load factor with cyclic slip", "shakedown.lower_bound shakedown.simulate",
+            computed=_below_collapse(),
+        ),
+        entry(
+            "7.2.1", "final state from the initial one: followed, not predicted",
+            "shakedown.simulate shakedown.long_term_state",
+        ),
+        entry(
+            "7.2.2", "one limit cycle: false (Andersson, Barber and Ahn 2013); states with periods of "
+            "several cycles are found", "shakedown.LongTermState",
+        ),
+    ]  # fmt: skip
+
+
+def _below_collapse() -> list[float]:
+    """λ_1 of the three-node system, and 1.01 times the load factor from which node 0 cycles below it."""
+    joint, load_factor = shakedown.example("three-node"), 1.01 * 2.4442
+    if shakedown.simulate(joint, load_factor, joint.initial_slip[0]).outcome != "cyclic-slip":
+        raise RuntimeError(f"three-node: expected cyclic slip at {load_factor}")
+    return [shakedown.lower_bound(joint).load_factor, load_factor]
