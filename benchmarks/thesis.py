@@ -31,7 +31,9 @@ TAIL = """## Why some numbers differ
 - **Chapter III.** The mesh is not printed; here 97 nodes on the half. With 193 the power is −3.09 and
   −3.11, and the dissipation 0.554 (`python -m benchmarks receding`). In the ninth cycle the outermost
   nodes of the inner slip region slip again in the last 2 % of the reloading.
-- **5.4.** Neither the angle of the plane nor the strip of the pressure is printed, nor matrices.
+- **5.4.** Neither the angle of the plane nor the strip of the pressure is printed, nor matrices. λ_max is
+  a limit with all nodes in contact: from slip zero our block comes to rest at λ_max, and above it, with
+  seven of its nine nodes open.
 
 ## Misprints of the thesis
 

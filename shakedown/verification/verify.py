@@ -147,10 +147,10 @@ def verify(
 ) -> Verification:
     """Hold the bounds against time integration from several initial states.
 
-    Below λ_1 every initial state must shake down; above λ_max none can, nor below λ_lo
-    where the mean load alone has no safe slip. Between the bounds the safe slip must
-    shake down, and every state inside the energy ball, of which some are drawn just
-    inside its surface; other states may do either.
+    Below λ_1 every initial state must shake down; above λ_max none can with all nodes
+    in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
+    bounds the safe slip must shake down, and every state inside the energy ball, of
+    which some are drawn just inside its surface; other states may do either.
 
     Parameters
     ----------
