@@ -137,8 +137,8 @@ def _context(v: Verification) -> dict[str, Any]:
 
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
-    "down, above λ_max none can with all nodes in contact, the safe slip shakes down up to λ_max, and so does every state inside the "
-    "energy ball (“ball”: drawn just inside its surface). Slip per period: Σ|Δv| of the "
+    "down, above λ_max none can with all nodes in contact, the safe slip shakes down up to λ_max, and so "
+    "does every state inside the energy ball (“ball”: drawn just inside its surface). Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "
     "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
     "re-computed from slips and gaps alone."
