@@ -90,7 +90,7 @@ def measure(case: dict) -> dict:
 
         def run() -> Stepping:
             stepping = Stepping(fine, load_factor, tolerances, record=True)
-            stepping.run(start, CYCLES)
+            stepping.run(np.concatenate([start, np.zeros(problem.n)]), CYCLES)
             return stepping
 
         seconds, stepping = median_time(run)

@@ -1,15 +1,17 @@
 """The exact path of a joint over a number of cycles."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.errors import UsageError
 from shakedown.evolution.cycle_record import CycleRecord, Stop
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
-from shakedown.model.arguments import check_arguments, checked_damping, checked_initial_slip
+from shakedown.model.arguments import check_arguments, checked_damping
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -22,7 +24,7 @@ class EvolutionResult:
     Attributes
     ----------
     load_factor, initial_slip
-        What was simulated.
+        What was simulated; the slip of a node that was open at the start is its displacement.
     cycles
         What every cycle did.
     history
@@ -46,6 +48,7 @@ def evolve(
     load_factor: float,
     initial_slip: ArrayLike | None = None,
     *,
+    open_nodes: Iterable[int] = (),
     cycles: int = 1,
     damping: ArrayLike | None = None,
     reduce: bool = False,
@@ -60,7 +63,10 @@ def evolve(
     load_factor
         λ ≥ 0, multiplies the periodic part of the loading.
     initial_slip : (n,), optional
-        Slip at the start, all nodes closed [length]; zero by default.
+        Slip at the start [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, all others closed: they are in equilibrium with
+        the first load step (:func:`beginning`), and their initial slips are ignored.
     cycles
         How many.
     damping : (2n,), optional
@@ -75,7 +81,7 @@ def evolve(
     Raises
     ------
     UsageError
-        If an argument is out of range.
+        If an argument is out of range, or an open node would overlap.
 
     Examples
     --------
@@ -85,22 +91,29 @@ def evolve(
     (True, 3)
     """
     check_arguments(load_factor, cycles)
-    damping = checked_damping(problem, damping)
+    damping, opened = checked_damping(problem, damping), tuple(open_nodes)
     if reduce:
+        require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
         small = evolve(scene.problem, load_factor, moving, cycles=cycles, tolerances=tolerances)
         if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
             return _expanded(problem, small, scene)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping)
-    records: list[CycleRecord] = []
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
+    start, records = evolution.state.u[: problem.n], list[CycleRecord]()
     while len(records) < cycles:
         record = evolution.cycle(record=True)
         if record is None:
             break
         records.append(record)
-    start = checked_initial_slip(problem, initial_slip)
     return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
+
+
+def require_closed(open_nodes: tuple[int, ...]) -> None:
+    """Raise ``UsageError`` where nodes are open at the start of what is to be reduced."""
+    if open_nodes:
+        named = ", ".join(map(str, open_nodes[:8]))
+        raise UsageError(f"reduce: expected all nodes closed at the start, found {named} open")
 
 
 def _expanded(problem: Problem, small: EvolutionResult, scene: Scene) -> EvolutionResult:
@@ -153,7 +166,7 @@ def _welded_at(problem: Problem, load_factor: float, start: FloatArray, cycle: F
     """Welded reactions (s, 2n) at times in cycles; negative ones are those before the first period."""
     loop = np.hstack(loading(problem).at(load_factor))
     before = transient_path(problem)
-    ramp = ramp_start(problem, np.vstack([before, loop])[0], start)
+    ramp = ramp_start(problem, np.vstack([before, loop])[0], np.concatenate([start, np.zeros(problem.n)]))
     cycles = int(np.ceil(cycle.max(initial=0.0))) + 1
     path = np.vstack([ramp, before, *[loop] * cycles])
     times = (np.arange(len(path)) - 1 - len(before)) / problem.m

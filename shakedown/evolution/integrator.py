@@ -1,5 +1,7 @@
 """Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -7,10 +9,11 @@ from shakedown.errors import UsageError
 from shakedown.evolution.contact_law import law_violation, scales
 from shakedown.evolution.cycle_record import CycleRecord, State, Stop
 from shakedown.evolution.event_history import EventHistory
+from shakedown.evolution.initial_state import beginning
 from shakedown.evolution.viscous_jump import Jump, ViscousMotion, default_damping, potential_energy
 from shakedown.kernels import event_loop as kernel
 from shakedown.kernels.active_set import active_set, factorize
-from shakedown.kernels.gauss_seidel import BACKWARD_SLIP, OPEN
+from shakedown.kernels.gauss_seidel import OPEN
 from shakedown.kernels.moving_state import (
     LOAD_STEP,
     Course,
@@ -26,8 +29,8 @@ from shakedown.kernels.moving_state import (
 from shakedown.kernels.rate_problem import rates
 from shakedown.kernels.rate_search import enumerate_states
 from shakedown.kernels.run import Progress, Run, progress, run_along
-from shakedown.model.arguments import checked_damping, checked_initial_slip
-from shakedown.model.loading import loading, ramp_start, transient_path
+from shakedown.model.arguments import checked_damping
+from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -45,11 +48,11 @@ class Evolution:
     tangential reactions grow from zero to what v₀ and the first load step
     prescribe, under the normal load of that step. It moves nothing where v₀ is
     admissible at the first load step, and it brings the state to equilibrium
-    where it is not.
+    where it is not. Nodes that are open at the start are in equilibrium all the while.
 
     Parameters
     ----------
-    problem, load_factor, initial_slip, tolerances, damping
+    problem, load_factor, initial_slip, tolerances, damping, open_nodes
         As for :func:`evolve`.
 
     Examples
@@ -68,9 +71,10 @@ class Evolution:
         initial_slip: ArrayLike | None = None,
         tolerances: Tolerances = DEFAULT,
         damping: ArrayLike | None = None,
+        open_nodes: Iterable[int] = (),
     ) -> None:
         self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
-        start = checked_initial_slip(problem, initial_slip)
+        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)
         n = problem.n
         C = np.zeros((n, n)) if problem.C is None else problem.C
         self.kappa = np.block([[problem.A, problem.B.T], [problem.B, C]])
@@ -80,32 +84,26 @@ class Evolution:
         self.load = np.hstack(loading(problem).at(load_factor))
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
         self.motion = motion_at_rest(n)
-        self.precision = self._precision(start)
+        self.precision = self._precision(start.state.u)
         self.done = 0  # cycles
         self.pieces: list[EventHistory] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
-        self._before = self._path_to_first_period(start)
+        self._before = np.vstack([start.load, transient_path(problem)])
         self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
-        self.state = State(np.concatenate([start, np.zeros(n)]), np.where(problem.f == 0.0, BACKWARD_SLIP, 0))
+        self.state = start.state
 
     def _precision(self, start: FloatArray) -> Precision:
         """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""
-        locked = np.abs(self.kappa[:, : self.problem.n]) @ np.abs(start)
+        locked = np.abs(self.kappa) @ np.abs(start)
         force = max(self.scale.force, float(locked.max()))
         t = self.tolerances
         return Precision(
             t.limit * force, t.limit * self.scale.length, t.rate, 16 * np.finfo(float).eps * force
         )
-
-    def _path_to_first_period(self, start: FloatArray) -> FloatArray:
-        """Welded reactions from the beginning of the ramp to the load step before the first period."""
-        before = transient_path(self.problem)
-        first = np.vstack([before, self.load])[0]
-        return np.vstack([ramp_start(self.problem, first, start), before])
 
     def _course(self, before: FloatArray) -> Course:
         """One period after these welded reactions (s, 2n)."""

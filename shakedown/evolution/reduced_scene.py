@@ -113,7 +113,8 @@ class _States:
         self.n, self.f, self.start = problem.n, problem.f, start
         self.scale = scales(problem, load_factor)
         loads = [transient_path(problem), np.hstack(loading(problem).at(load_factor))]
-        loads.insert(0, ramp_start(problem, np.vstack(loads)[0], start)[None])
+        at_rest = np.concatenate([start, np.zeros(self.n)])
+        loads.insert(0, ramp_start(problem, np.vstack(loads)[0], at_rest)[None])
         self.loads = np.unique(np.vstack(loads), axis=0) / self.scale.force
         C = np.zeros_like(problem.A) if problem.C is None else problem.C
         unit = self.scale.length / self.scale.force

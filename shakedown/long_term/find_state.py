@@ -1,11 +1,12 @@
 """The state that a joint settles into under periodic loading, exactly (long-term state)."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.evolution.evolve import expanded_history
+from shakedown.evolution.evolve import expanded_history, require_closed
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
 from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
@@ -19,6 +20,7 @@ def long_term_state(
     load_factor: float,
     initial_slip: ArrayLike | None = None,
     *,
+    open_nodes: Iterable[int] = (),
     max_cycles: int = 1000,
     longest_period: int = LONGEST_PERIOD,
     reduce: bool = False,
@@ -40,8 +42,10 @@ def long_term_state(
     load_factor
         λ ≥ 0, multiplies the periodic part of the loading.
     initial_slip : (n,), optional
-        Slip at the start, all nodes closed [length]; zero by default. Transient
-        load steps, where the problem has them, come before the first period.
+        Slip at the start [length]; zero by default. Transient load steps, where the
+        problem has them, come before the first period.
+    open_nodes
+        Nodes that are open at the start, as for :func:`evolve`.
     max_cycles
         Give up after so many cycles, with the outcome "undecided".
     longest_period
@@ -66,14 +70,16 @@ def long_term_state(
     """
     check_arguments(load_factor, max_cycles)
     check_count("longest_period", longest_period)
+    opened = tuple(open_nodes)
     if reduce:
+        require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
         search = LimitSearch(scene.problem, load_factor, moving, tolerances, longest_period)
         small = search.run(max_cycles)
         if small.period and not small.jumps_per_cycle:
             return _expanded(problem, small, scene)
-    search = LimitSearch(problem, load_factor, initial_slip, tolerances, longest_period)
+    search = LimitSearch(problem, load_factor, initial_slip, tolerances, longest_period, open_nodes=opened)
     return search.run(max_cycles)
 
 

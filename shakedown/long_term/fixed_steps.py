@@ -56,8 +56,8 @@ class Stepping:
         self.pieces: list[History] | None = [] if record else None
 
     def run(self, start: FloatArray, cycles: int) -> tuple[Cycles, Verdict]:
-        """Cycle until the outcome is clear, at most ``cycles`` times."""
-        self.v[:] = start
+        """Cycle from slips and gaps (2n,) until the outcome is clear, at most ``cycles`` times."""
+        self.v[:], self.w[:] = np.split(start, 2)
         threshold = self.tolerances.steadiness * self.scale.length
         before, failure, verdict = transient_path(self.problem), "", None
         if len(before):

@@ -1,5 +1,6 @@
 """Search for the long-term state: cycle until the sequence of states repeats, then leap to the limit."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -30,8 +31,9 @@ class LimitSearch:
         tolerances: Tolerances,
         longest_period: int = LONGEST_PERIOD,
         record: bool = False,
+        open_nodes: Iterable[int] = (),
     ) -> None:
-        self.evolution = Evolution(problem, load_factor, initial_slip, tolerances)
+        self.evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
         self.start = self.evolution.motion.u[: problem.n].copy()
         self.longest_period = longest_period
         self.near = tolerances.periodicity * self.evolution.scale.length

@@ -1,5 +1,6 @@
 """Evolution of a joint from a chosen initial state, and what becomes of it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
+from shakedown.evolution.initial_state import beginning
 from shakedown.evolution.viscous_jump import Jump
 from shakedown.long_term.cycle_log import Cycles, logged
 from shakedown.long_term.fixed_steps import History, Stepping
@@ -14,7 +16,7 @@ from shakedown.long_term.limit_search import LimitSearch
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
-from shakedown.model.arguments import check_arguments, checked_initial_slip
+from shakedown.model.arguments import check_arguments
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -152,6 +154,7 @@ def simulate(
     load_factor: float,
     initial_slip: ArrayLike | None = None,
     *,
+    open_nodes: Iterable[int] = (),
     cycles: int = 1000,
     method: str = "event",
     record: bool = False,
@@ -166,7 +169,9 @@ def simulate(
     load_factor
         λ ≥ 0, multiplies the periodic part of the loading.
     initial_slip : (n,), optional
-        Slip at the start, all nodes closed [length]; zero by default.
+        Slip at the start [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, as for :func:`evolve`.
     cycles
         Give up after so many cycles, with the outcome "undecided".
     method
@@ -189,46 +194,44 @@ def simulate(
     ('shakedown', True)
     """
     check_arguments(load_factor, cycles)
-    start = checked_initial_slip(problem, initial_slip)
     if method == "event":
-        return _from_event_to_event(problem, load_factor, start, cycles, record, tolerances)
+        search = LimitSearch(
+            problem, load_factor, initial_slip, tolerances, record=record, open_nodes=open_nodes
+        )
+        return _from_event_to_event(search, cycles)
     if method == "gauss-seidel":
-        return _at_fixed_steps(problem, load_factor, start, cycles, record, tolerances)
+        first = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
+        return _at_fixed_steps(Stepping(problem, load_factor, tolerances, record), first, cycles)
     raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
 
 
-def _from_event_to_event(
-    problem: Problem, load_factor: float, start: FloatArray, cycles: int, record: bool, tolerances: Tolerances
-) -> Simulation:
-    search = LimitSearch(problem, load_factor, start, tolerances, record=record)
+def _from_event_to_event(search: LimitSearch, cycles: int) -> Simulation:
     state = search.run(cycles)
     search.follow_on(min(state.cycles_simulated, cycles))
     state = judged(search.evolution, state, search.path)
     return Simulation(
         settled=state,
         method="event",
-        cycles=logged(start, search.followed),
+        cycles=logged(search.start, search.followed),
         history=search.path,
         jumps=tuple(jump for cycle in search.followed for jump in cycle.jumps),
     )
 
 
-def _at_fixed_steps(
-    problem: Problem, load_factor: float, start: FloatArray, cycles: int, record: bool, tolerances: Tolerances
-) -> Simulation:
-    stepping = Stepping(problem, load_factor, tolerances, record)
-    log, verdict = stepping.run(start, cycles)
+def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simulation:
+    n = stepping.problem.n
+    log, verdict = stepping.run(first, cycles)
     decided = verdict.outcome != Outcome.UNDECIDED
     last = slice(len(log.slip) - verdict.period, None)
     settled = SettledState(
-        load_factor=float(load_factor),
-        initial_slip=start,
+        load_factor=float(stepping.load_factor),
+        initial_slip=first[:n],
         outcome=verdict.outcome,
         reason=verdict.reason,
         period=verdict.period,
         final_slip=log.end_slip[-1],
         drift=verdict.drift,
-        slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(problem.n, np.nan),
+        slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(n, np.nan),
         friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
         jump_dissipation_per_cycle=0.0 if decided else np.nan,
         jumps_per_cycle=np.nan,

@@ -76,13 +76,16 @@ def transient_path(problem: Problem) -> FloatArray:
 
 
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
-    """Welded reactions (2n,) from which the load rises to its first load step, all nodes stuck.
+    """Welded reactions (2n,) from which the load rises to its first load step, all closed nodes stuck.
 
     Tangential reactions are zero, normal ones those of the first load step (in
-    magnitude), so that an initial slip that is admissible there stays as it is.
+    magnitude), so that an initial state (v, w) that is admissible there stays as it is.
     """
     n = problem.n
-    locked_q, locked_p = problem.A @ start, problem.B @ start
+    v, w = start[:n], start[n:]
+    locked_q, locked_p = problem.A @ v, problem.B @ v
+    if w.any():
+        locked_q, locked_p = np.split(problem.kappa @ start, 2)
     return np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
 
 

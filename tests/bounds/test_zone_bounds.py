@@ -7,26 +7,15 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, UsageError, loading, safe_slip, upper_bound
+from shakedown import UsageError, loading, safe_slip, upper_bound
 from shakedown.evolution.cycle_record import State
 from shakedown.evolution.integrator import Evolution
 from shakedown.kernels.gauss_seidel import OPEN
 from shakedown.model.contact_zone import contact_zone
-from shakedown.programs.best_zone import best_zone, opened_by_mean_load
+from shakedown.programs.best_zone import best_zone
+from tests.partly_open import SOME, partly_open
 
 RECEDING = shakedown.example("receding-block")
-
-
-def partly_open(seed, n=None):
-    """A random joint, some nodes of which the mean load pulls open."""
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(3, 8)) if n is None else n
-    apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
-    M = rng.normal(size=(2 * n, 2 * n)) * np.exp(-0.3 * np.tile(apart, (2, 2)))
-    K = M @ M.T + 0.5 * np.eye(2 * n)
-    p_w = rng.normal(0.6, 1.0, n) + 0.3 * rng.normal(size=(8, n))
-    q_w = 0.5 * rng.normal(size=(8, n))
-    return Problem(A=K[:n, :n], B=K[n:, :n], C=K[n:, n:], f=0.3, q_w=q_w, p_w=p_w)
 
 
 def slip_in_zone(problem, upper, load_factor, cycles=4):
@@ -40,9 +29,6 @@ def slip_in_zone(problem, upper, load_factor, cycles=4):
     evolution.done = 1
     evolution.state = State(u, contact)
     return max(float(evolution.cycle().slip.max()) for _ in range(cycles))
-
-
-SOME = [seed for seed in range(60) if opened_by_mean_load(partly_open(seed))][:25]
 
 
 @pytest.mark.parametrize("seed", SOME)
