@@ -1,5 +1,6 @@
 """The largest ball of slips, in the energy norm, from which every motion is proved to shake down."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import inf, nan
 
@@ -8,9 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.energy.cone_rows import margin_rows
 from shakedown.energy.energy_metric import EnergyMetric
-from shakedown.energy.energy_rows import EnergyRows, check_resolved, energy_rows, without_margin
+from shakedown.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.energy.farthest import end_of
+from shakedown.energy.zone_rows import zone_rows
 from shakedown.model.arguments import check_load_factor, checked_initial_slip, require_problem
+from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import typical_size
@@ -32,7 +35,9 @@ class EnergyBall:
     A joint with all nodes closed, at a slip that is admissible under its load and less
     than ``radius`` away from ``slip`` in the energy norm, comes to rest after a finite
     total slip; no node ever opens. This holds at ``load_factor``, in whatever order the
-    loads of the loop and those in between are passed.
+    loads of the loop and those in between are passed. With open nodes it is said of a state
+    in which these are open, in equilibrium, and all others closed: it stays so; distances
+    are those of the closed nodes' slips, in the energy norm of the joint that is left.
 
     Attributes
     ----------
@@ -45,7 +50,7 @@ class EnergyBall:
     radius
         R [√(force · length)], the square root of twice an energy.
     slip : (n,)
-        v*, the centre: a safe slip [length].
+        v*, the centre: a safe slip [length]; of an open node its displacement under the mean load.
     active
         (node, side) of the rows that limit the ball.
     residual
@@ -56,6 +61,8 @@ class EnergyBall:
         The energy norm.
     inner_radius
         ``radius`` less what round-off may hide: within it a state is inside for certain.
+    zone
+        The open nodes and the joint of the closed ones; None with all nodes closed.
     """
 
     status: Status
@@ -67,6 +74,12 @@ class EnergyBall:
     reason: str
     metric: EnergyMetric = field(repr=False)
     inner_radius: float
+    zone: Zone | None = field(default=None, repr=False)
+
+    @property
+    def open_nodes(self) -> tuple[int, ...]:
+        """The nodes that stay open."""
+        return () if self.zone is None else self.zone.open_nodes
 
     @property
     def nodes(self) -> tuple[int, ...]:
@@ -78,7 +91,7 @@ class EnergyBall:
         if self.status == Status.INFEASIBLE:
             return np.full(np.shape(slip)[:-1], inf)
         with np.errstate(over="ignore", invalid="ignore"):  # too far for floats is far
-            away = self.metric.norm(np.asarray(slip, dtype=float) - self.slip)
+            away = self.metric.norm(self._of_closed(np.asarray(slip, dtype=float) - self.slip))
         return np.where(np.isnan(away), inf, away)
 
     def margin(self, slip: ArrayLike) -> FloatArray:
@@ -105,7 +118,11 @@ class EnergyBall:
         away = np.asarray(direction, dtype=float)
         away = away / np.linalg.norm(away, axis=-1, keepdims=True)
         relative = self.radius / self.metric.unit
-        return np.asarray(self.slip + reach * relative * (away @ self.metric.inverse.T))
+        change = reach * relative * (away @ self.metric.inverse.T)
+        return np.asarray(self.slip + (change if self.zone is None else self.zone.follow(change)))
+
+    def _of_closed(self, slips: FloatArray) -> FloatArray:
+        return slips if self.zone is None else slips[..., list(self.zone.closed_nodes)]
 
 
 def energy_ball(
@@ -114,6 +131,7 @@ def energy_ball(
     *,
     around: ArrayLike | None = None,
     transient: bool = True,
+    open_nodes: Iterable[int] = (),
     tolerances: Tolerances = DEFAULT,
 ) -> EnergyBall:
     """The largest ball from which shakedown is proved at one load factor, by a linear program.
@@ -134,13 +152,19 @@ def energy_ball(
         The state v that is to be as far inside as possible [length].
     transient
         Whether the transient load steps, where the problem has them, are still to come.
+    open_nodes
+        Nodes that are open through the whole period, all others closed; each adds the
+        condition that its gap stays.
     tolerances
         What counts as zero and as feasible (:class:`Tolerances`).
 
     Raises
     ------
     UsageError
-        If the load factor is negative or not finite, or the state mis-shaped.
+        If the load factor is negative or not finite, the state mis-shaped, or nothing
+        holds the open nodes.
+    ProblemError
+        If nodes are open and the problem has no C.
     SolverError
         If the program ends without an answer.
 
@@ -156,14 +180,21 @@ def energy_ball(
     require_problem(problem)
     check_load_factor(load_factor)
     state = None if around is None else checked_initial_slip(problem, around)
-    rows = energy_rows(problem, transient=transient, tolerances=tolerances)
+    zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    rows = zone_rows(zone, transient=transient, tolerances=tolerances)
     reason = without_margin(problem, rows)
     if reason:
-        return _nothing(rows, load_factor, reason)
+        return _in_zone(zone, _nothing(rows, load_factor, reason))
     if state is None:
-        return largest_ball(rows, load_factor, tolerances)
-    check_resolved(rows, state, 0.0, tolerances)
-    return ball_around(rows, load_factor, state, tolerances)
+        return _in_zone(zone, largest_ball(rows, load_factor, tolerances))
+    held = state[list(zone.closed_nodes)]
+    check_resolved(rows, held, 0.0, tolerances)
+    return _in_zone(zone, ball_around(rows, load_factor, held, tolerances))
+
+
+def _in_zone(zone: Zone, ball: EnergyBall) -> EnergyBall:
+    """A ball of the closed nodes' slips in terms of all nodes."""
+    return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
 
 
 def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> EnergyBall:
@@ -263,8 +294,9 @@ def _leaves_margins(rows: EnergyRows, slip: FloatArray, load_factor: float, tole
 
 def _widest_margin(rows: EnergyRows, load_factor: float, tolerances: Tolerances) -> tuple[FloatArray, bool]:
     """The slip with the largest margin to the rows, and whether that is one."""
-    norms = np.linalg.norm(rows.G / rows.metric.sizes[rows.node, None], axis=1)
-    norms = np.where(norms > 0, norms, 1.0) * rows.metric.sizes[rows.node]
+    sizes = np.ldexp(1.0, np.frexp(np.abs(rows.G).max(axis=1))[1])
+    norms = np.linalg.norm(rows.G / sizes[:, None], axis=1)
+    norms = np.where(norms > 0, norms, 1.0) * sizes
     room = rows.g - load_factor * rows.d
     cap = typical_size(np.abs(room) / norms)
     found = widest(rows.G, norms, room, cap=cap, tolerances=tolerances)

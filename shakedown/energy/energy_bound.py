@@ -1,22 +1,26 @@
 """The load factor up to which a joint is proved to shake down from a given state."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan, nextafter
 from numbers import Real
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.energy.cone_rows import ConeRows, cone_rows
 from shakedown.energy.energy_ball import NO_ROOM
-from shakedown.energy.energy_rows import EnergyRows, check_resolved, energy_rows, without_margin
+from shakedown.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.energy.exact_check import ExactBall
 from shakedown.energy.farthest import Farthest, contradiction, end_of, widest_room
+from shakedown.energy.zone_rows import zone_rows
 from shakedown.errors import UsageError
 from shakedown.model.arguments import checked_initial_slip, require_problem
+from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
+from shakedown.programs.best_zone import chosen_zone
 from shakedown.tolerances import DEFAULT, Tolerances
 
 CERTIFIED_UP_TO = 40
@@ -50,7 +54,9 @@ class EnergyBound:
     At every load factor strictly between ``least_load_factor`` and ``load_factor`` a
     motion that begins with all nodes closed, at a slip within the energy distance
     ``distance`` of ``initial_slip``, comes to rest after a finite total slip, and no
-    node ever opens.
+    node ever opens. With open nodes it is said of a motion that begins with exactly these
+    open, in equilibrium, and all others closed: it stays so. From all nodes closed at the
+    same slips another state may be reached.
 
     Attributes
     ----------
@@ -67,7 +73,7 @@ class EnergyBound:
     radius
         Radius of that ball, ‖v₀ − v*‖ + distance [√(force · length)]; NaN unless optimal.
     initial_slip : (n,)
-        v₀ [length].
+        v₀ [length]; of an open node its displacement under the mean load.
     distance
         δ, the energy distance asked for [√(force · length)].
     active
@@ -78,9 +84,12 @@ class EnergyBound:
     gap
         Load factor that the multipliers prove not to be exceeded, relative to λ_E, less 1.
     certificate
-        What exact arithmetic confirms (up to 40 nodes, A exactly positive semi-definite), else None.
+        What exact arithmetic confirms (up to 40 nodes, all closed, A exactly positive
+        semi-definite), else None.
     reason
         The status in words; empty where optimal.
+    open_nodes
+        The nodes that stay open.
     """
 
     status: Status
@@ -95,6 +104,7 @@ class EnergyBound:
     gap: float
     certificate: EnergyCertificate | None
     reason: str
+    open_nodes: tuple[int, ...] = ()
 
     @property
     def certified(self) -> float | None:
@@ -107,6 +117,7 @@ def energy_bound(
     initial_slip: ArrayLike | None = None,
     distance: float = 0.0,
     *,
+    open_nodes: Iterable[int] | Literal["auto"] = (),
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> EnergyBound:
@@ -123,9 +134,13 @@ def energy_bound(
         v₀ [length]; zero by default, a joint assembled without locked-in slip.
     distance
         δ ≥ 0, how far the state may be from v₀ in the energy norm [√(force · length)].
+    open_nodes
+        Nodes that are open from the start through every period, all others closed;
+        ``"auto"`` for those of the best zone found (:func:`upper_bound`). What is given
+        as their initial slip is ignored.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
-        by default up to 40 nodes.
+        by default up to 40 nodes; only with all nodes closed.
     tolerances
         What counts as zero and as feasible (:class:`Tolerances`).
 
@@ -145,17 +160,32 @@ def energy_bound(
     """
     require_problem(problem)
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
-    rows = energy_rows(problem, tolerances=tolerances)
+    zone = chosen_zone(problem, open_nodes, tolerances)
+    rows, held = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]
     reason = without_margin(problem, rows)
     if reason:
-        return _nothing(rows, start, reach, reason)
-    check_resolved(rows, start, reach, tolerances)
-    bound = farthest_load_factor(rows, start, reach, tolerances)
+        return _in_zone(zone, _nothing(rows, held, reach, reason))
+    check_resolved(rows, held, reach, tolerances)
+    bound = farthest_load_factor(rows, held, reach, tolerances)
+    if zone.open_nodes:
+        return _in_zone(zone, bound)
     wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL:
         exact = ExactBall(problem, transient=True)
         return replace(bound, certificate=_certificate(exact, rows, bound))
     return bound
+
+
+def _in_zone(zone: Zone, bound: EnergyBound) -> EnergyBound:
+    """A bound for the closed nodes in terms of all nodes."""
+    if not zone.open_nodes:
+        return bound
+    return replace(
+        bound,
+        slip=zone.slips(bound.slip),
+        initial_slip=zone.slips(bound.initial_slip),
+        open_nodes=zone.open_nodes,
+    )
 
 
 def energy_document(bound: EnergyBound) -> dict[str, Any]:

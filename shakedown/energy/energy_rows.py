@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.energy.energy_metric import EnergyMetric, energy_metric, spreads
 from shakedown.errors import UsageError
-from shakedown.model.constraints import constraints
+from shakedown.model.constraints import GAP, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -30,7 +30,7 @@ class EnergyRows:
     spread : (k,)
         s, coefficients of the radius in units of ``metric.unit`` [force/length].
     node, side : (k,)
-        Node and side (±1) of every row.
+        Node and side (±1, or :data:`GAP` of an open node) of every row.
     metric
         The energy norm.
     """
@@ -96,11 +96,12 @@ def energy_rows(problem: Problem, *, transient: bool = True, tolerances: Toleran
 
 def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
     """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
-    loads = float(np.max(np.abs(rows.g)) + np.max(np.abs(rows.d)))
+    friction = rows.side != GAP
+    loads = float(np.max(np.abs(rows.g[friction])) + np.max(np.abs(rows.d[friction])))
     most = tolerances.stored_digits / np.finfo(float).eps * loads
     with np.errstate(over="ignore"):
-        locked = float((np.abs(rows.G) @ np.abs(slip)).max())
-        steepest = float(np.linalg.norm(rows.G @ rows.metric.inverse, axis=1).max())
+        locked = float((np.abs(rows.G[friction]) @ np.abs(slip)).max())
+        steepest = float(np.linalg.norm(rows.G[friction] @ rows.metric.inverse, axis=1).max())
         around = steepest * distance / rows.metric.unit
     for name, found in (("initial slip", locked), ("distance", around)):
         if loads > 0 and found > most:
@@ -113,13 +114,15 @@ def without_margin(problem: Problem, rows: EnergyRows) -> str:
     A frictionless node has no margin, and a pressure that changes under a slip that
     costs no energy has no bound within any ball.
     """
-    smooth = np.flatnonzero(problem.f == 0.0)
+    closed = np.unique(rows.node[rows.side != GAP])
+    smooth = closed[problem.f[closed] == 0.0]
     if smooth.size:
         return f"node {smooth[0]} has no friction, and so no margin to a limit"
-    unbounded = rows.node[np.isinf(rows.spread)]
+    unbounded = np.flatnonzero(np.isinf(rows.spread))
     if unbounded.size:
+        node, what = rows.node[unbounded[0]], "gap" if rows.side[unbounded[0]] == GAP else "pressure"
         return (
-            f"node {unbounded[0]}: a slip without tangential energy changes its pressure "
+            f"node {node}: a slip without tangential energy changes its {what} "
             "(with a normal stiffness added, kappa would not be positive semi-definite)"
         )
     return ""

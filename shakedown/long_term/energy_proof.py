@@ -4,8 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import nan
 
+import numpy as np
+from numpy.typing import NDArray
+
 from shakedown.energy.energy_ball import energy_ball
-from shakedown.errors import SolverError
+from shakedown.errors import SolverError, UsageError
 from shakedown.evolution.cycle_record import State
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene
@@ -40,18 +43,23 @@ class Passage:
     most: int
     scene: Scene | None = None
 
-    def closed_slips(self) -> Iterator[FloatArray]:
-        """Slips of all nodes after one cycle after the other, where none of them is open."""
+    def slips_in_zone(self, open_nodes: tuple[int, ...]) -> Iterator[FloatArray]:
+        """Slips of all nodes after one cycle after the other, where exactly these are open."""
         for state in self.states:
-            if not (state.contact == OPEN).any():
+            if self._open(state.contact) == open_nodes:
                 yield self._of_all(state.u[: self.problem.n])
         evolution = Evolution(self.problem, self.load_factor, self.start, self.tolerances)
         evolution.state, evolution.done = self.states[-1], len(self.states)
         for _ in range(self.most):
             if evolution.cycle() is None:
                 return
-            if not (evolution.active.state == OPEN).any():
+            if self._open(evolution.active.state) == open_nodes:
                 yield self._of_all(evolution.motion.u[: self.problem.n].copy())
+
+    def _open(self, contact: NDArray[np.int64]) -> tuple[int, ...]:
+        """The open nodes, numbered in the whole joint."""
+        nodes = np.flatnonzero(contact == OPEN)
+        return tuple((nodes if self.scene is None else np.flatnonzero(self.scene.moving)[nodes]).tolist())
 
     def _of_all(self, slip: FloatArray) -> FloatArray:
         return slip if self.scene is None else self.scene.spread(slip, self.scene.initial_slip)
@@ -70,7 +78,11 @@ NO_PROOF = EnergyProof(False, nan, nan)
 
 
 def energy_proof(
-    problem: Problem, load_factor: float, final_slip: FloatArray, passage: Passage
+    problem: Problem,
+    load_factor: float,
+    final_slip: FloatArray,
+    passage: Passage,
+    open_nodes: tuple[int, ...] = (),
 ) -> EnergyProof:
     """What an energy ball proves of a motion that has been found to shake down.
 
@@ -89,13 +101,21 @@ def energy_proof(
         Where the motion comes to rest [length].
     passage
         The states that it passes through.
+    open_nodes
+        The nodes that are open at rest, all others closed.
     """
     try:
         ball = energy_ball(
-            problem, load_factor, around=final_slip, transient=False, tolerances=passage.tolerances
+            problem,
+            load_factor,
+            around=final_slip,
+            transient=False,
+            open_nodes=open_nodes,
+            tolerances=passage.tolerances,
         )
-    except SolverError:  # the same as finding no ball: nothing is proved
+    except (SolverError, UsageError):  # no zone, or no ball found in it: nothing is proved
         return NO_PROOF
-    if not ball.contains(final_slip) or not any(ball.contains(slip) for slip in passage.closed_slips()):
+    passed = passage.slips_in_zone(open_nodes)
+    if not ball.contains(final_slip) or not any(ball.contains(slip) for slip in passed):
         return NO_PROOF
     return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))

@@ -111,8 +111,9 @@ class LongTermState(SettledState):
     def proved(self) -> bool:
         """Whether shakedown is proved; False says nothing.
 
-        It is where a state that the motion passed through, closed and admissible, after
-        the transient, lies inside an energy ball of this load factor (:func:`energy_ball`).
+        It is where a state that the motion passed through after the transient, admissible and
+        with exactly those nodes open that stay so, lies inside an energy ball of this load
+        factor (:func:`energy_ball`).
         """
         return self._proof.proved
 
@@ -132,10 +133,10 @@ class LongTermState(SettledState):
     @cached_property
     def _proof(self) -> EnergyProof:
         """Sought when it is asked for, by one cone program."""
-        if self.outcome != Outcome.SHAKEDOWN or self.open_nodes or self.passage is None:
+        if self.outcome != Outcome.SHAKEDOWN or self.passage is None:
             return NO_PROOF
         problem, passage = self.passage
-        return energy_proof(problem, self.load_factor, self.final_slip, passage)
+        return energy_proof(problem, self.load_factor, self.final_slip, passage, self.open_nodes)
 
     @property
     def cycles_to_one_percent(self) -> int:

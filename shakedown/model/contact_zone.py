@@ -88,6 +88,13 @@ class Zone:
         loop = loading(self.problem)
         return self.displacements(slip, loop.q0[None], loop.p0[None])[0, : self.problem.n]
 
+    def follow(self, change: FloatArray) -> FloatArray:
+        """Change of the slips of all nodes (…, n) with that of the closed ones (…, k): open ones follow."""
+        everywhere = np.zeros((*change.shape[:-1], self.problem.n))
+        everywhere[..., list(self.closed_nodes)] = change
+        everywhere[..., list(self.open_nodes)] = -change @ self.slope[: len(self.open_nodes)].T
+        return everywhere
+
     def displacements(self, slip: FloatArray, q_w: FloatArray, p_w: FloatArray) -> FloatArray:
         """u = (v, w) of all nodes, (m, 2n) [length], with the closed ones at ``slip`` (k,).
 
