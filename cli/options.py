@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 import shakedown
+from shakedown.visible_text import shortened
 
 from .output import QUIET
 
@@ -32,6 +33,21 @@ class ProblemFile(click.ParamType):
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
         return shakedown.load_problem(value)
+
+
+class OpenNodes(click.ParamType):
+    """Which nodes stay open: auto, none, or numbers with commas between them."""
+
+    name = "nodes"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value in ("auto", "none"):
+            return value if value == "auto" else ()
+        numbers = value.split(",")
+        if not all(number.isascii() and number.isdigit() and len(number) < 10 for number in numbers):
+            shown = shortened(value)
+            raise click.UsageError(f"--open: expected auto, none or node numbers like 0,3,7, found '{shown}'")
+        return tuple(map(int, numbers))
 
 
 class OutputFile(click.Path):
@@ -63,6 +79,14 @@ quiet_option = click.option(
     is_eager=True,
     callback=_keep_quiet,
     help="No progress and no remarks on stderr.",
+)
+open_option = click.option(
+    "--open",
+    "open_nodes",
+    type=OpenNodes(),
+    default="auto",
+    show_default=True,
+    help="Nodes that stay open: auto, none, or numbers like 0,3,7.",
 )
 method_option = click.option(
     "--method",

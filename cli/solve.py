@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import click
 
@@ -22,9 +22,10 @@ from shakedown.report.words import (
     curve_in_words,
     friction_in_words,
 )
+from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
-from .options import json_option, problem_argument, quiet_option
+from .options import json_option, open_option, problem_argument, quiet_option
 from .output import echo_json, headline, listing, number, paragraph, say, table
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
@@ -53,22 +54,33 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
     is_flag=True,
     help="Only what takes few programs: λ_E, λ_max and the safe slip (no λ_1, λ_U, thresholds).",
 )
+@open_option
 @json_option
 @quiet_option
-def solve(problem: Problem, initial: str, distance: float, quick: bool, as_json: bool) -> None:
+def solve(
+    problem: Problem,
+    initial: str,
+    distance: float,
+    quick: bool,
+    open_nodes: tuple[int, ...] | Literal["auto"],
+    as_json: bool,
+) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given or PATH.npy")
-    energy = shakedown.energy_bound(problem, initial_state(problem, 0.0, initial), distance)
+    state = initial_state(problem, 0.0, initial)
     if quick:
-        _solve_quickly(problem, energy, as_json)
+        upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
+        energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
+        _say_quickly(problem, energy, upper, as_json)
         return
     if problem.n >= ANNOUNCED_FROM:
         click.echo(
             f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
             err=True,
         )
-    bounds = shakedown.shakedown_bounds(problem)
+    bounds = shakedown.shakedown_bounds(problem, open_nodes=open_nodes)
+    energy = shakedown.energy_bound(problem, state, distance, open_nodes=bounds.upper.open_nodes)
     universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
     limits = shakedown.friction_thresholds(problem)
     curve = None
@@ -81,15 +93,18 @@ def solve(problem: Problem, initial: str, distance: float, quick: bool, as_json:
         say(_text(problem, Proved(energy, universal), bounds, limits, curve))
 
 
-def _solve_quickly(problem: Problem, energy: shakedown.EnergyBound, as_json: bool) -> None:
+def _say_quickly(
+    problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound, as_json: bool
+) -> None:
     """What one linear and one cone program tell."""
-    upper = shakedown.upper_bound(problem, certify=False)
     if as_json:
         echo_json(quick_document(problem, energy, upper))
         return
     lines = [headline(problem), ""]
     lines += [paragraph(sentence) for sentence in certain_in_words(energy, None, upper)]
-    if upper.status != "optimal":
+    if upper.open_nodes:
+        lines += [paragraph(sentence) for sentence in zone_in_words(upper)]
+    elif upper.status != "optimal":
         lines += [paragraph(f"{upper.status}: {upper.reason}.")]
     rows = [[str(j), number(slip), _sides(upper, j)] for j, slip in enumerate(upper.slip)]
     say("\n".join([*lines, "", table(["node", "safe slip", "active at λ_max"], rows)]))
@@ -141,8 +156,17 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
         ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
         ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling_in_words(lower.coupling_ratio)),
         ("least load factor λ_lo", number(least or None, 10), "safe slips exist from here on"),
-        ("upper bound λ_max", number(upper.load_factor, 10), f"{upper.status}{_certified(upper.certified)}"),
+        _largest(upper),
     ]
+
+
+def _largest(upper: shakedown.UpperBound) -> tuple[str, str, str]:
+    """λ_max, with the nodes that are open where it is that of a zone."""
+    remark = f"{upper.status}{_certified(upper.certified)}"
+    if upper.open_nodes:
+        remark += f", with {open_in_words(upper.open_nodes)} open"
+    name = "λ_max of the zone" if upper.open_nodes else "upper bound λ_max"
+    return (name, number(upper.load_factor, 10), remark)
 
 
 def _certified(interval: tuple[float, float] | None) -> str:

@@ -1,6 +1,8 @@
 """Both bounds of the load factor."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Literal
 
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.lower import LowerBound, lower_bound
@@ -12,7 +14,11 @@ from shakedown.tolerances import DEFAULT, Tolerances
 
 @dataclass(frozen=True)
 class ShakedownBounds:
-    """Both bounds of one problem: between them the outcome depends on the initial state."""
+    """Both bounds of one problem: between them the outcome depends on the initial state.
+
+    The lower bound is that of the joint with all nodes closed; the upper one names the nodes
+    that are open (``upper.open_nodes``), and is then no bound but of that zone.
+    """
 
     lower: LowerBound
     upper: UpperBound
@@ -20,13 +26,22 @@ class ShakedownBounds:
 
     @property
     def have_gap(self) -> bool:
-        """Whether there are load factors between the bounds, with a safe slip to keep near to."""
+        """Whether there are load factors between the bounds, with a safe slip to keep near to.
+
+        Never where nodes are open: the bounds are then of different zones.
+        """
         first, last = self.lower.load_factor, self.upper.load_factor
+        if self.upper.open_nodes:
+            return False
         return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))
 
 
 def shakedown_bounds(
-    problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    *,
+    open_nodes: Iterable[int] | Literal["auto"] = (),
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> ShakedownBounds:
     """Lower and upper bound of the load factor.
 
@@ -34,6 +49,8 @@ def shakedown_bounds(
     ----------
     problem
         The contact and its loading loop.
+    open_nodes
+        The nodes that stay open, for the upper bound (:func:`upper_bound`).
     certify
         Whether to check both in exact arithmetic; by default each where that is quick.
     tolerances
@@ -51,7 +68,7 @@ def shakedown_bounds(
     >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
     (0.657373, 0.739146)
     """
-    upper = upper_bound(problem, certify=certify, tolerances=tolerances)
+    upper = upper_bound(problem, open_nodes=open_nodes, certify=certify, tolerances=tolerances)
     exact = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     lower = lower_bound(problem, certify=exact, tolerances=tolerances)
     return ShakedownBounds(lower, upper, tolerances)

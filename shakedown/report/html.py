@@ -33,6 +33,7 @@ from shakedown.report.words import (
     friction_in_words,
     transient_in_words,
 )
+from shakedown.report.zone_words import open_in_words
 from shakedown.verification.verify import Run, Verification
 from shakedown.visible_text import shortened, visible
 
@@ -176,13 +177,20 @@ def _friction(f: np.ndarray) -> str:
 def _bounds_rows(v: Verification) -> list[tuple[str, str, str, str]]:
     pairs = (
         ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_lower.load_factor),
-        ("upper bound λ_max (a safe slip exists)", v.bounds.upper.load_factor, v.second_upper.load_factor),
+        (_name_of_largest(v), v.bounds.upper.load_factor, v.second_upper.load_factor),
     )
     upper = v.bounds.upper.load_factor
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
     return [
         (name, _number(one, 10), _number(two, 10), _difference(one, two, scale)) for name, one, two in pairs
     ]
+
+
+def _name_of_largest(v: Verification) -> str:
+    opened = v.bounds.upper.open_nodes
+    if opened:
+        return f"λ_max of the zone (a safe slip exists with {open_in_words(opened)} open)"
+    return "upper bound λ_max (a safe slip exists)"
 
 
 def _difference(one: float, two: float, scale: float) -> str:

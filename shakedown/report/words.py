@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.bounds.coupling import WEAK
 from shakedown.model.status import Status
+from shakedown.report.zone_words import open_in_words, zone_in_words
 
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
-    Every sentence is about the joint with all nodes in contact.
+    Every sentence is about the joint with all nodes in contact, or names the open ones.
 
     Examples
     --------
@@ -36,6 +37,8 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
+    if upper.open_nodes:
+        return [_closed(lower), *zone_in_words(upper), *_reservations(bounds)]
     if upper.status == Status.INFEASIBLE:
         return [f"No load factor is safe with all nodes in contact: {upper.reason}."]
     if lower.status == Status.INFEASIBLE:
@@ -101,9 +104,12 @@ def as_given_in_words(run: Run) -> str:
 
 
 def _proved_from_here(energy: EnergyBound) -> str:
-    start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
+    closed = np.delete(energy.initial_slip, energy.open_nodes)
+    start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"
+    if energy.open_nodes:
+        start += f", with {open_in_words(energy.open_nodes)} open and in equilibrium,"
     if energy.status == Status.INFEASIBLE:
         return f"From {start} no load factor is proved ({energy.reason}; a state after some cycles may do)"
     least = energy.least_load_factor
@@ -122,6 +128,13 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
         return f"from every initial state at every load factor ({universal.argument})"
     number = f"λ_U = {universal.load_factor:.7g}"
     return f"from every initial state, closed and admissible, up to {number} ({universal.argument})"
+
+
+def _closed(lower: LowerBound) -> str:
+    """What holds with all nodes closed, where the upper bound is that of a zone."""
+    if lower.status == Status.INFEASIBLE:
+        return "With all nodes in contact no slip is safe under the mean load alone."
+    return _below(lower)
 
 
 def _below(lower: LowerBound) -> str:

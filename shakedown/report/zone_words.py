@@ -1,0 +1,66 @@
+"""What a contact zone means for the joint: every sentence says for which open nodes."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from shakedown.model.status import Status
+
+if TYPE_CHECKING:
+    from shakedown.bounds.shakedown_bounds import UpperBound
+
+
+def zone_in_words(upper: UpperBound) -> list[str]:
+    """Up to where a slip-free state of the zone exists, what is not said above, and where λ = 1 lies.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> block = shakedown.example("receding-block")
+    >>> for line in zone_in_words(shakedown.upper_bound(block, open_nodes="auto")):
+    ...     print(line)
+    With nodes 0–4, 28–32 open and all others closed there is a safe slip up to λ_max = 0.2281044: ...
+    Above it no slip-free state has exactly these nodes open and all others closed throughout; ...
+    The loading as given (λ = 1) lies at or above λ_max of this zone.
+    """
+    where = f"With {open_in_words(upper.open_nodes)} open and all others closed"
+    if upper.status == Status.INFEASIBLE:
+        return [
+            f"{where} no load factor is safe: no slip keeps every closed node within its friction "
+            "limits and every open one open, even under the mean load alone."
+        ]
+    least = upper.least_load_factor
+    begins = f" from λ_lo = {least:.7g} on" if least > 0 else ""
+    begun = f"{where} there is a safe slip{begins}"
+    held = "in that state, in equilibrium with its load, no node slips, opens or closes"
+    if upper.status == Status.UNBOUNDED:
+        sentences = [f"{begun} at every load factor: {held}."]
+    else:
+        sentences = [
+            f"{begun} up to λ_max = {upper.load_factor:.7g}: {held}.",
+            "Above it no slip-free state has exactly these nodes open and all others closed throughout; "
+            "of other zones, and of nodes that open and close, nothing is said.",
+        ]
+    return [*sentences, f"The loading as given (λ = 1) lies {_place(upper)}."]
+
+
+def _place(upper: UpperBound) -> str:
+    if upper.least_load_factor > 1:
+        return "below λ_lo of this zone"
+    return "where this zone has safe slips" if upper.load_factor > 1 else "at or above λ_max of this zone"
+
+
+def open_in_words(nodes: tuple[int, ...]) -> str:
+    """All nodes by number, neighbours in short.
+
+    Examples
+    --------
+    >>> open_in_words((3,)), open_in_words((0, 1, 2, 3, 7, 8))
+    ('node 3', 'nodes 0–3, 7, 8')
+    """
+    runs = [
+        [node for _, node in run] for _, run in groupby(enumerate(nodes), key=lambda pair: pair[1] - pair[0])
+    ]
+    listed = [f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
+    return f"node{'s' * (len(nodes) > 1)} {', '.join(listed)}"

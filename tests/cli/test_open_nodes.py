@@ -1,0 +1,72 @@
+"""Partly open joints on the command line: which nodes are open stands in every answer."""
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+
+
+def test_solve_finds_a_zone_where_the_joint_opens():
+    found = document("solve", "receding-block")["upper"]
+    expected = shakedown.upper_bound(shakedown.example("receding-block"), open_nodes="auto")
+    assert tuple(found["open_nodes"]) == expected.open_nodes
+    assert found["load_factor"] == expected.load_factor
+    assert [1.0 * slip for slip in found["slip"]] == pytest.approx(expected.slip)
+
+
+def test_the_text_names_the_open_nodes_and_claims_no_upper_bound_of_the_joint():
+    text = " ".join(run("solve", "receding-block")[1].split())
+    assert "With nodes 0–4, 28–32 open and all others closed there is a safe slip up to λ_max" in text
+    assert "no slip-free state has exactly these nodes open" in text
+    for wrong in ("upper bound", "cannot shake down", "No load factor is safe"):
+        assert wrong not in text
+    assert text.count("open") >= text.count("λ_max")
+
+
+def test_nodes_may_be_named_or_none():
+    assert document("solve", "receding-block", "--open", "none")["upper"]["status"] == "infeasible"
+    assert document("solve", "receding-block", "--open", "16")["upper"]["open_nodes"] == [16]
+    text = " ".join(run("solve", "receding-block", "--open", "16")[1].split())
+    assert "With node 16 open and all others closed no load factor is safe" in text
+    named = ",".join(map(str, [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]))
+    found = document("solve", "receding-block", "--open", named)["upper"]
+    assert found["load_factor"] == document("solve", "receding-block")["upper"]["load_factor"]
+
+
+@pytest.mark.parametrize("name", ["two-node", "uncoupled", "block-9"])
+def test_with_all_nodes_closed_nothing_changes(name):
+    searched, plain = (document("solve", name, "--open", word) for word in ("auto", "none"))
+    assert searched == plain
+    assert searched["upper"]["open_nodes"] == []
+    assert run("solve", name)[1] == run("solve", name, "--open", "none")[1]
+
+
+@pytest.mark.parametrize(
+    ("nodes", "message"),
+    [
+        ("0,x", "--open: expected auto, none or node numbers like 0,3,7, found '0,x'"),
+        ("", "expected auto, none or node numbers"),
+        ("-1", "expected auto, none or node numbers"),
+        ("99", "open nodes: expected numbers from 0 to 32, found 99"),
+        (",".join(map(str, range(33))), "found all 33 open"),
+    ],
+)
+def test_bad_nodes_are_one_line(nodes, message):
+    code, out, err = run("solve", "receding-block", f"--open={nodes}")
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_the_energy_bound_is_that_of_the_zone(tmp_path):
+    joint = shakedown.example("receding-block")
+    upper = shakedown.upper_bound(joint, open_nodes="auto")
+    settled = {key: getattr(joint, key) for key in ("A", "B", "C", "f", "q_w", "p_w")}
+    shakedown.save_problem(tmp_path / "settled.npz", shakedown.Problem(**settled, name="settled"))
+    np.save(tmp_path / "safe.npy", upper.slip)
+    words = ("solve", "settled.npz", "--initial", "safe.npy")
+    energy = document(*words, cwd=tmp_path)["energy"]
+    assert 0 < energy["load_factor"] <= upper.load_factor
+    text = " ".join(run(*words, cwd=tmp_path)[1].split())
+    assert "From the given slip, with nodes 0–4, 28–32 open and in equilibrium, the joint is proved" in text
