@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -17,7 +18,15 @@ from shakedown.report.words import (
     transient_in_words,
 )
 
-from .options import OutputFile, cycles_option, json_option, method_option, problem_argument, quiet_option
+from .options import (
+    OutputFile,
+    cycles_option,
+    json_option,
+    method_option,
+    open_option,
+    problem_argument,
+    quiet_option,
+)
 from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
 
 
@@ -42,6 +51,7 @@ from .output import echo_json, headline, number, paragraph, progress, say, table
     show_default=True,
     help="Seed of the random initial states.",
 )
+@open_option
 @cycles_option
 @method_option
 @json_option
@@ -54,6 +64,7 @@ def verify(
     load_factors: tuple[float, ...],
     random_states: int,
     seed: int,
+    open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,
     method: str,
     as_json: bool,
@@ -67,6 +78,7 @@ def verify(
     with progress("simulations") as update:
         result = shakedown.verify(
             problem,
+            open_nodes=open_nodes,
             load_factors=load_factors or None,
             random_states=random_states,
             seed=seed,
@@ -104,7 +116,7 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     rows = [
         [
             number(run.simulation.load_factor, 5),
-            run.initial,
+            run.initial + " (zone)" * bool(run.open_nodes),
             run.predicted,
             str(run.simulation.outcome),
             marks[run.agrees],

@@ -4,6 +4,7 @@ Less sharp than the simplex road; it is here to be compared with.
 """
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, nan
 
@@ -12,6 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from shakedown.model.constraints import Constraints, constraints, step_loads
+from shakedown.model.contact_zone import contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, typical_size
@@ -62,7 +64,11 @@ class ConicBound:
 
 
 def conic_upper_bound(
-    problem: Problem, *, solver: str | None = None, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    *,
+    open_nodes: Iterable[int] = (),
+    solver: str | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> ConicBound:
     """λ_max from |q| ≤ f p at every node and every load step: the program (5.16) as it stands.
 
@@ -70,6 +76,9 @@ def conic_upper_bound(
     ----------
     problem
         The contact and its loading loop.
+    open_nodes
+        The nodes that stay open (:func:`upper_bound`); with them the extreme load step of
+        every row is taken alone.
     solver
         Name of a linear-programming solver, called through cvxpy; by default Clarabel,
         called directly.
@@ -82,6 +91,11 @@ def conic_upper_bound(
     >>> round(conic_upper_bound(shakedown.example("two-node")).load_factor, 6)
     0.739146
     """
+    zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    if zone.open_nodes:
+        rows = zone.constraints
+        bound = _bound(np.column_stack([rows.G, rows.d]), rows.g, -1.0, solver, tolerances)
+        return replace(bound, slip=zone.slips(bound.slip))
     rows, steps = constraints(problem), step_loads(problem)
     taken = np.zeros(steps.shape, dtype=bool)
     taken[rows.step, np.arange(2 * rows.n)] = (

@@ -139,7 +139,9 @@ def _context(v: Verification) -> dict[str, Any]:
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
     "down, above λ_max none can with all nodes in contact, the safe slip shakes down up to λ_max, and so "
-    "does every state inside the energy ball (“ball”: drawn just inside its surface). Slip per period: Σ|Δv| of the "
+    "does every state inside the energy ball (“ball”: drawn just inside its surface); with nodes open the "
+    "safe slip of the zone, those nodes open and the transient left out, stays at rest up to its λ_max. "
+    "Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "
     "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
     "re-computed from slips and gaps alone."
@@ -213,7 +215,7 @@ def _run_row(run: Run) -> dict[str, str]:
     return {
         "load_factor": _number(s.load_factor),
         "region": run.region,
-        "initial": run.initial,
+        "initial": run.initial + " (zone)" * bool(run.open_nodes),
         "predicted": run.predicted,
         "outcome": s.outcome + _remarks(s),
         "mark": mark,

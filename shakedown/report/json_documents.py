@@ -123,6 +123,7 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
         {
             "region": run.region,
             "initial": run.initial,
+            "initially_open": run.open_nodes,
             "predicted": run.predicted,
             "agrees": run.agrees,
             "seconds": run.seconds,

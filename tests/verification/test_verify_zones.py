@@ -1,0 +1,102 @@
+"""Verification of partly open joints: what is predicted, and that no prediction is believed unsupported."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from shakedown import verify
+from shakedown.report.words import bounds_in_words
+from shakedown.verification import plan
+from shakedown.verification import verify as room
+from tests.partly_open import SOME, partly_open
+
+RECEDING = shakedown.example("receding-block")
+
+
+@pytest.mark.parametrize("seed", SOME[:10])
+def test_predictions_of_zones_agree(seed):
+    problem = partly_open(seed)
+    result = verify(problem, random_states=1)
+    upper = result.bounds.upper
+    assert not result.disagreements
+    in_zone = [one for one in result.runs if one.open_nodes]
+    if upper.status == "optimal" and upper.open_nodes:
+        assert len(in_zone) >= 2
+        assert all(one.predicted == "shakedown" and one.agrees for one in in_zone)
+        assert all(one.simulation.open_nodes == upper.open_nodes for one in in_zone)
+        beyond = [one for one in result.runs if one.region == plan.OUTSIDE]
+        assert beyond
+        assert {one.predicted for one in beyond if not one.simulation.proved} <= {"either"}
+
+
+def test_the_receding_block_is_predicted_and_agrees():
+    result = verify(RECEDING, random_states=0, load_factors=[0.1, 0.3])
+    judged = [(one.initial, one.agrees) for one in result.runs if one.agrees is not None]
+    assert judged == [("safe", True)]
+    assert result.second_upper.load_factor == pytest.approx(result.bounds.upper.load_factor, rel=1e-7)
+    assert not result.disagreements
+
+
+def test_a_wrong_zone_is_reported_not_believed():
+    result = verify(RECEDING, random_states=0, open_nodes=[16])
+    assert result.bounds.upper.status == "infeasible"
+    assert all(one.agrees is None for one in result.runs)
+    assert "With node 16 open and all others closed no load factor is safe" in " ".join(
+        bounds_in_words(result.bounds)
+    )
+
+
+def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
+    """A bound that is too high, and one for nodes that do not stay open: the simulation objects."""
+    honest = room.shakedown_bounds
+
+    def raised(problem, **more):
+        bounds = honest(problem, **more)
+        return replace(bounds, upper=replace(bounds.upper, load_factor=1.3 * bounds.upper.load_factor))
+
+    def slip_of_the_bound(problem, load_factor, **_):
+        upper = honest(problem, open_nodes="auto").upper
+        return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
+
+    monkeypatch.setattr(room, "shakedown_bounds", raised)
+    monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
+    result = verify(RECEDING, random_states=0, load_factors=[0.27])
+    assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)
+
+
+def test_the_command_and_the_report_name_the_zone(tmp_path):
+    words = ("verify", "receding-block", "--random", "0", "--load-factor", "0.1")
+    code, out, _ = run(*words, "-o", "r.html", cwd=tmp_path)
+    text = " ".join(out.split())
+    assert code == 0
+    assert "With nodes 0–4, 28–32 open and all others closed there is a safe slip" in text
+    assert "safe (zone)" in text
+    for page in (text, (tmp_path / "r.html").read_text()):
+        assert "nodes 0–4, 28–32 open" in page
+        assert "upper bound" not in page
+        assert "cannot shake down" not in page
+    found = document(*words)
+    assert found["upper"]["open_nodes"] == [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]
+    assert {tuple(one["initially_open"]) for one in found["runs"]} == {
+        (),
+        tuple(found["upper"]["open_nodes"]),
+    }
+
+
+def test_two_nodes_one_of_them_open(tmp_path):
+    joint = shakedown.Problem(
+        A=[[3.0, -1.0], [-1.0, 3.0]],
+        B=[[0.2, 0.1], [0.1, 0.2]],
+        C=[[3.0, -1.0], [-1.0, 3.0]],
+        f=0.3,
+        q_w=[[0.3, 0.2], [-0.3, -0.2]],
+        p_w=[[2.0, -1.0], [2.0, -1.0]],
+    )
+    shakedown.save_problem(tmp_path / "pair.npz", joint)
+    code, out, err = run("verify", "pair.npz", "-o", "r.html", cwd=tmp_path)
+    assert code == 0, err
+    assert "With node 1 open and all others closed" in " ".join(out.split())
+    assert np.isfinite(verify(joint).bounds.upper.load_factor)
