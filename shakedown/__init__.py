@@ -112,6 +112,7 @@ if TYPE_CHECKING:
     from shakedown.universal.swing_bound import swing_bound as swing_bound
     from shakedown.universal.universal_bound import UniversalBound as UniversalBound
     from shakedown.universal.universal_bound import universal_bound as universal_bound
+    from shakedown.verification.random_paths import random_paths as random_paths
     from shakedown.verification.verify import Run as Run
     from shakedown.verification.verify import Verification as Verification
     from shakedown.verification.verify import verify as verify
@@ -168,6 +169,7 @@ _HOMES = {
     "shakedown.universal.swing_bound": "SwingBound swing_bound",
     "shakedown.universal.sharpened_swing": "SharpenedSwing sharpened_swing",
     "shakedown.universal.universal_bound": "UniversalBound universal_bound",
+    "shakedown.verification.random_paths": "random_paths",
     "shakedown.verification.verify": "Run Verification verify",
     "shakedown.report.html": "report_path write_report",
 }

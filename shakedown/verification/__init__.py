@@ -1,4 +1,5 @@
 """Prediction held against simulation.
 
-Reading order: ``plan`` (which load factors and initial states, what is predicted there), ``verify``.
+Reading order: ``plan`` (which load factors and initial states, what is predicted there), ``verify``,
+``random_paths`` (other paths through the same loads).
 """
