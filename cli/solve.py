@@ -154,7 +154,11 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
         ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
         ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
-        ("  coupling ratio ρ", number(lower.coupling_ratio, 4), coupling_in_words(lower.coupling_ratio)),
+        (
+            "  coupling ratio ρ",
+            number(lower.coupling_ratio, 4),
+            coupling_in_words(lower.coupling_ratio).partition(":")[0],
+        ),
         ("least load factor λ_lo", number(least or None, 10), "safe slips exist from here on"),
         _largest(upper),
     ]

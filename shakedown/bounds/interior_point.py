@@ -12,7 +12,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from shakedown.model.constraints import Constraints, constraints, step_loads
+from shakedown.model.constraints import GAP, Constraints, constraints, step_loads
 from shakedown.model.contact_zone import contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
@@ -93,8 +93,7 @@ def conic_upper_bound(
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
     if zone.open_nodes:
-        rows = zone.constraints
-        bound = _bound(np.column_stack([rows.G, rows.d]), rows.g, -1.0, solver, tolerances)
+        bound = _bound_in_zone(zone.constraints, solver, tolerances)
         return replace(bound, slip=zone.slips(bound.slip))
     rows, steps = constraints(problem), step_loads(problem)
     taken = np.zeros(steps.shape, dtype=bool)
@@ -111,6 +110,21 @@ def conic_upper_bound(
         terms = np.abs(rows.G) @ np.abs(bound.slip) + np.abs(bound.load_factor * steps) + np.abs(rows.g)
         violated = ~taken & (excess > tolerances.second_road * terms)
         if not violated.any():
+            return bound
+        taken |= violated
+
+
+def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
+    """λ_max of closed and open nodes; gaps, most of which never close, where they are broken."""
+    taken = rows.side != GAP
+    while True:
+        matrix = np.column_stack([rows.G, rows.d])[taken]
+        bound = _bound(matrix, rows.g[taken], -1.0, solver, tolerances)
+        violated = ~taken
+        if bound.status == Status.OPTIMAL:
+            excess = rows.relative_excess(bound.slip, bound.load_factor)
+            violated &= excess > tolerances.second_road
+        if bound.status == Status.INFEASIBLE or not violated.any():
             return bound
         taken |= violated
 

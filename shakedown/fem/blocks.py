@@ -6,6 +6,7 @@ import numpy as np
 
 from shakedown.errors import UsageError
 from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.classical import cylinder_on_flat, press_fit
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
@@ -141,7 +142,7 @@ def cantilevered_block(
 
 
 def shipped_blocks() -> dict[str, Problem]:
-    """The built-in problems that come from these blocks, by name.
+    """The built-in problems that come from scikit-fem, by name: these blocks, and the classical contacts.
 
     They are kept in ``shakedown/files/data``, so that scikit-fem need not be there to
     use them; to make them again::
@@ -152,4 +153,6 @@ def shipped_blocks() -> dict[str, Problem]:
     return {
         "receding-block": receding_block(2, steps=20, first_loading=10),
         "cantilevered-block": cantilevered_block(),
+        "press-fit": press_fit(),
+        "cylinder-on-flat": cylinder_on_flat(),
     }

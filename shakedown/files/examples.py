@@ -198,6 +198,16 @@ def cantilevered_block() -> Problem:
     return _shipped("cantilevered-block")
 
 
+def press_fit() -> Problem:
+    """A hollow shaft pressed into a hub (Lamé), pulled oval to and fro; nine contact nodes."""
+    return _shipped("press-fit")
+
+
+def cylinder_on_flat() -> Problem:
+    """A cylinder pressed onto a flat (Hertz), moved along it to and fro; thirteen nodes, the outer open."""
+    return _shipped("cylinder-on-flat")
+
+
 def _shipped(name: str) -> Problem:
     with resources.as_file(resources.files("shakedown.files") / "data" / f"{name}.npz") as path:
         return load_problem(path)
@@ -215,4 +225,6 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "block-33": block_33,
     "receding-block": receding_block,
     "cantilevered-block": cantilevered_block,
+    "press-fit": press_fit,
+    "cylinder-on-flat": cylinder_on_flat,
 }

@@ -16,6 +16,8 @@ from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
+ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
+
 
 @dataclass(frozen=True, eq=False)
 class Zone:
@@ -166,7 +168,17 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         x=None if problem.x is None else problem.x[k],
         **_condensed_loads(problem, held, free, follow),  # type: ignore[arg-type]  # the keys are fields
     )
-    return Zone(problem, tuple(chosen), tuple(k), joint, follow[:, :c], flexibility)
+    return Zone(problem, tuple(chosen), tuple(k), joint, _without_round_off(follow[:, :c]), flexibility)
+
+
+def _without_round_off(slope: FloatArray) -> FloatArray:
+    """A slope, with what is round-off of the largest set to exact zero.
+
+    Of similar bodies B should vanish; a gap would else seem to depend on slips
+    that are large enough.
+    """
+    noise = ROUND_OFF * len(slope) * np.abs(slope).max(initial=0.0)
+    return np.where(np.abs(slope) <= noise, 0.0, slope)
 
 
 def _node_numbers(problem: Problem, open_nodes: Iterable[int]) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
+from shakedown.model.arguments import require_problem
 from shakedown.model.constraints import GAP, Constraints
 from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.loading import loading
@@ -97,6 +98,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     >>> search.zone.open_nodes, search.opened
     ((0, 1, 2, 3, 4, 28, 29, 30, 31, 32), ())
     """
+    require_problem(problem)
     visited: dict[tuple[int, ...], _Visit] = {}
 
     def visit(nodes: tuple[int, ...]) -> _Visit:

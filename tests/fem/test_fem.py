@@ -348,7 +348,7 @@ def test_half_a_receding_block_is_half_of_the_whole():
     np.testing.assert_allclose(half.p_w, weight * whole.p_w[:, 8:], atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["receding-block", "cantilevered-block"])
+@pytest.mark.parametrize("name", ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat"])
 def test_shipped_blocks_are_made_again(name):
     shipped, made = shakedown.example(name), shipped_blocks()[name]
     assert (shipped.name, shipped.units) == (made.name, made.units)

@@ -100,3 +100,19 @@ def test_two_nodes_one_of_them_open(tmp_path):
     assert code == 0, err
     assert "With node 1 open and all others closed" in " ".join(out.split())
     assert np.isfinite(verify(joint).bounds.upper.load_factor)
+
+
+@pytest.mark.parametrize("seed", SOME)
+def test_both_roads_find_the_same_load_factor_of_a_zone(seed):
+    problem = partly_open(seed)
+    upper = shakedown.upper_bound(problem, open_nodes="auto")
+    conic = shakedown.conic_upper_bound(problem, open_nodes=upper.open_nodes)
+    assert conic.status == upper.status
+    assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-7, nan_ok=True)
+
+
+@pytest.mark.parametrize("name", ["press-fit", "cylinder-on-flat"])
+def test_the_classical_contacts_are_verified(name):
+    result = verify(shakedown.example(name), random_states=1)
+    assert result.agrees, result.disagreements
+    assert result.bounds.upper.open_nodes == ((0, 1, 2, 10, 11, 12) if name == "cylinder-on-flat" else ())
