@@ -51,7 +51,7 @@ def _existing(slip: FloatArray, what: str, load_factor: float) -> FloatArray:
 def _from_file(path: str) -> FloatArray:
     if not os.path.lexists(path):
         raise click.UsageError(
-            f"--initial {shortened(path)}: expected zero, safe, witness, given or an existing NPY file"
+            f"--initial {shortened(path)}: expected zero, given, given:K, safe, witness or an NPY file"
         )
     try:
         return shakedown.load_initial_slip(path)

@@ -14,6 +14,8 @@ from shakedown.visible_text import shortened
 
 from .output import QUIET
 
+INPUT = "shakedown.input"  # the problem file of this call
+
 
 class ProblemFile(click.ParamType):
     """A problem file or the name of a built-in problem; a file of that name wins."""
@@ -32,7 +34,16 @@ class ProblemFile(click.ParamType):
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
+        if ctx is not None:
+            ctx.meta[INPUT] = value
         return shakedown.load_problem(value)
+
+
+def refuse_overwriting_input(context: click.Context, output: Path | None) -> None:
+    """Raise ``UsageError`` where the output would replace the problem file."""
+    source = context.meta.get(INPUT)
+    if output is not None and source is not None and output.exists() and os.path.samefile(output, source):
+        raise click.UsageError(f"-o: expected another file than the problem, found {shortened(str(output))}")
 
 
 class OpenNodes(click.ParamType):

@@ -12,7 +12,15 @@ from shakedown.report.json_documents import simulation_document
 from shakedown.visible_text import shortened
 
 from .initial import initial_state
-from .options import OutputFile, cycles_option, json_option, method_option, problem_argument, quiet_option
+from .options import (
+    OutputFile,
+    cycles_option,
+    json_option,
+    method_option,
+    problem_argument,
+    quiet_option,
+    refuse_overwriting_input,
+)
 from .output import echo_json, headline, listing, number, paragraph, say, table, tiny
 
 
@@ -42,6 +50,7 @@ def simulate(
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
+    refuse_overwriting_input(context, output)
     if initial is None:
         initial = "zero" if problem.initial_slip is None else "given"
     start = initial_state(problem, load_factor, initial)
@@ -84,7 +93,7 @@ def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines = [headline(problem), ""]
     lines.append(
-        paragraph(f"Load factor {run.load_factor:g}, initial state {shortened(initial)}: {run.outcome}")
+        paragraph(f"Load factor {run.load_factor:.10g}, initial state {shortened(initial)}: {run.outcome}")
     )
     lines.append(paragraph(f"({run.reason}).", "  "))
     lines.append("")

@@ -21,6 +21,7 @@ from shakedown.report.words import (
     coupling_in_words,
     curve_in_words,
     friction_in_words,
+    hints_in_words,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
@@ -67,7 +68,7 @@ def solve(
 ) -> None:
     """Bounds on the load factor of FILE, safe slip, friction thresholds."""
     if initial in ("safe", "witness"):
-        raise click.UsageError(f"--initial {initial}: expected zero, given or PATH.npy")
+        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     state = initial_state(problem, 0.0, initial)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
@@ -127,6 +128,9 @@ def _text(
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), ""]
     lines += [paragraph(sentence) for sentence in certain_in_words(*proved, upper)]
+    lines += [paragraph(hint) for hint in hints_in_words(problem)]
+    if problem.initial_slip is not None and not proved.energy.initial_slip.any():
+        lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(bounds, proved)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
     lines += [] if curve is None else [paragraph(curve_in_words(curve))]

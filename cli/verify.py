@@ -15,6 +15,7 @@ from shakedown.report.words import (
     bounds_in_words,
     certain_in_words,
     friction_in_words,
+    hints_in_words,
     transient_in_words,
 )
 
@@ -26,6 +27,7 @@ from .options import (
     open_option,
     problem_argument,
     quiet_option,
+    refuse_overwriting_input,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
 
@@ -73,6 +75,7 @@ def verify(
 
     Exit code 1 where anything disagrees or is left open.
     """
+    refuse_overwriting_input(context, output)
     if output is not None:
         shakedown.report_path(output)  # before the work, not after
     with progress("simulations") as update:
@@ -98,6 +101,12 @@ def verify(
         context.exit(1)
 
 
+def _length(problem: Problem) -> str:
+    """The unit of slips, where the problem names one."""
+    parts = [part.strip() for part in problem.units.split(",")]
+    return parts[1] if len(parts) == 2 else ""
+
+
 def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
@@ -106,8 +115,11 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     proved = certain_in_words(result.energy, result.universal, result.bounds.upper)
-    lines += [paragraph(sentence) for sentence in (as_given_in_words(result.as_given), *proved)]
+    lines += [
+        paragraph(sentence) for sentence in (as_given_in_words(result.as_given, _length(problem)), *proved)
+    ]
     lines += [""]
+    lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]

@@ -6,6 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.model.arguments import require_problem
 from shakedown.model.constraints import Constraints, constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
@@ -52,6 +53,7 @@ def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     >>> round(cycle.load_factor, 4), cycle.node
     (2.4442, 0)
     """
+    require_problem(problem)
     nowhere = np.full(problem.n, nan)
     own = np.diag(problem.A) - problem.f * np.abs(np.diag(problem.B))
     if problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):

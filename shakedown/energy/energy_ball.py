@@ -12,7 +12,8 @@ from shakedown.energy.energy_metric import EnergyMetric
 from shakedown.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.energy.farthest import end_of
 from shakedown.energy.zone_rows import zone_rows
-from shakedown.model.arguments import check_load_factor, checked_initial_slip, require_problem
+from shakedown.errors import UsageError
+from shakedown.model.arguments import check_load_factor, checked_initial_slip, real_array, require_problem
 from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
@@ -88,10 +89,13 @@ class EnergyBall:
 
     def distance(self, slip: ArrayLike) -> FloatArray:
         """Energy distance of slips (…, n) from the centre, (…) [√(force · length)]; inf without a ball."""
+        given = real_array("slip", slip)
+        if given.ndim == 0 or given.shape[-1] != len(self.slip):
+            raise UsageError(f"slip: expected shape (..., {len(self.slip)}), found {given.shape}")
         if self.status == Status.INFEASIBLE:
-            return np.full(np.shape(slip)[:-1], inf)
+            return np.full(given.shape[:-1], inf)
         with np.errstate(over="ignore", invalid="ignore"):  # too far for floats is far
-            away = self.metric.norm(self._of_closed(np.asarray(slip, dtype=float) - self.slip))
+            away = self.metric.norm(self._of_closed(given - self.slip))
         return np.where(np.isnan(away), inf, away)
 
     def margin(self, slip: ArrayLike) -> FloatArray:

@@ -24,7 +24,7 @@ from shakedown.programs.best_zone import chosen_zone
 from shakedown.tolerances import DEFAULT, Tolerances
 
 CERTIFIED_UP_TO = 40
-TOO_FAR = "no ball about a safe slip reaches as far as the initial slip, at any load factor"
+TOO_FAR = "no ball about a safe slip holds the initial slip and the distance around it, at any load factor"
 UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 

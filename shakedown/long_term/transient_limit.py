@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from shakedown.errors import UsageError
 from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.outcome import Outcome
-from shakedown.model.arguments import check_count, checked_initial_slip
+from shakedown.model.arguments import check_count, checked_initial_slip, is_finite
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -129,11 +129,12 @@ def transient_limit(
     True
     """
     start = checked_initial_slip(problem, initial_slip)
-    top = _top(problem) if largest is None else float(largest)
-    if not (np.isfinite(top) and top > 0):
-        raise UsageError(f"largest: expected a positive load factor, found {top}")
+    top = _top(problem) if largest is None else largest
+    if not (is_finite(top) and top > 0):
+        raise UsageError(f"largest: expected a positive load factor, found {top!r}")
+    top = float(top)
     check_count("steps", steps)
-    if not 0 < accuracy < 1:
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
     runs: dict[float, LongTermState] = {}
 

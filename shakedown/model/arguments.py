@@ -9,12 +9,21 @@ from numpy.typing import ArrayLike
 from shakedown.errors import ProblemError, UsageError
 from shakedown.model.magnitudes import check_slip
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.visible_text import shortened
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is one finite real number, as a float."""
+    try:
+        return isinstance(value, Real) and isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
 
 
 def check_load_factor(load_factor: float) -> None:
     """Raise ``UsageError`` unless a load factor is a finite number ≥ 0."""
-    if not (isinstance(load_factor, Real) and isfinite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {load_factor!r}")
+    if not (is_finite(load_factor) and load_factor >= 0):
+        raise UsageError(f"load factor: expected a number >= 0, found {shortened(repr(load_factor))}")
 
 
 def check_count(name: str, count: int) -> None:

@@ -18,6 +18,7 @@ from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.simulation import Simulation
 from shakedown.model.constraints import SIDE_NAMES
+from shakedown.plot.style import units_of
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.verification_figures import (
     guarantee_curve_figure,
@@ -31,6 +32,7 @@ from shakedown.report.words import (
     certain_in_words,
     critical_in_words,
     friction_in_words,
+    hints_in_words,
     transient_in_words,
 )
 from shakedown.report.zone_words import open_in_words
@@ -70,8 +72,8 @@ def report_path(path: str | os.PathLike[str]) -> Path:
     check_target(path)
     target = Path(path)
     beside = target.with_suffix(".json")
-    if target.suffix == ".json":
-        raise UsageError(f"{target}: expected the name of an HTML file; the JSON goes beside it")
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"{target}: expected the name of an HTML file (.html); the JSON goes beside it")
     if check_target(beside).exists() and not _is_a_reports(beside):
         raise UsageError(
             f"{beside}: the JSON of the report {target.name} goes there; expected none or that of an older "
@@ -113,12 +115,12 @@ def _context(v: Verification) -> dict[str, Any]:
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
         + (f", units {shortened(problem.units)}" if problem.units else ""),
-        "headline": as_given_in_words(v.as_given),
+        "headline": as_given_in_words(v.as_given, units_of(problem)[1]),
         "certain": certain_in_words(v.energy, v.universal, v.bounds.upper),
         "verdict": _verdict(v),
         "verdict_class": _verdict_class(v),
         "problems": [*v.disagreements, *v.open_questions],
-        "notes": v.notes,
+        "notes": [*hints_in_words(problem), *v.notes],
         "bounds": _bounds_rows(v),
         "meaning": [
             *bounds_in_words(v.bounds),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from shakedown.verification.verify import Run
 
 
+LARGEST_USUAL_FRICTION = 5.0
+
+
 def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
@@ -33,7 +37,7 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
     ...     print(line)
     Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
-    Above λ_max = 0.646554 it cannot shake down with all nodes in contact.
+    Above λ_max = 0.6465541 it cannot shake down with all nodes in contact.
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
@@ -48,6 +52,28 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     return [_below(lower), *between, _above(upper), _as_given(bounds), *_reservations(bounds)]
 
 
+def down(value: float, digits: int = 7) -> str:
+    """A number rounded down, for what holds below it.
+
+    Examples
+    --------
+    >>> down(0.65737347), up(0.73914551)
+    ('0.6573734', '0.7391456')
+    """
+    return _rounded(value, digits, ROUND_FLOOR)
+
+
+def up(value: float, digits: int = 7) -> str:
+    """A number rounded up, for what holds above it."""
+    return _rounded(value, digits, ROUND_CEILING)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> str:
+    if not np.isfinite(value):
+        return f"{value:g}"
+    return f"{float(Context(prec=digits, rounding=rounding).create_decimal_from_float(value)):.{digits}g}"
+
+
 def certain_in_words(energy: EnergyBound, universal: UniversalBound | None, upper: UpperBound) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
@@ -59,20 +85,40 @@ def certain_in_words(energy: EnergyBound, universal: UniversalBound | None, uppe
     >>> for line in certain_in_words(energy, universal, shakedown.upper_bound(joint)):
     ...     print(line)
     From slip zero the joint is proved to shake down up to λ_E = 0.6619611; from every initial
-    state, closed and admissible, up to λ_U = 0.6573735 (two nodes); with all nodes in contact it
+    state, closed and admissible, up to λ_U = 0.6573734 (two nodes); with all nodes in contact it
     cannot above λ_max = 0.7391456.
     """
     parts = [_proved_from_here(energy)]
     if universal is not None:
         parts.append(_proved_from_everywhere(universal))
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
-        parts.append(f"with all nodes in contact it cannot above λ_max = {upper.load_factor:.7g}")
+        parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
     sentence = "; ".join(part for part in parts if part)
     return [sentence + "."]
 
 
-def as_given_in_words(run: Run) -> str:
-    """The answer for the loading as given: what becomes of the joint at λ = 1.
+def hints_in_words(problem: Problem) -> list[str]:
+    """What looks like a slip of the pen in the data, in words.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> hints_in_words(shakedown.example("two-node"))
+    []
+    """
+    hints = []
+    p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    if np.all(p_mean < 0):
+        hints.append(
+            "The mean pressure is negative at every node: compression is positive in p_w. Is its sign right?"
+        )
+    if np.any(problem.f > LARGEST_USUAL_FRICTION):
+        hints.append(f"The friction coefficient {problem.f.max():g} is unusually large: is it in percent?")
+    return hints
+
+
+def as_given_in_words(run: Run, unit: str = "") -> str:
+    """The answer for the loading as given: what becomes of the joint at λ = 1, with the unit of slips.
 
     Examples
     --------
@@ -92,7 +138,8 @@ def as_given_in_words(run: Run) -> str:
         kept = f" with {nodes_in_words(state.open_nodes)} open" if len(state.open_nodes) else ""
         if state.proved and state.long_term is not None:
             margin = state.long_term.single_node_margin
-            return f"{here} shakes down{kept}: proved; any one node may be off by {margin:.3g}."
+            room = f"{margin:.3g} {unit}".rstrip() if np.isfinite(margin) else "any amount"
+            return f"{here} shakes down{kept}: proved; any one node may be off by {room}."
         return f"{here} shakes down{kept}: simulated, not proved."
     words = {
         Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, simulated.",
@@ -111,12 +158,13 @@ def _proved_from_here(energy: EnergyBound) -> str:
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes)} open and in equilibrium,"
     if energy.status == Status.INFEASIBLE:
-        return f"From {start} no load factor is proved ({energy.reason}; a state after some cycles may do)"
+        hint = "; a smaller distance may do" if energy.distance > 0 else "; a state after some cycles may do"
+        return f"From {start} no load factor is proved ({energy.reason}{hint})"
     least = energy.least_load_factor
     begins = f" from λ = {least:.7g} on" if least > 0 else ""
     if energy.status == Status.UNBOUNDED:
         return f"From {start} the joint is proved to shake down at every load factor{begins}"
-    return f"From {start} the joint is proved to shake down{begins} up to λ_E = {energy.load_factor:.7g}"
+    return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
 
 
 def _proved_from_everywhere(universal: UniversalBound) -> str:
@@ -126,8 +174,9 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
         return f"from every initial state no load factor is proved ({universal.reason})"
     if np.isinf(universal.load_factor):
         return f"from every initial state at every load factor ({universal.argument})"
-    number = f"λ_U = {universal.load_factor:.7g}"
-    return f"from every initial state, closed and admissible, up to {number} ({universal.argument})"
+    number = f"λ_U = {down(universal.load_factor)}"
+    state = "closed and admissible" + (" after the transient" if universal.after_transient else "")
+    return f"from every initial state, {state}, up to {number} ({universal.argument})"
 
 
 def _closed(lower: LowerBound) -> str:
@@ -140,17 +189,21 @@ def _closed(lower: LowerBound) -> str:
 def _below(lower: LowerBound) -> str:
     if lower.load_factor == 0:
         return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
-    where = (
-        "At every load factor" if lower.status == Status.UNBOUNDED else f"Below λ_1 = {lower.load_factor:.7g}"
-    )
+    where = f"Below λ_1 = {down(lower.load_factor)}"
+    if lower.status == Status.UNBOUNDED:
+        where = "At every load factor"
     if lower.guarantee == "proved":
         return (
-            f"{where} the joint, closed at all nodes, shakes down from every initial state ({lower.reason})."
+            f"{where} the joint, closed at all nodes{_transient_over(lower)}, shakes down from every initial "
+            f"state ({lower.reason})."
         )
-    claim = (
-        f"{where} shakedown from every initial state with all nodes closed is to be expected, but not proved"
-    )
+    claim = f"{where} no node collapses, but shakedown from every initial state is not proved"
     return f"{claim} ({lower.guarantee}): {lower.reason}."
+
+
+def _transient_over(lower: LowerBound) -> str:
+    """λ_1 is about the loop: of transient load steps before it nothing is said."""
+    return "" if lower.problem.q_transient is None else " when the transient is over"
 
 
 def _from_least(upper: UpperBound) -> list[str]:
@@ -175,7 +228,7 @@ def _between(lower: LowerBound) -> str:
 def _above(upper: UpperBound) -> str:
     if upper.status == Status.UNBOUNDED:
         return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
-    return f"Above λ_max = {upper.load_factor:.7g} it cannot shake down with all nodes in contact."
+    return f"Above λ_max = {up(upper.load_factor)} it cannot shake down with all nodes in contact."
 
 
 def _as_given(bounds: ShakedownBounds) -> str:
@@ -270,11 +323,11 @@ def transient_in_words(limit: TransientLimit) -> str:
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
-        proved = f"; shakedown is proved at λ = {limit.proved:.7g}"
+        proved = f"; shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
-            proved += f", a cycle was found at λ = {limit.cycling:.7g}"
+            proved += f", a cycle was found at λ = {up(limit.cycling)}"
     return (
-        f"From its initial state the joint shakes down up to λ_T = {limit.load_factor:.7g}{order}{proved} "
+        f"From its initial state the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} "
         f"({scan})."
     )
 

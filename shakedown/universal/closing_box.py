@@ -6,6 +6,7 @@ from math import inf, nan
 import numpy as np
 
 from shakedown.bounds.coupling import coupling
+from shakedown.model.arguments import require_problem
 from shakedown.model.constraints import constraints
 from shakedown.model.problem import FloatArray, Problem
 
@@ -50,6 +51,7 @@ def closing_box(problem: Problem) -> ClosingBox:
     >>> round(closing.load_factor, 7), closing.node
     (0.6543765, 1)
     """
+    require_problem(problem)
     n, missing = problem.n, np.full(problem.n, nan)
     if not coupling(problem).bound < 1.0:
         return ClosingBox(nan, -1, missing, missing)

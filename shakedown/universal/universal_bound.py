@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf, nan
+from numbers import Integral
 from typing import Any, NamedTuple
 
 from shakedown.bounds.coupling import WEAK, coupling
@@ -25,7 +26,8 @@ INTERVALS = 12
 class UniversalBound:
     """Largest load factor up to which shakedown from every initial state is proved.
 
-    A state is one with all nodes closed that is admissible at some instant of the loop. For every
+    A state is one with all nodes closed that is admissible at some instant of the loop; transient
+    load steps, where the problem has them, are over (``after_transient``). For every
     load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
     jumps, and slip ceases.
 
@@ -53,6 +55,9 @@ class UniversalBound:
         Below this load factor no admissible slip lifts a node off; NaN where not needed.
     closing, swing, sharpened
         The arguments tried, with the evidence to check them; None where not needed.
+    after_transient
+        Whether the problem has transient load steps: then nothing is said of a motion
+        before they are over.
     """
 
     status: str
@@ -66,6 +71,7 @@ class UniversalBound:
     closing: ClosingBox
     swing: SwingBound | None
     sharpened: SharpenedSwing | None
+    after_transient: bool = False
 
     def document(self) -> dict[str, dict[str, Any]]:
         """What is written as JSON: the number, what limits it, and the closing box beside it."""
@@ -125,8 +131,10 @@ def universal_bound(
     require_problem(problem)
     if intervals is None:
         intervals = INTERVALS if problem.n <= SHARPENED_UP_TO else 0
-    if not intervals >= 0:
+    if not isinstance(intervals, Integral) or intervals < 0:
         raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
+    if not isinstance(first_collapse, LowerBound | None):
+        raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
     closing = closing_box(problem)
     if lower.status == Status.INFEASIBLE:
@@ -183,6 +191,7 @@ def _without(
         closing=closing,
         swing=None,
         sharpened=None,
+        after_transient=lower.problem.q_transient is not None,
     )
 
 
@@ -209,6 +218,7 @@ def _result(
         closing=closing,
         swing=swing,
         sharpened=sharpened,
+        after_transient=lower.problem.q_transient is not None,
     )
 
 

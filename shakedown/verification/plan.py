@@ -51,9 +51,9 @@ class Case:
 
     @property
     def predicted(self) -> str:
-        """ "shakedown", "no shakedown", or "either" where the bounds predict nothing."""
+        """ "shakedown", "slips or opens", or "either" where the bounds predict nothing."""
         if self.region in (UNSAFE, ABOVE):
-            return "no shakedown"
+            return "slips or opens"
         certain = self.region == BELOW or self.initial == "safe" or self.in_ball  # with these nodes open
         return "shakedown" if certain else "either"
 

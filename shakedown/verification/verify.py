@@ -61,7 +61,7 @@ class Run:
 
     @property
     def predicted(self) -> str:
-        """ "shakedown", "no shakedown", or "either" where nothing is predicted."""
+        """ "shakedown", "slips or opens", or "either" where nothing is predicted."""
         return self.case.predicted
 
     @property

@@ -289,3 +289,20 @@ def test_shapes_are_compared_before_anything_is_read(tmp_path, monkeypatch):
         cwd=tmp_path,
         message="key 'A': expected a square array (n, n), found shape (1048576,)",
     )
+
+
+@pytest.mark.parametrize("words", [("simulate", "p.npz", "--load-factor", "0.3"), ("verify", "p.npz")])
+def test_the_problem_file_is_never_its_own_output(tmp_path, words):
+    shakedown.save_problem(tmp_path / "p.npz", shakedown.example("one-node"))
+    (tmp_path / "link.npz").symlink_to("p.npz")
+    for target in ("p.npz", "link.npz"):
+        code, out, err = run(*words, "-o", target, cwd=tmp_path)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+    assert shakedown.load_problem(tmp_path / "p.npz") == shakedown.example("one-node")
+
+
+def test_a_report_has_the_name_of_a_page(tmp_path):
+    for name in ("x.pdf", "x.npz", "x", "x.json"):
+        code, out, err = run("verify", "one-node", "-o", name, cwd=tmp_path)
+        assert (code, out) == (2, "")
+        assert "expected the name of an HTML file (.html)" in err
