@@ -20,6 +20,7 @@ from shakedown.programs.widest import Widest, widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
+BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
 
 
@@ -140,7 +141,7 @@ def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int
         seen.add(is_open.tobytes())
         free = np.flatnonzero(np.concatenate([is_open | (not friction), is_open]))
         u = np.zeros(2 * n)
-        u[free] = np.linalg.lstsq(kappa[np.ix_(free, free)], -r_w[free], rcond=None)[0]
+        u[free] = _equilibrium(kappa[np.ix_(free, free)], -r_w[free])
         p = r_w[n:] + kappa[n:] @ u
         noise = 8 * n * np.finfo(float).eps * (np.abs(r_w[n:]) + np.abs(kappa[n:]) @ np.abs(u))
         pulled = ~is_open & (p < -noise)
@@ -149,6 +150,19 @@ def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int
         else:
             is_open &= u[n:] >= 0
     return tuple(int(i) for i in np.flatnonzero(is_open))
+
+
+def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
+    """Displacements under a force; the smallest ones where a rigid motion leaves them open."""
+    try:
+        u = np.linalg.solve(stiffness, force)
+    except np.linalg.LinAlgError:
+        u = np.full(len(force), inf)
+    with np.errstate(invalid="ignore"):
+        left = np.abs(stiffness @ u - force).max(initial=0.0)
+    if left <= BALANCED * np.abs(force).max(initial=0.0):
+        return np.asarray(u)
+    return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
 
 
 def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> _Visit:

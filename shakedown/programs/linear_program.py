@@ -17,6 +17,7 @@ from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
 PRIMAL = 4
+PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
 _BASIC = highspy.HighsBasisStatus.kBasic
@@ -156,9 +157,14 @@ class LinearProgram:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch and at loosened tolerances.
+            If HiGHS ends without an answer, also from scratch, by the dual method and at loosened tolerances.
         """
-        attempts: tuple[Callable[[], Status | None], ...] = (self._warm, self._cold, self._loosened)
+        attempts: tuple[Callable[[], Status | None], ...] = (
+            self._warm,
+            self._cold,
+            self._dual,
+            self._loosened,
+        )
         for attempt in attempts:
             status = attempt()
             if status is not None:
@@ -188,6 +194,12 @@ class LinearProgram:
     def _cold(self) -> Status | None:
         self._highs.clearSolver()
         return self._warm()
+
+    def _dual(self) -> Status | None:
+        self._highs.setOptionValue("simplex_strategy", DUAL)
+        status = self._cold()
+        self._highs.setOptionValue("simplex_strategy", PRIMAL)
+        return status
 
     def _loosened(self) -> Status | None:
         """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
