@@ -27,6 +27,7 @@ from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.classical import Hertz, cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
+from shakedown.fem.dovetail import dovetail
 from shakedown.fem.loads import BodyForce, Displacement, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, read_mesh
 
@@ -46,6 +47,7 @@ __all__ = [
     "contact_condensation",
     "contact_problem",
     "cylinder_on_flat",
+    "dovetail",
     "hertz",
     "press_fit",
     "press_fit_pressure",
