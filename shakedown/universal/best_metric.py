@@ -1,7 +1,6 @@
 """The metric in which forward and backward slip of every node are farthest apart."""
 
 import numpy as np
-from scipy.optimize import linprog
 from scipy.sparse import block_array, coo_array, csr_array, eye_array, kron
 
 from shakedown.model.problem import FloatArray
@@ -37,6 +36,8 @@ def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
     least, most = _bounds(n, moving, len(number))
     cost = np.zeros(above.shape[1])
     cost[-1] = -1.0
+    from scipy.optimize import linprog  # a third of a second that other arguments need not pay
+
     found = linprog(
         cost,
         A_ub=above,
