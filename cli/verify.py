@@ -101,12 +101,6 @@ def verify(
         context.exit(1)
 
 
-def _length(problem: Problem) -> str:
-    """The unit of slips, where the problem names one."""
-    parts = [part.strip() for part in problem.units.split(",")]
-    return parts[1] if len(parts) == 2 else ""
-
-
 def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
@@ -116,7 +110,8 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [""]
     proved = certain_in_words(result.energy, result.universal, result.bounds.upper)
     lines += [
-        paragraph(sentence) for sentence in (as_given_in_words(result.as_given, _length(problem)), *proved)
+        paragraph(sentence)
+        for sentence in (as_given_in_words(result.as_given, shakedown.units_of(problem)[1]), *proved)
     ]
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]

@@ -99,6 +99,7 @@ if TYPE_CHECKING:
     from shakedown.model.problem import FloatArray as FloatArray
     from shakedown.model.problem import Problem as Problem
     from shakedown.model.status import Status as Status
+    from shakedown.model.units import units_of as units_of
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
     from shakedown.tolerances import Tolerances as Tolerances
@@ -118,6 +119,7 @@ if TYPE_CHECKING:
     from shakedown.verification.verify import verify as verify
 
 _HOMES = {
+    "shakedown.model.units": "units_of",
     "shakedown.model.status": "Status",
     "shakedown.energy.energy_ball": "EnergyBall energy_ball",
     "shakedown.energy.energy_bound": "EnergyBound EnergyCertificate energy_bound energy_document",

@@ -7,6 +7,7 @@ import numpy as np
 
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.uniqueness.weak_coupling import influence
 
 WEAK = 1.0 / 3.0  # weak coupling: no cycle at all is possible below the first collapse
 _TRACE = 1e-10  # of coupling between all nodes makes the Perron vector positive where N is reducible
@@ -50,15 +51,11 @@ def coupling(problem: Problem) -> Coupling:
     >>> round(coupling(shakedown.example("two-node")).ratio, 4)
     0.4274
     """
-    fB, n = problem.f[:, None] * problem.B, problem.n
-    sides = np.stack([problem.A - fB, problem.A + fB])
-    own = np.diagonal(sides, axis1=1, axis2=2)
-    if np.any(own <= 0):
+    n, N = problem.n, influence(problem.A, problem.f[:, None] * problem.B)
+    if N is None:
         return Coupling(nan, nan, np.full(n, nan), np.full((n, n), nan))
-    influence = np.max(np.abs(sides) / own[:, :, None], axis=0)
-    np.fill_diagonal(influence, 0.0)
-    ratio = float(np.abs(np.linalg.eigvals(influence)).max())
-    values, vectors = np.linalg.eig(influence + _TRACE * (ratio or 1.0))
+    ratio = float(np.abs(np.linalg.eigvals(N)).max())
+    values, vectors = np.linalg.eig(N + _TRACE * (ratio or 1.0))
     weights = np.abs(np.real(vectors[:, np.argmax(np.real(values))]))
     weights = np.maximum(weights / weights.max(), _LEAST_WEIGHT)
-    return Coupling(ratio, float(np.max(influence @ weights / weights)), weights, influence)
+    return Coupling(ratio, float(np.max(N @ weights / weights)), weights, N)

@@ -16,21 +16,13 @@ from shakedown.model.constraints import GAP, Constraints, constraints, step_load
 from shakedown.model.contact_zone import contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
+from shakedown.programs.cone_program import CLARABEL_ENDS
 from shakedown.programs.equilibration import equilibration, typical_size
 from shakedown.tolerances import DEFAULT, Tolerances
 
 # The tolerance that Clarabel is asked for and the length of its steps; the second where the first stalls.
 ATTEMPTS = ((1e-11, 0.99), (1e-9, 0.9))
 REDUCED = 1e-8  # what it must reach
-
-_ENDS = {
-    "Solved": Status.OPTIMAL,
-    "AlmostSolved": Status.OPTIMAL,
-    "PrimalInfeasible": Status.INFEASIBLE,
-    "AlmostPrimalInfeasible": Status.INFEASIBLE,
-    "DualInfeasible": Status.UNBOUNDED,
-    "AlmostDualInfeasible": Status.UNBOUNDED,
-}
 
 
 @dataclass(frozen=True)
@@ -217,8 +209,12 @@ def _by_clarabel(cost: FloatArray, matrix: FloatArray, right: FloatArray) -> tup
         settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
         end = clarabel.DefaultSolver(nothing, cost, table, right, cone, settings).solve()
         name = str(end.status)
-        if name in _ENDS:
-            return _ENDS[name], np.array(end.x), name.startswith("Almost") or tolerance > ATTEMPTS[0][0]
+        if name in CLARABEL_ENDS:
+            return (
+                CLARABEL_ENDS[name],
+                np.array(end.x),
+                name.startswith("Almost") or tolerance > ATTEMPTS[0][0],
+            )
     return Status.UNDECIDED, np.full(count, nan), False
 
 

@@ -4,5 +4,5 @@ Reading order: ``problem`` (the data, validated once), ``magnitudes`` (how large
 may be), ``loading`` (constant and periodic part, load factor), ``constraints`` (the rows
 G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``contact_zone`` (a joint with some nodes open),
 ``initial_gap`` (gaps and interference), ``derived`` (what a problem determines is built once),
-``arguments`` (checks of what callers pass in), ``status`` (how a program ended).
+``units``, ``arguments`` (checks of what callers pass in), ``status`` (how a program ended).
 """

@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
 from shakedown.plot.style import (
     BLACK,
     STATES,
@@ -23,7 +24,6 @@ from shakedown.plot.style import (
     path_of,
     positions,
     style_of,
-    units_of,
 )
 
 AT_THE_LIMIT = 1e-9  # how far from its limit, relative, a stuck node counts as being there

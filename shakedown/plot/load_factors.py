@@ -12,7 +12,8 @@ from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.errors import UsageError
 from shakedown.long_term.simulation import Simulation
 from shakedown.model.problem import Problem
-from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of, units_of
+from shakedown.model.units import units_of
+from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shakedown.errors import UsageError
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
 from shakedown.plot.style import (
     GREY,
     LINES,
@@ -17,7 +18,6 @@ from shakedown.plot.style import (
     labelled,
     node_name,
     path_of,
-    units_of,
 )
 
 MOST_LOOPS = 4

@@ -10,6 +10,7 @@ from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory, EventKind
 from shakedown.model.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
 from shakedown.plot.style import (
     BLACK,
     GREEN,
@@ -25,7 +26,6 @@ from shakedown.plot.style import (
     labelled,
     path_of,
     style_of,
-    units_of,
 )
 
 ROW_COLOURS = (SKY, ORANGE)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
 
 # Okabe–Ito colours, told apart by readers with colour-blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -24,9 +25,6 @@ STATES = {
     -1: ("forward slip", BLUE),
     2: ("open", "white"),
 }
-
-FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
-LENGTHS = frozenset(["m", "mm", "cm", "µm", "um", "km", "in", "ft"])
 
 FLANK_GAP = 4.0  # a distance between neighbours this many times the usual one separates two flanks
 
@@ -53,13 +51,6 @@ def path_of(result: Recorded | EventHistory) -> EventHistory:
     if not isinstance(history, EventHistory) or len(history.cycle) == 0:
         raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
     return history
-
-
-def units_of(problem: Problem | None) -> tuple[str, str]:
-    """Units of force and of length, from texts like "N, mm"; empty where the text names none."""
-    parts = [] if problem is None else [part.strip() for part in problem.units.split(",")]
-    force, length = ([part for part in parts if part in known] for known in (FORCES, LENGTHS))
-    return force[0] if force else "", length[0] if length else ""
 
 
 def labelled(name: str, unit: str) -> str:

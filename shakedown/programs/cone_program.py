@@ -13,7 +13,7 @@ from shakedown.programs.equilibration import power_of_two, typical_size
 
 GAP, REDUCED = 1e-11, 1e-6  # what is asked for; what a solution must reach to be taken as a start
 
-_ENDS = {
+CLARABEL_ENDS = {  # what Clarabel's words mean; others are no answer
     "Solved": Status.OPTIMAL,
     "AlmostSolved": Status.OPTIMAL,
     "PrimalInfeasible": Status.INFEASIBLE,
@@ -93,7 +93,7 @@ class ConeProgram:
             self.rank,
             self.offset / size,
         )
-        status = _ENDS.get(str(found.status))
+        status = CLARABEL_ENDS.get(str(found.status))
         if status is None and str(found.status) in ("InsufficientProgress", "MaxIterations"):
             status = Status.OPTIMAL if max(found.r_prim, found.r_dual) <= REDUCED else None
         if status is None:

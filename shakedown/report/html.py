@@ -18,7 +18,7 @@ from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.simulation import Simulation
 from shakedown.model.constraints import SIDE_NAMES
-from shakedown.plot.style import units_of
+from shakedown.model.units import units_of
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.verification_figures import (
     guarantee_curve_figure,
