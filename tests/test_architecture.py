@@ -16,10 +16,10 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 FLOORS = (
     {"visible_text", "errors", "tolerances"},
     {"model"},
-    {"programs", "kernels", "files", "condensation", "uniqueness"},
+    {"programs", "kernels", "files", "condensation", "uniqueness", "campaign"},
     {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem"},
     {"long_term", "importing", "universal"},
-    {"verification", "plot"},
+    {"verification", "maps", "designs", "plot"},
     {"report"},
     {"__init__"},
     {"cli", "benchmarks", "__main__"},
@@ -83,7 +83,7 @@ def target_wing(module: str, name: str) -> str:
 
 
 def test_every_wing_stands_on_a_floor():
-    assert {wing_of(name) for name in SOURCES} <= set(FLOOR)
+    assert {wing_of(name) for name in SOURCES} <= set(FLOOR)  # some stand empty until work on them begins
     assert len(FLOORS) <= 9
 
 
@@ -118,7 +118,7 @@ def test_no_wing_has_a_circle():
 
 
 def test_wings_are_small_and_say_what_they_are_for():
-    for wing in set(FLOOR) - {
+    for wing in {wing_of(name) for name in SOURCES} - {
         "visible_text",
         "errors",
         "tolerances",
