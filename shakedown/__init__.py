@@ -83,9 +83,11 @@ if TYPE_CHECKING:
     from shakedown.long_term.cycle_log import Cycles as Cycles
     from shakedown.long_term.find_state import long_term_state as long_term_state
     from shakedown.long_term.fixed_steps import History as History
-    from shakedown.long_term.history_file import save_history as save_history
+    from shakedown.long_term.many_states import LongTermStates as LongTermStates
+    from shakedown.long_term.many_states import long_term_states as long_term_states
     from shakedown.long_term.outcome import Outcome as Outcome
     from shakedown.long_term.simulation import Simulation as Simulation
+    from shakedown.long_term.simulation import save_history as save_history
     from shakedown.long_term.simulation import simulate as simulate
     from shakedown.long_term.state import LongTermState as LongTermState
     from shakedown.long_term.state import SettledState as SettledState
@@ -160,13 +162,13 @@ _HOMES = {
     "shakedown.friction.thresholds": "FrictionThresholds Threshold friction_thresholds",
     "shakedown.evolution.viscous_jump": "Jump",
     "shakedown.long_term.find_state": "long_term_state",
+    "shakedown.long_term.many_states": "LongTermStates long_term_states",
     "shakedown.long_term.state": "LongTermState SettledState",
     "shakedown.long_term.fixed_steps": "History",
     "shakedown.friction.wedging": "Wedging",
     "shakedown.long_term.cycle_log": "Cycles",
     "shakedown.long_term.outcome": "Outcome",
-    "shakedown.long_term.history_file": "save_history",
-    "shakedown.long_term.simulation": "Simulation simulate",
+    "shakedown.long_term.simulation": "Simulation save_history simulate",
     "shakedown.universal.closing_box": "ClosingBox closing_box",
     "shakedown.universal.swing_bound": "SwingBound swing_bound",
     "shakedown.universal.sharpened_swing": "SharpenedSwing sharpened_swing",

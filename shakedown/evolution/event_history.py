@@ -17,6 +17,9 @@ from shakedown.kernels.moving_state import (
 from shakedown.model.arguments import check_count
 from shakedown.model.problem import FloatArray
 
+HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
+SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order
+
 
 class EventKind(IntEnum):
     """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps."""
@@ -82,6 +85,30 @@ class EventHistory:
         check_count("keep", keep)
         steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
         return self.rows(np.union1d(steps, [len(self) - 1]))
+
+    @property
+    def signature(self) -> int:
+        """64 bits for the contact states of a period and the changes between them, wherever it is cut.
+
+        Neither the instants nor the load steps of the changes count.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> joint, slips = shakedown.example("two-node"), ([0.0, 0.0], [2.0, 1.0])
+        >>> one, other = (shakedown.long_term_state(joint, 0.9, slip).history for slip in slips)
+        >>> one.signature == other.signature
+        True
+        """
+        lasting = np.flatnonzero(np.diff(self.cycle) > SHORT)
+        codes = np.full(len(lasting), HASH_START, dtype=np.uint64)
+        for states in self.state[lasting].T:
+            codes = (codes ^ (states + 2).astype(np.uint64)) * HASH_PRIME
+        changes = codes != np.roll(codes, 1)
+        if not changes.any():
+            return int(codes[0]) if len(codes) else 0
+        mixed = (np.roll(codes, 1)[changes] * HASH_PRIME) ^ codes[changes]
+        return int(((mixed ^ (mixed >> np.uint64(32))) * HASH_PRIME).sum())
 
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation between events.

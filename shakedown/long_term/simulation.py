@@ -1,5 +1,6 @@
-"""Evolution of a joint from a chosen initial state, and what becomes of it."""
+"""Evolution of a joint from a chosen initial state, what becomes of it, and the path as a file."""
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.initial_state import beginning
 from shakedown.evolution.viscous_jump import Jump
+from shakedown.files.atomic_write import atomic_write
 from shakedown.long_term.cycle_log import Cycles, logged
 from shakedown.long_term.fixed_steps import History, Stepping
 from shakedown.long_term.limit_search import LimitSearch
@@ -240,3 +242,23 @@ def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simul
         residual=stepping.residual,
     )
     return Simulation(settled, "gauss-seidel", log, stepping.history, ())
+
+
+def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
+    """Write the recorded path of a simulation to an NPZ file, whole or not at all.
+
+    The file has the arrays of :class:`EventHistory` or of :class:`History`, and
+    ``load_factor``, ``initial_slip``.
+
+    Raises
+    ------
+    UsageError
+        If the simulation was not recorded, or the file cannot be written.
+    """
+    if not isinstance(run, Simulation):
+        raise UsageError(f"run: expected a Simulation, found {type(run).__name__}")
+    if run.history is None:
+        raise UsageError("nothing to write: simulate with record=True")
+    arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
+    with atomic_write(path) as file:
+        np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)

@@ -139,6 +139,14 @@ class LongTermState(SettledState):
         return energy_proof(problem, self.load_factor, self.final_slip, passage, self.open_nodes)
 
     @property
+    def signature(self) -> int:
+        """Identifies the contact states of one period, wherever it is cut (:attr:`EventHistory.signature`).
+
+        0 where undecided, and where the body leaves.
+        """
+        return self.history.signature if self.period else 0
+
+    @property
     def cycles_to_one_percent(self) -> int:
         """Cycles until the distance to the long-term state has shrunk to 1 %."""
         return 1 if self.contraction <= 0.01 else ceil(log(0.01) / log(self.contraction))
