@@ -173,15 +173,16 @@ def _reduced(problem: Problem, moving: NDArray, separable: bool, start: FloatArr
     return Problem(
         name=problem.name,
         units=problem.units,
+        source=problem.source,
+        load_names=problem.load_names,
+        **problem.node_data(np.flatnonzero(moving)),
         A=problem.A[block],
         B=problem.B[block],
         C=problem.C[block] if separable and problem.C is not None else None,
-        f=problem.f[moving],
         q_w=problem.q_w[:, moving] + q,
         p_w=problem.p_w[:, moving] + p,
         q_mean=loop.q0[moving] + q,
         p_mean=loop.p0[moving] + p,
         q_transient=shifted(problem.q_transient, q),
         p_transient=shifted(problem.p_transient, p),
-        x=None if problem.x is None else problem.x[moving],
     )

@@ -15,8 +15,9 @@ from shakedown.errors import ProblemError, UsageError
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
 from shakedown.files.regular_file import open_regular
-from shakedown.model.problem import SHAPES, TEXTS, FloatArray, Problem, check_shapes, plain_text, real_numbers
-from shakedown.visible_text import shortened
+from shakedown.model.field_values import plain_text, real_numbers
+from shakedown.model.problem import NAMES, SHAPES, TEXTS, FloatArray, Problem, check_shapes
+from shakedown.visible_text import LONGEST_NAME, shortened
 
 SCHEMA = "shakedown/1"
 KEYS = frozenset(SHAPES) | frozenset(TEXTS)
@@ -77,6 +78,8 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
         raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
+    if not problem.source:  # such files stay readable for earlier versions
+        del arrays["source"]
     try:
         with atomic_write(_path(path)) as file:
             np.savez(file, schema=np.array(SCHEMA), **arrays)
@@ -183,8 +186,9 @@ def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> H
         raise ProblemError(f"key '{key}': {error}") from None
     except (zipfile.BadZipFile, zlib.error, EOFError) as error:
         raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({error})") from None
-    if key in (*TEXTS, "schema") and header.dtype.itemsize > 4 * LONGEST_TEXT:
-        raise ProblemError(f"key '{key}': expected at most {LONGEST_TEXT} characters, found more")
+    longest = LONGEST_TEXT if key in (*TEXTS, "schema") else LONGEST_NAME
+    if key in (*TEXTS, *NAMES, "schema") and header.dtype.itemsize > 4 * longest:
+        raise ProblemError(f"key '{key}': expected at most {longest} characters, found more")
     return header
 
 

@@ -1,8 +1,9 @@
 """What a joint is: stiffness, friction, loading, and the 2n frictional constraints that follow.
 
-Reading order: ``problem`` (the data, validated once), ``magnitudes`` (how large and small numbers
-may be), ``loading`` (constant and periodic part, load factor), ``constraints`` (the rows
-G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``contact_zone`` (a joint with some nodes open),
-``initial_gap`` (gaps and interference), ``derived`` (what a problem determines is built once),
-``units``, ``arguments`` (checks of what callers pass in), ``status`` (how a program ended).
+Reading order: ``problem`` (the data, validated once), ``field_values`` (one field of them),
+``magnitudes`` (how large and small numbers may be), ``loading`` (constant and periodic part, load
+factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``contact_zone`` (a
+joint with some nodes open), ``initial_gap`` (gaps and interference), ``derived`` (what a problem
+determines is built once), ``units``, ``arguments`` (checks of what callers pass in), ``status``
+(how a program ended).
 """

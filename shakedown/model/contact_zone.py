@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 
@@ -163,10 +164,9 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         A=stiffness[:c, :c],
         B=stiffness[c:, :c],
         C=stiffness[c:, c:],
-        f=problem.f[k],
         initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, k],
-        x=None if problem.x is None else problem.x[k],
-        **_condensed_loads(problem, held, free, follow),  # type: ignore[arg-type]  # the keys are fields
+        **problem.node_data(k),
+        **_condensed_loads(problem, held, free, follow),
     )
     return Zone(problem, tuple(chosen), tuple(k), joint, _without_round_off(follow[:, :c]), flexibility)
 
@@ -208,9 +208,9 @@ def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) ->
 
 def _condensed_loads(
     problem: Problem, held: list[int], free: list[int], follow: FloatArray
-) -> dict[str, FloatArray | None]:
+) -> dict[str, Any]:
     """The welded reactions of the closed nodes with the open ones free, for every kind of load step."""
-    condensed: dict[str, FloatArray | None] = {}
+    condensed: dict[str, Any] = {}
     c = len(held) // 2
     pairs = (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean"))
     mean = loading(problem)

@@ -1,6 +1,6 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
+from shakedown.model.field_values import json_object, names, plain_text, real_numbers
 from shakedown.model.magnitudes import check_ratios, in_range
 from shakedown.tolerances import DEFAULT
 
 FloatArray = NDArray[np.float64]
 
-# Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states.
-SHAPES: dict[str, tuple[str, ...]] = {
+# Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states,
+# `c` load cases; numbers are directions x, y, z.
+SHAPES: dict[str, tuple[str | int, ...]] = {
     "A": ("n", "n"),
     "B": ("n", "n"),
     "C": ("n", "n"),
@@ -28,9 +30,16 @@ SHAPES: dict[str, tuple[str, ...]] = {
     "p_transient": ("k", "n"),
     "initial_slip": ("s", "n"),
     "x": ("n",),
+    "coordinates": ("n", 3),
+    "normal": ("n", 3),
+    "tangent": ("n", 3),
+    "node_area": ("n",),
+    "label": ("n",),
+    "load_names": ("c",),
 }
-TEXTS = ("name", "units")
-LAST_CODE_POINT = 0x10FFFF
+NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
+TEXTS = ("name", "units", "source")
+OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "node_area", "label")  # each belongs to one node
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,17 +72,33 @@ class Problem:
     initial_slip : (n,) or (s, n), optional
         Initial states to verify [length]; stored as (s, n).
     x : (n,), optional
-        Node positions, for plots only.
+        Node positions along the contact [length], for plots only.
+    coordinates : (n, 3), optional
+        Where the nodes are in the model that the problem was made from [length].
+    normal, tangent : (n, 3), optional
+        Unit vectors there, into the (first) body and in the direction of positive slip [–].
+    node_area : (n,), optional
+        Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
+        tractions. Of a plane model it is that of unit thickness, or of the one it has.
+    label : (n,), optional
+        What each node, or pair of nodes, is called in that model.
+    load_names : (c,), optional
+        Names of the load cases that the loading is made of.
     name, units : str, optional
         Shown in reports.
+    source : str, optional
+        Where the problem comes from, as JSON: ``{"toolkit", "command", "configuration",
+        "files": [{"name", "sha256"}, …]}`` where it was imported.
 
     Raises
     ------
     ProblemError
         If an entry is missing, mis-shaped, not real and finite or out of range
         (1e-100 to 1e100 in whatever units), if f < 0, if A
-        or C is not symmetric, or if κ = [[A, Bᵀ], [B, C]] is not positive
-        semi-definite. The message names the key, what was expected and found.
+        or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
+        semi-definite, or if an area is negative, a direction no unit vector, a label
+        cannot be shown in one line or ``source`` is no JSON object.
+        The message names the key, what was expected and found.
 
     Examples
     --------
@@ -94,8 +119,15 @@ class Problem:
     p_transient: FloatArray | None = None
     initial_slip: FloatArray | None = None
     x: FloatArray | None = None
+    coordinates: FloatArray | None = None
+    normal: FloatArray | None = None
+    tangent: FloatArray | None = None
+    node_area: FloatArray | None = None
+    label: tuple[str, ...] | None = None
+    load_names: tuple[str, ...] | None = None
     name: str = ""
     units: str = ""
+    source: str = ""
 
     if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
 
@@ -114,17 +146,25 @@ class Problem:
             p_transient: ArrayLike | None = None,
             initial_slip: ArrayLike | None = None,
             x: ArrayLike | None = None,
+            coordinates: ArrayLike | None = None,
+            normal: ArrayLike | None = None,
+            tangent: ArrayLike | None = None,
+            node_area: ArrayLike | None = None,
+            label: ArrayLike | None = None,
+            load_names: ArrayLike | None = None,
             name: str = "",
             units: str = "",
+            source: str = "",
         ) -> None: ...
 
     def __post_init__(self) -> None:
         for key in TEXTS:
-            object.__setattr__(self, key, plain_text(key, getattr(self, key)))
-        arrays = {
-            key: real_numbers(key, getattr(self, key)) for key in SHAPES if getattr(self, key) is not None
-        }
-        check_shapes({key: array.shape for key, array in arrays.items()})
+            check = json_object if key == "source" else plain_text
+            object.__setattr__(self, key, check(key, getattr(self, key)))
+        given = [key for key in SHAPES if getattr(self, key) is not None]
+        listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
+        arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
+        check_shapes({key: np.shape(value) for key, value in (arrays | listed).items()})
         n = arrays["A"].shape[0]
         if arrays["f"].ndim == 0:
             arrays["f"] = np.full(n, float(arrays["f"]))
@@ -134,6 +174,8 @@ class Problem:
         for key, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, key, array)
+        for key, found in listed.items():
+            object.__setattr__(self, key, found)
 
     @property
     def n(self) -> int:
@@ -155,6 +197,37 @@ class Problem:
             raise ProblemError("key 'C': needed because nodes may separate, found none")
         return np.block([[self.A, self.B.T], [self.B, self.C]])
 
+    def node_name(self, node: int) -> str:
+        """A node by its number, and by its label where it has one.
+
+        Examples
+        --------
+        >>> loop = {"f": 0.4, "q_w": [[1.0]], "p_w": [[3.0]]}
+        >>> Problem(A=[[2.0]], B=[[0.5]], **loop, label=[4711]).node_name(0)
+        '0 (FE 4711)'
+        """
+        return f"{node}" if self.label is None else f"{node} (FE {self.label[node]})"
+
+    def node_data(self, nodes: Iterable[int]) -> dict[str, Any]:
+        """What belongs to each of some nodes alone, by field: friction, position, label, area, …
+
+        With it a problem of some of the nodes is made.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> shakedown.example("two-node").node_data([1])
+        {'f': array([0.35])}
+        """
+        chosen, found = list(nodes), dict[str, Any]()
+        for key in OF_NODES:
+            value = getattr(self, key)
+            if isinstance(value, tuple):
+                found[key] = tuple(value[i] for i in chosen)
+            elif value is not None:
+                found[key] = value[chosen]
+        return found
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Problem):
             return NotImplemented
@@ -167,45 +240,6 @@ def _same(a: Any, b: Any) -> bool:
     if a is None or b is None:
         return a is b
     return bool(np.array_equal(a, b))
-
-
-def plain_text(key: str, value: Any) -> str:
-    """One text of whole characters; raises ``ProblemError`` for anything else."""
-    array = np.asarray(value)
-    if array.dtype.kind != "U" or array.ndim != 0:
-        raise ProblemError(f"key '{key}': expected one text string, found {_kind(array)}")
-    codes = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), dtype=np.uint32)
-    wrong = codes[(codes > LAST_CODE_POINT) | ((codes >= 0xD800) & (codes < 0xE000))]
-    if wrong.size:  # NumPy stores what is no text
-        raise ProblemError(f"key '{key}': expected text, found the character number 0x{wrong[0]:x}")
-    return str(array)
-
-
-def real_numbers(key: str, value: ArrayLike) -> FloatArray:
-    """A private float64 copy of a real, finite array; raises ``ProblemError`` for anything else."""
-    if np.ma.is_masked(value):
-        raise ProblemError(f"key '{key}': expected every number, found masked ones")
-    try:
-        array = np.asarray(value)
-    except ValueError:  # ragged nested lists
-        raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
-    if array.dtype.kind not in "fiu":
-        raise ProblemError(f"key '{key}': expected real numbers, found {_kind(array)}")
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is reported as not finite below
-        array = np.array(array, dtype=np.float64)
-    bad = np.argwhere(~np.isfinite(array))
-    if bad.size:
-        place = "".join(f"[{i}]" for i in bad[0])
-        raise ProblemError(
-            f"key '{key}': expected finite numbers, found {array[tuple(bad[0])]} at {key}{place}"
-        )
-    return array
-
-
-def _kind(array: NDArray[Any]) -> str:
-    names = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
-    what = names.get(array.dtype.kind, f"dtype {array.dtype}")
-    return what if array.ndim == 0 else f"{what} of shape {array.shape}"
 
 
 def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
@@ -241,7 +275,7 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int]) -> Non
         return
     if key == "initial_slip" and len(shape) == 1:
         axes = ("n",)
-    expected = tuple(sizes.get(axis, axis) for axis in axes)
+    expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
     fits = len(shape) == len(axes) and all(
         isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
     )
@@ -250,7 +284,8 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int]) -> Non
         hint = _transposition_hint(shape, expected)
         raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
     for axis, have in zip(axes, shape, strict=True):
-        sizes.setdefault(axis, have)
+        if isinstance(axis, str):
+            sizes.setdefault(axis, have)
 
 
 def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
@@ -269,6 +304,7 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     for key, array in arrays.items():
         arrays[key] = in_range(key, array)
     check_ratios(arrays)
+    _check_places(arrays)
     for key in ("A", "C"):
         if key in arrays:
             arrays[key] = _symmetrised(key, arrays[key])
@@ -280,6 +316,22 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     else:
         stiffness, label = arrays["A"], "key 'A': expected a positive semi-definite matrix"
     _check_semidefinite(stiffness, label)
+
+
+def _check_places(arrays: dict[str, FloatArray]) -> None:
+    """Areas are not negative, directions have unit length."""
+    area = arrays.get("node_area", np.zeros(0))
+    if np.any(area < 0):
+        j = int(np.argmax(area < 0))
+        raise ProblemError(f"key 'node_area': expected areas >= 0, found {area[j]:.9g} at node {j}")
+    for key in ("normal", "tangent"):
+        length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=1)
+        wrong = np.abs(length - 1) > DEFAULT.printed_digits
+        if np.any(wrong):
+            j = int(np.argmax(wrong))
+            raise ProblemError(
+                f"key '{key}': expected vectors of length 1, found the length {length[j]:.9g} at node {j}"
+            )
 
 
 def _symmetrised(key: str, matrix: FloatArray) -> FloatArray:

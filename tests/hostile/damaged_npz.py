@@ -110,7 +110,7 @@ def _damaged_member(members: dict[str, bytes], arrays: dict[str, np.ndarray], rn
     elif kind == 5:
         members[f"k{TEXTS[rng.integers(len(TEXTS))][:60000]}.npy"] = members.pop(name)
     elif kind == 6:
-        members[f"{rng.choice(['name', 'units', 'schema'])}.npy"] = _text(rng)
+        members[f"{rng.choice(['name', 'units', 'source', 'label', 'schema'])}.npy"] = _text(rng)
     elif kind == 7:
         members[rng.choice(["mu.npy", "A", "name", "../A.npy", "A.npy/"])] = members[name]
     else:

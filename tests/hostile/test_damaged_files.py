@@ -15,8 +15,10 @@ def arrays() -> dict[str, np.ndarray]:
     problem = shakedown.example("two-node")
     keys = ("A", "B", "C", "f", "q_w", "p_w")
     more = {"q_mean": np.ones(2), "p_mean": np.ones(2), "initial_slip": np.zeros((2, 2)), "x": np.arange(2.0)}
+    places = {"coordinates": np.ones((2, 3)), "normal": np.eye(3)[:2], "node_area": np.ones(2)}
     texts = {"name": np.array("joint"), "units": np.array("N, mm"), "schema": np.array("shakedown/1")}
-    return {key: getattr(problem, key) for key in keys} | more | texts
+    names = {"label": np.array(["7/8", "9/10"]), "load_names": np.array(["top"]), "source": np.array("{}")}
+    return {key: getattr(problem, key) for key in keys} | more | places | texts | names
 
 
 def read(load, path):
