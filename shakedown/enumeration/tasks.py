@@ -1,6 +1,5 @@
 """The tree of row subsets, cut into tasks, walked by several threads, with its suspects examined."""
 
-import os
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -11,6 +10,7 @@ from math import comb, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.campaign.crew import all_cores
 from shakedown.enumeration.findings import BATCH, NONE, Piece, batch_piece, in_batches, joined
 from shakedown.enumeration.intersection import ScaledRows, solve_subsets
 from shakedown.enumeration.tree_kernel import elimination, walk
@@ -64,7 +64,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
     threads
         Number of threads; all cores by default.
     """
-    workers = threads or os.cpu_count() or 1
+    workers = threads or all_cores()
     waiting: deque[Future[Piece]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         try:

@@ -1,0 +1,75 @@
+"""Pieces of work on the workers of a dask cluster; what a lost worker had in hand is done again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from shakedown.campaign.crew import Losses, Work
+from shakedown.errors import UsageError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
+IN_HAND = 2  # pieces that each thread of the cluster has at a time
+
+
+def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[int, bytes]]:
+    """(number, piece) as they are done, in no particular order.
+
+    Raises
+    ------
+    UsageError
+        If dask.distributed is not installed, or no cluster answers at that address.
+    SolverError
+        If workers die again and again with nothing done.
+    """
+    try:
+        from distributed import as_completed
+        from distributed.scheduler import KilledWorker
+    except ImportError:
+        raise UsageError(
+            "scheduler: expected dask.distributed to be installed, found none "
+            "(pip install 'shakedown-bounds[cluster]')"
+        ) from None
+    losses, waiting = Losses(), list(reversed(numbers))
+    with _client(address) as client:
+        running = as_completed(loop=client.loop)
+        names: dict[str, int] = {}
+        while waiting or names:
+            while waiting and len(names) < IN_HAND * max(sum(client.nthreads().values()), 1):
+                number = waiting.pop()
+                future = client.submit(_one_piece, work, number, pure=False)
+                names[future.key] = number
+                running.add(future)
+            future = next(running)
+            number = names.pop(future.key)
+            try:
+                piece = future.result()
+            except KilledWorker:
+                losses.another()
+                waiting.append(number)
+                continue
+            losses.progress()
+            yield number, piece
+
+
+def _client(address: str) -> Client:
+    """A connection to the scheduler, with at least one worker behind it."""
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"scheduler: expected a dask scheduler at {address}, found none ({error})") from None
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        client.close()
+        raise UsageError(f"scheduler: expected workers at {address}, found none") from None
+    return client
+
+
+def _one_piece(work: Work, number: int) -> bytes:
+    return work(number)

@@ -1,0 +1,65 @@
+"""Who does the work of a campaign: this process, several, or a cluster."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from shakedown.errors import SolverError, UsageError
+from shakedown.model.arguments import check_count
+
+Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
+
+MOST_LOSSES = 3  # workers that die one after the other with nothing done in between: then it is the work
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Who works.
+
+    Attributes
+    ----------
+    workers
+        Number of processes: 1 is this process itself. More of them start afresh, so that
+        a script has to keep what it does under ``if __name__ == "__main__"``.
+    scheduler
+        Address of a dask scheduler: its workers work, whatever ``workers`` says.
+    """
+
+    workers: int = 1
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        check_count("workers", self.workers)
+        if self.scheduler is not None and not (isinstance(self.scheduler, str) and self.scheduler):
+            raise UsageError(f"scheduler: expected an address, found {self.scheduler!r}")
+
+
+def all_cores() -> int:
+    """How many cores this process may use.
+
+    Examples
+    --------
+    >>> all_cores() >= 1
+    True
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Losses:
+    """Counts workers lost while nothing gets done, and gives up at ``MOST_LOSSES``."""
+
+    def __init__(self) -> None:
+        self.in_a_row = 0
+
+    def progress(self) -> None:
+        self.in_a_row = 0
+
+    def another(self) -> None:
+        self.in_a_row += 1
+        if self.in_a_row >= MOST_LOSSES:
+            raise SolverError(
+                f"{MOST_LOSSES} workers died one after the other without finishing a piece of work "
+                "(killed, or out of memory?)"
+            )

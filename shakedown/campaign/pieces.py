@@ -1,0 +1,69 @@
+"""The run of a campaign: what is not done yet is done, and recorded as it comes."""
+
+from collections.abc import Callable, Iterator
+
+from shakedown.campaign.crew import Crew, Work
+from shakedown.campaign.journal import Journal
+
+Progress = Callable[[int, int], None]
+
+
+def run_campaign(
+    work: Work, count: int, journal: Journal, crew: Crew | None = None, progress: Progress | None = None
+) -> None:
+    """Do the pieces 0 … count − 1 of a campaign that its journal does not hold yet.
+
+    Parameters
+    ----------
+    work
+        From the number of a piece to its bytes; see the wing's docstring.
+    count
+        How many pieces there are.
+    journal
+        Where they are recorded, each as soon as it is done.
+    crew
+        Who works; this process by default.
+    progress
+        Called as ``progress(done, count)`` at the start and after each piece.
+
+    Raises
+    ------
+    UsageError
+        If the cluster does not answer, or the journal cannot be written.
+    SolverError
+        If workers die again and again with nothing done.
+
+    Examples
+    --------
+    >>> from shakedown.campaign.journal import journal_at
+    >>> with journal_at(None, {}) as journal:
+    ...     run_campaign(lambda number: bytes([number]), 3, journal)
+    ...     list(journal.pieces())
+    [b'\\x00', b'\\x01', b'\\x02']
+    """
+    done = journal.done()
+    todo = [number for number in range(count) if number not in done]
+    finished = count - len(todo)
+    if progress is not None:
+        progress(finished, count)
+    for number, piece in _worked(work, todo, crew or Crew()):
+        journal.add(number, piece)
+        finished += 1
+        if progress is not None:
+            progress(finished, count)
+
+
+def _worked(work: Work, todo: list[int], crew: Crew) -> Iterator[tuple[int, bytes]]:
+    """(number, piece) of all that is to be done."""
+    if not todo:
+        return
+    if crew.scheduler is not None:
+        from shakedown.campaign.cluster import by_cluster  # dask is wanted only here
+
+        yield from by_cluster(work, todo, crew.scheduler)
+    elif crew.workers == 1:
+        yield from ((number, work(number)) for number in todo)
+    else:
+        from shakedown.campaign.processes import by_processes
+
+        yield from by_processes(work, todo, crew.workers)

@@ -1,0 +1,83 @@
+"""Pieces of work on several processes of this machine; one that dies is replaced."""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import wait as wait_for
+from threading import Thread
+
+from threadpoolctl import threadpool_limits
+
+from shakedown.campaign.crew import Losses, Work
+
+_work: Work  # of this process, where it is a worker
+
+
+def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
+    """(number, piece) as they are done, in no particular order.
+
+    A process that is killed takes the pool with it; the pieces that it had in hand are
+    done again by a new one.
+
+    Raises
+    ------
+    SolverError
+        If processes die again and again with nothing done.
+    """
+    todo, losses = dict.fromkeys(numbers), Losses()
+    while todo:
+        try:
+            for number, piece in _by_one_pool(work, list(todo), workers):
+                losses.progress()
+                del todo[number]
+                yield number, piece
+        except BrokenProcessPool:
+            losses.another()
+
+
+def _by_one_pool(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
+    """The same from one pool, until a process of it dies."""
+    pool = ProcessPoolExecutor(
+        min(workers, len(numbers)),
+        mp_context=multiprocessing.get_context("spawn"),  # a fork would copy locks of compiled threads
+        initializer=_begin,
+        initargs=(work,),
+    )
+    running: dict[Future[bytes], int] = {}
+    waiting = iter(numbers)
+    try:
+        while True:
+            for number in waiting:
+                running[pool.submit(_one_piece, number)] = number
+                if len(running) >= 2 * workers:
+                    break
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(future), future.result()
+    finally:
+        pool.shutdown(wait=not running, cancel_futures=True)
+
+
+def _begin(work: Work) -> None:
+    """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
+    global _work
+    _work = work
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends us
+    threadpool_limits(1)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        Thread(target=_leave_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _leave_with(parent: int) -> None:
+    """End this process when the parent ends, however that happens."""
+    wait_for([parent])
+    os._exit(1)
+
+
+def _one_piece(number: int) -> bytes:
+    return _work(number)
