@@ -29,6 +29,13 @@ if TYPE_CHECKING:
     from shakedown.condensation.condense import condense as condense
     from shakedown.condensation.condense import condensed_stiffness as condensed_stiffness
     from shakedown.condensation.load_case import LoadCase as LoadCase
+    from shakedown.designs.design_point import DesignPoint as DesignPoint
+    from shakedown.designs.design_point import Limit as Limit
+    from shakedown.designs.diagram import Boundaries as Boundaries
+    from shakedown.designs.diagram import Region as Region
+    from shakedown.designs.diagram import Sweep as Sweep
+    from shakedown.designs.parameters import with_parameter as with_parameter
+    from shakedown.designs.sweep import sweep as sweep
     from shakedown.energy.energy_ball import EnergyBall as EnergyBall
     from shakedown.energy.energy_ball import energy_ball as energy_ball
     from shakedown.energy.energy_bound import EnergyBound as EnergyBound
@@ -123,6 +130,10 @@ if TYPE_CHECKING:
 _HOMES = {
     "shakedown.model.units": "units_of",
     "shakedown.model.status": "Status",
+    "shakedown.designs.design_point": "DesignPoint Limit",
+    "shakedown.designs.diagram": "Boundaries Region Sweep",
+    "shakedown.designs.parameters": "with_parameter",
+    "shakedown.designs.sweep": "sweep",
     "shakedown.energy.energy_ball": "EnergyBall energy_ball",
     "shakedown.energy.energy_bound": "EnergyBound EnergyCertificate energy_bound energy_document",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",

@@ -1,0 +1,183 @@
+"""Limits of the load factor over the whole grid of parameters."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.campaign.crew import Crew
+from shakedown.campaign.journal import journal_at
+from shakedown.campaign.payload import fingerprint
+from shakedown.campaign.pieces import run_campaign
+from shakedown.designs.design_point import LIMITS, DesignPoint, Question, design_point
+from shakedown.designs.diagram import Sweep
+from shakedown.designs.variation import ProblemOf, Variation, checked_variation
+from shakedown.errors import ShakedownError, UsageError
+from shakedown.model.arguments import check_load_factor, real_array
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+Progress = Callable[[int, int], None]
+
+
+def sweep(
+    joint: Problem | ProblemOf,
+    vary: Mapping[str, ArrayLike],
+    *,
+    bounds: Sequence[str] = LIMITS,
+    load_factors: Sequence[float] = (),
+    initial_slip: ArrayLike | None = None,
+    open_nodes: Literal["auto", "none"] = "auto",
+    quick: bool = False,
+    workers: int = 1,
+    scheduler: str | None = None,
+    journal: str | PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> Sweep:
+    """How the limits of the load factor move with one or two parameters of a joint.
+
+    Every point is checked for contradictions between its limits (λ_U ≤ λ_1 ≤ λ_max, λ_E ≤ λ_max,
+    no cycle below a proved limit). Where the parameters make no joint the point says why.
+
+    Parameters
+    ----------
+    joint
+        A joint, of which named parameters are varied (:func:`with_parameter`); or a function
+        problem(parameter) or problem(parameter, parameter) that returns one, whose arguments
+        may have any names in ``vary``.
+    vary
+        Name → rising values, for one or two parameters.
+    bounds
+        Which limits: ``"lower"`` (λ_1), ``"universal"`` (λ_U), ``"energy"`` (λ_E),
+        ``"transient"`` (λ_T), ``"upper"`` (λ_max).
+    load_factors
+        Where to simulate what becomes of the joint from the state asked about.
+    initial_slip : (n,), optional
+        The state that λ_E, λ_T and simulations are about [length]; zero by default.
+    open_nodes
+        ``"auto"``: λ_max and λ_E of the best zone of open nodes found; ``"none"``: of all
+        nodes in contact.
+    quick
+        λ_U without its sharpening, λ_T to 0.1 %.
+    workers
+        Number of processes; of a function that makes joints it has to be one that can be
+        imported, and the script has to keep the call under ``if __name__ == "__main__"``.
+    scheduler
+        Address of a dask scheduler, whose workers take over.
+    journal
+        A file that records every point as soon as it is known, and is removed at the end:
+        after a kill the sweep goes on from there with ``resume``.
+    resume
+        Whether to go on with the journal that stands there, if one does.
+    progress
+        Called with (points done, points in all).
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, or a function returns no problem.
+    BudgetExceeded
+        If there are more than a million points.
+    SolverError
+        If worker processes die again and again.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> found = sweep(shakedown.example("two-node"), {"f": [0.2, 0.35]}, bounds=["lower", "upper"])
+    >>> found.lower.round(4), found.upper.round(4)
+    (array([0.4044, 0.6574]), array([0.4262, 0.7391]))
+    >>> found.regions(0.5).tolist()
+    ['never', 'depends on the state']
+    """
+    variation, values = checked_variation(joint, vary)
+    question = Question(
+        bounds=_checked_bounds(bounds),
+        load_factors=_checked_load_factors(load_factors),
+        initial_slip=None if initial_slip is None else real_array("initial slip", initial_slip),
+        open_nodes=_checked_zone(open_nodes),
+        quick=bool(quick),
+    )
+    work = _Points(variation, values, question, tolerances)
+    with journal_at(journal, work.header(), resume=resume) as record:
+        run_campaign(work, int(np.prod(work.shape)), record, Crew(workers, scheduler), progress)
+        points = tuple(DesignPoint.from_bytes(piece) for piece in record.pieces())
+        record.remove()
+    return Sweep(variation.name, variation.parameters, values, question.bounds, question.load_factors, points)
+
+
+def _checked_bounds(bounds: Sequence[str]) -> tuple[str, ...]:
+    names = (bounds,) if isinstance(bounds, str) else tuple(bounds)
+    if not names or len(set(names)) < len(names) or not set(names) <= set(LIMITS):
+        found = ", ".join(map(str, names)) or "none"
+        raise UsageError(f"bounds: expected some of {', '.join(LIMITS)}, each once, found {found}")
+    return names
+
+
+def _checked_load_factors(load_factors: Sequence[float]) -> tuple[float, ...]:
+    for load_factor in load_factors:
+        check_load_factor(load_factor)
+    return tuple(float(load_factor) for load_factor in load_factors)
+
+
+def _checked_zone(open_nodes: str) -> Literal["auto"] | tuple[()]:
+    if open_nodes not in ("auto", "none"):
+        raise UsageError(f"open_nodes: expected 'auto' or 'none', found {open_nodes!r}")
+    return "auto" if open_nodes == "auto" else ()
+
+
+@dataclass(frozen=True)
+class _Points:
+    """The work of a sweep: from the number of a point to the point, as bytes."""
+
+    variation: Variation
+    values: tuple[FloatArray, ...]
+    question: Question
+    tolerances: Tolerances
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each parameter."""
+        return tuple(len(array) for array in self.values)
+
+    def __call__(self, number: int) -> bytes:
+        places = np.unravel_index(number, self.shape)  # the last parameter runs fastest
+        values = tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
+        return point_at(self.variation, values, self.question, self.tolerances).to_bytes()
+
+    def header(self) -> dict[str, str]:
+        """All that the points depend on."""
+        joint = self.variation.joint
+        initial = self.question.initial_slip
+        return {
+            "joint": fingerprint(joint) if isinstance(joint, Problem) else _named(joint),
+            "values": repr(
+                dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))
+            ),
+            "question": repr(self.question._replace(initial_slip=None)),
+            "initial_slip": "zero" if initial is None else repr(initial.tolist()),
+            "tolerances": repr(self.tolerances),
+        }
+
+
+def _named(joint: ProblemOf) -> str:
+    """What tells one function from another."""
+    return f"{getattr(joint, '__module__', '')}.{getattr(joint, '__qualname__', repr(joint))}"
+
+
+def point_at(
+    variation: Variation, values: tuple[float, ...], question: Question, tolerances: Tolerances
+) -> DesignPoint:
+    """One point; where there is no such joint, why."""
+    try:
+        problem = variation.at(values)
+    except ShakedownError as error:
+        return DesignPoint(values, reason=str(error))
+    return design_point(problem, values, question, tolerances=tolerances)
