@@ -87,8 +87,11 @@ def headline(problem: Problem) -> str:
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[int, int], None] | None]:
-    """A callback (done, total) that draws a bar on stderr, or None where nobody watches."""
+def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] | None]:
+    """A callback (done, total) that draws a bar on stderr, or None where nobody watches.
+
+    ``rest`` pieces of work more are done when the block ends.
+    """
     if is_quiet() or sys.stderr is None or not sys.stderr.isatty():
         yield None
         return
@@ -97,11 +100,13 @@ def progress(label: str) -> Iterator[Callable[[int, int], None] | None]:
     def update(done: int, total: int) -> None:
         nonlocal bar
         if bar is None:
-            bar = click.progressbar(length=total, label=label, file=sys.stderr).__enter__()
+            bar = click.progressbar(length=total + rest, label=label, file=sys.stderr).__enter__()
         bar.update(done - bar.pos)
 
     try:
         yield update
+        if bar is not None:
+            bar.update(rest)
     finally:
         if bar is not None:
             bar.render_finish()

@@ -78,7 +78,7 @@ def verify(
     refuse_overwriting_input(context, output)
     if output is not None:
         shakedown.report_path(output)  # before the work, not after
-    with progress("simulations") as update:
+    with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,
             open_nodes=open_nodes,
@@ -89,8 +89,8 @@ def verify(
             method=method,
             progress=update,
         )
-    if output is not None:
-        shakedown.write_report(output, result)
+        if output is not None:
+            shakedown.write_report(output, result)
     if as_json:
         echo_json(verification_document(result))
     else:

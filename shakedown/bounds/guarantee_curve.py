@@ -113,7 +113,7 @@ def guarantee_curve(
             raise UsageError("weights: expected positive numbers")
         perron = bool(np.isfinite(influence.ratio)) and bool(np.all(influence.influence @ shape <= shape))
     unit = _unit(rows, middle)
-    found = [_first_collapse(rows, middle, r * unit * shape, tolerances) for r in radius]
+    found = _first_collapses(rows, middle, radius, unit * shape, tolerances)
     return GuaranteeCurve(
         status=Status.INFEASIBLE if np.any(np.isnan(middle)) else Status.OPTIMAL,
         radii=radius,
@@ -149,21 +149,32 @@ def _unit(rows: Constraints, centre: FloatArray) -> float:
     return float(np.max(np.abs(rows.g)[norms > 0] / norms[norms > 0], initial=0.0)) or 1.0
 
 
-def _first_collapse(
-    rows: Constraints, centre: FloatArray, reach: FloatArray, tolerances: Tolerances
-) -> tuple[float, int, FloatArray]:
-    """(load factor, node, witness) of the first collapse with the other nodes' slips in a box."""
-    n, best = rows.n, (inf, -1, np.full(rows.n, nan))
+def _first_collapses(
+    rows: Constraints, centre: FloatArray, radii: FloatArray, shape: FloatArray, tolerances: Tolerances
+) -> list[tuple[float, int, FloatArray]]:
+    """(load factor, node, witness) of the first collapse with the other nodes' slips in each box.
+
+    From the largest box to the smallest: what a node reaches in a box is a lower bound of what
+    it reaches in a smaller one, so that most nodes need no program there.
+    """
+    nothing = inf, -1, np.full(rows.n, nan)
     if np.any(np.isnan(centre)):
-        return nan, -1, best[2]
+        return [(nan, *nothing[1:])] * len(radii)
     program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
-    lower, upper = centre - reach, centre + reach
-    program.set_columns(np.arange(n), lower, upper)
-    for node in range(n):
-        vertex = _collapse_in_box(program, rows, node, lower[node], upper[node])
-        if vertex is not None and vertex[-1] < best[0]:
-            best = float(vertex[-1]), node, vertex[:-1]
-    return best
+    found = [nothing] * len(radii)
+    known = np.zeros(rows.n)  # load factors below which a node does not collapse
+    for k in np.argsort(-radii, kind="stable"):
+        lower, upper = centre - radii[k] * shape, centre + radii[k] * shape
+        program.set_columns(np.arange(rows.n), lower, upper)
+        for node in np.argsort(known, kind="stable").tolist():
+            if known[node] >= found[k][0]:
+                break  # nor do the nodes after it
+            vertex = _collapse_in_box(program, rows, node, lower[node], upper[node])
+            value = inf if vertex is None else float(vertex[-1])
+            known[node] = max(known[node], value)
+            if vertex is not None and value < found[k][0]:
+                found[k] = value, node, vertex[:-1]
+    return found
 
 
 def _collapse_in_box(

@@ -122,17 +122,25 @@ def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances
 
 
 def conic_lower_bound(
-    problem: Problem, *, solver: str | None = None, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    *,
+    nodes: Iterable[int] | None = None,
+    solver: str | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> ConicBound:
     """λ_1 from one program per node, its two rows reversed and every other row kept.
 
     As on the first road there must be a safe slip under the mean load, and λ_1 is λ_max
-    where all safe slips vanish before any node collapses.
+    where all safe slips vanish before any node collapses. A node that collapses at λ = 0
+    is the last one asked: none can collapse earlier.
 
     Parameters
     ----------
     problem
         The contact and its loading loop.
+    nodes
+        The nodes whose programs are solved, in this order; by default all. The first collapse
+        of some nodes is an upper bound of λ_1.
     solver, tolerances
         As for :func:`conic_upper_bound`.
 
@@ -150,10 +158,12 @@ def conic_lower_bound(
     if start.status != Status.OPTIMAL or _unsafe(rows, start, tolerances):
         return _nothing(Status.INFEASIBLE, rows.n, start.solver)
     found = [_bound(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
-    for node in range(problem.n):
+    for node in range(problem.n) if nodes is None else nodes:
         sign = np.where(rows.node == node, -1.0, 1.0)
         end = _bound(matrix * sign[:, None], rows.g * sign, +1.0, solver, tolerances)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
+        if found[-1].load_factor <= tolerances.feasibility:
+            break
     decided = [end for end in found if end.status != Status.UNDECIDED]
     best = min(decided, key=lambda end: end.load_factor, default=found[0])
     open_ends = len(decided) < len(found)

@@ -10,6 +10,7 @@ import numpy as np
 from shakedown.friction.wedging import Wedging, wedging_threshold
 from shakedown.model.arguments import require_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.energy_limit import energy_limit
 from shakedown.uniqueness.in_contact import EXACT_IN_CONTACT
@@ -76,6 +77,7 @@ class FrictionThresholds:
     wedging: Wedging
 
 
+@on_one_thread
 def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> FrictionThresholds:
     """Friction coefficients at which a single node, all nodes together or a wedged state make trouble.
 

@@ -10,6 +10,7 @@ from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.outcome import Outcome
 from shakedown.model.arguments import check_count, checked_initial_slip, is_finite
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.tolerances import DEFAULT, Tolerances
 
 BELOW = (
@@ -80,6 +81,7 @@ class TransientLimit:
         return self.proved, self.cycling
 
 
+@on_one_thread
 def transient_limit(
     problem: Problem,
     initial_slip: ArrayLike | None = None,

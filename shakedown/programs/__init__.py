@@ -4,5 +4,5 @@ Reading order: ``equilibration`` (scaling by powers of two), ``vertex`` (polish)
 ``linear_program`` (HiGHS), ``load_factor`` (slip and load factor over all rows), ``widest``
 (largest margin), ``cone_program`` (one second-order cone, Clarabel), ``best_zone`` (which nodes
 stay open), ``integer_algebra`` (FLINT), ``exact_rows`` (a problem's rows without round-off),
-``exact_program`` (exact optimality of a basis).
+``exact_program`` (exact optimality of a basis), ``blas_threads`` (one thread for small matrices).
 """

@@ -1,5 +1,6 @@
 """Prediction held against simulation.
 
-Reading order: ``plan`` (which load factors and initial states, what is predicted there), ``verify``,
-``random_paths`` (other paths through the same loads).
+Reading order: ``plan`` (which load factors and initial states, what is predicted there),
+``second_road`` (the bounds by another method), ``verify``, ``random_paths`` (other
+paths through the same loads).
 """

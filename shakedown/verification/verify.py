@@ -3,12 +3,12 @@
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
 from shakedown.bounds.guarantee_curve import GuaranteeCurve, guarantee_curve
-from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.bounds.interior_point import ConicBound
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.shakedown_bounds import ShakedownBounds, shakedown_bounds
 from shakedown.bounds.upper import UpperBound
@@ -20,14 +20,36 @@ from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
 from shakedown.model.problem import Problem
-from shakedown.model.status import Status
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import UniversalBound, universal_bound
 from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
+from shakedown.verification.second_road import road_findings, second_road
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
 SCANNED = 20  # load factors scanned for the transient limit
 SCAN_ABOVE = 1.05  # where their range ends, relative to λ_max
+PHASES = 8  # pieces of work beside the simulations
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a verification was made, so that it can be made again.
+
+    Attributes
+    ----------
+    random_states, seed
+        Number of random initial states, and the seed they were drawn with.
+    cycles, method
+        As for :func:`shakedown.simulate`.
+    """
+
+    random_states: int
+    seed: int
+    cycles: int
+    method: str
 
 
 @dataclass(frozen=True)
@@ -108,6 +130,8 @@ class Verification:
     notes
         What limits the evidence without touching an answer: one sentence for each bound
         that the second road does not reach, or not to full accuracy.
+    settings
+        How it was made.
     """
 
     problem: Problem
@@ -125,6 +149,7 @@ class Verification:
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
     notes: tuple[str, ...]
+    settings: Settings
 
     @property
     def as_given(self) -> Run:
@@ -139,6 +164,7 @@ class Verification:
         return not self.disagreements and not self.open_questions
 
 
+@on_one_thread
 def verify(
     problem: Problem,
     *,
@@ -178,7 +204,8 @@ def verify(
     budget
         Enumerate the critical load factors where there are at most so many subsets.
     progress
-        Called with (done, total) after every simulation.
+        Called with (done, total) after every piece of work: the bounds, every simulation,
+        every other bound.
     tolerances
         The tolerances that decide.
 
@@ -205,32 +232,46 @@ def verify(
     subsets = subset_count(problem.n)
     cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed, tolerances))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
-    runs = []
-    for done, case in enumerate(cases, 1):
-        runs.append(_run(problem, case, cycles, method, tolerances))
-        if progress is not None:
-            progress(done, len(cases))
-    second_lower = conic_lower_bound(problem, tolerances=tolerances)
-    second_upper = conic_upper_bound(problem, open_nodes=upper.open_nodes, tolerances=tolerances)
-    roads = list(_road_findings(bounds, second_lower, second_upper, tolerances))
+    work = _Work(len(cases) + PHASES, progress)
+    work.done(bounds)
+    runs = [work.done(_run(problem, case, cycles, method, tolerances)) for case in cases]
+    second = work.done(second_road(problem, bounds, tolerances))
+    roads = list(road_findings(bounds, second, tolerances))
     start = None if problem.initial_slip is None else problem.initial_slip[0]
+    energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
+    curve = guarantee_curve(problem, CURVE_RADII, tolerances=tolerances) if bounds.have_gap else None
     return Verification(
         problem=problem,
-        energy=energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances),
-        universal=universal_bound(problem, first_collapse=lower, tolerances=tolerances),
+        energy=work.done(energy),
+        curve=work.done(curve),
+        universal=work.done(universal_bound(problem, first_collapse=lower, tolerances=tolerances)),
         bounds=bounds,
-        second_lower=second_lower,
-        second_upper=second_upper,
-        critical=critical_load_factors(problem) if subsets <= budget else None,
+        second_lower=second.lower,
+        second_upper=second.upper,
+        critical=work.done(critical_load_factors(problem) if subsets <= budget else None),
         subsets=subsets,
-        friction=friction_thresholds(problem),
-        transient=_transient(problem, upper, tolerances),
-        curve=guarantee_curve(problem, CURVE_RADII, tolerances=tolerances) if bounds.have_gap else None,
+        friction=work.done(friction_thresholds(problem, tolerances=tolerances)),
+        transient=work.done(_transient(problem, upper, tolerances)),
         runs=tuple(runs),
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=tuple(_open_questions(runs)),
         notes=tuple(text for agrees, text in roads if agrees is None),
+        settings=Settings(random_states, seed, cycles, method),
     )
+
+
+class _Work:
+    """Pieces of work of which somebody is told that they are done."""
+
+    def __init__(self, pieces: int, progress: Callable[[int, int], None] | None) -> None:
+        self.pieces, self.progress, self.count = pieces, progress, 0
+
+    def done(self, result: T) -> T:
+        """The result of a piece of work, unchanged."""
+        self.count += 1
+        if self.progress is not None:
+            self.progress(self.count, self.pieces)
+        return result
 
 
 def _transient(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> TransientLimit | None:
@@ -287,22 +328,3 @@ def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
     for run in runs:
         if run.simulation.outcome == Outcome.UNDECIDED:
             yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
-
-
-def _road_findings(
-    bounds: ShakedownBounds, second_lower: ConicBound, second_upper: ConicBound, tolerances: Tolerances
-) -> Iterator[tuple[bool | None, str]]:
-    """(False, what differs) or (None, what the second road leaves open) for each bound."""
-    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
-    size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
-    pairs = (("λ_1", bounds.lower, second_lower), ("λ_max", bounds.upper, second_upper))
-    for name, first, second in pairs:
-        one, two = first.load_factor, second.load_factor
-        if second.status == Status.UNDECIDED:
-            yield None, f"{name}: the second road ({second.solver}) stopped without an answer"
-        elif first.status != second.status:
-            yield False, f"{name}: {first.status} by linear programming, {second.status} on the second road"
-        elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):
-            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
-        elif first.reduced_accuracy:
-            yield None, f"{name}: by linear programming only to reduced accuracy (1e-7)"

@@ -11,7 +11,7 @@ from shakedown.bounds.interior_point import ConicBound
 from shakedown.model.status import Status
 from shakedown.report.words import bounds_in_words, critical_in_words
 from shakedown.tolerances import DEFAULT
-from shakedown.verification import verify as room
+from shakedown.verification import second_road as room
 from shakedown.verification.plan import ABOVE, UNSAFE, default_load_factors, region_of
 
 SAFE_LATER = Problem(
@@ -78,7 +78,8 @@ def second(status: Status, load_factor: float) -> ConicBound:
 def test_a_second_road_that_contradicts_is_found(status, load_factor, agrees) -> None:
     bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
     good = second(Status.OPTIMAL, bounds.lower.load_factor)
-    found = list(room._road_findings(bounds, good, second(status, load_factor), DEFAULT))
+    roads = room.SecondRoad(good, second(status, load_factor), 2)
+    found = list(room.road_findings(bounds, roads, DEFAULT))
     assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
 
 
@@ -94,7 +95,7 @@ def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> No
     for joint in (problem, floating, replace(shakedown.example("two-node"), f=2.5)):
         bounds = shakedown.shakedown_bounds(joint)
         roads = shakedown.conic_lower_bound(joint), shakedown.conic_upper_bound(joint)
-        assert list(room._road_findings(bounds, *roads, DEFAULT)) == []
+        assert list(room.road_findings(bounds, room.SecondRoad(*roads, joint.n), DEFAULT)) == []
 
 
 def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,3 +110,26 @@ def test_one_subset_is_singular() -> None:
     joint = shakedown.example("one-node")
     critical, bounds = shakedown.critical_load_factors(joint), shakedown.shakedown_bounds(joint)
     assert critical_in_words(critical, critical.total, bounds)[0].startswith("1 subset of")
+
+
+def test_the_second_road_asks_the_node_that_collapses_first_foremost(monkeypatch: pytest.MonkeyPatch) -> None:
+    joint = shakedown.example("three-node")
+    bounds = shakedown.shakedown_bounds(joint)
+    asked = room.nodes_asked(bounds.lower)
+    assert asked[0] == bounds.lower.node
+    assert sorted(asked) == [0, 1, 2]
+    monkeypatch.setattr(room, "ALL_NODES", 2)
+    monkeypatch.setattr(room, "FIRST_NODES", 1)
+    assert room.nodes_asked(bounds.lower) == asked[:1]
+    second = room.second_road(joint, bounds, DEFAULT)
+    assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
+    ((open_to_doubt, text),) = room.road_findings(bounds, second, DEFAULT)
+    assert open_to_doubt is None
+    assert text == "λ_1: on the second road sought at 1 of 3 nodes, those that collapse first"
+
+
+def test_every_piece_of_work_is_told_to_the_end() -> None:
+    told: list[tuple[int, int]] = []
+    shakedown.verify(shakedown.example("two-node"), random_states=0, progress=lambda *at: told.append(at))
+    total = told[0][1]
+    assert told == [(k, total) for k in range(1, total + 1)]

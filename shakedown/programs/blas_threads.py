@@ -1,0 +1,31 @@
+"""Linear algebra on one thread: in matrices of the size of a contact threads mostly wait for each other."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
+    """The function with the threads of BLAS limited to one while it runs.
+
+    Examples
+    --------
+    >>> from threadpoolctl import threadpool_info
+    >>> @on_one_thread
+    ... def threads():
+    ...     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    >>> threads()
+    {1}
+    """
+
+    @wraps(function)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> T:
+        from threadpoolctl import threadpool_limits  # loads code: not before there is work
+
+        with threadpool_limits(limits=1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return limited

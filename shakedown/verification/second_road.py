@@ -1,0 +1,68 @@
+"""Both bounds once more on a second road, and what the two roads say of each other."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.bounds.lower import LowerBound
+from shakedown.bounds.shakedown_bounds import ShakedownBounds
+from shakedown.model.problem import Problem
+from shakedown.model.status import Status
+from shakedown.tolerances import Tolerances
+
+ALL_NODES = 60  # up to so many nodes every one is asked on the second road; its programs grow as n³
+FIRST_NODES = 8  # of larger joints those that collapse first
+
+
+class SecondRoad(NamedTuple):
+    """λ_1 and λ_max by an interior-point method, and how many nodes λ_1 was sought at."""
+
+    lower: ConicBound
+    upper: ConicBound
+    nodes: int
+
+
+def second_road(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondRoad:
+    """Both bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
+    nodes = nodes_asked(bounds.lower)
+    return SecondRoad(
+        conic_lower_bound(problem, nodes=nodes, tolerances=tolerances),
+        conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances),
+        len(nodes),
+    )
+
+
+def nodes_asked(lower: LowerBound) -> list[int]:
+    """The nodes that are asked on the second road, the first to collapse foremost."""
+    order = np.argsort(lower.per_node, kind="stable").tolist()  # where not computed: at the end
+    if lower.node in order:
+        order.remove(lower.node)
+        order.insert(0, lower.node)
+    return order if len(order) <= ALL_NODES else order[:FIRST_NODES]
+
+
+def road_findings(
+    bounds: ShakedownBounds, second: SecondRoad, tolerances: Tolerances
+) -> Iterator[tuple[bool | None, str]]:
+    """(False, what differs) or (None, what the second road leaves open) for each bound."""
+    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
+    size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
+    pairs = (("λ_1", bounds.lower, second.lower), ("λ_max", bounds.upper, second.upper))
+    for name, first, other in pairs:
+        one, two = first.load_factor, other.load_factor
+        if other.status == Status.UNDECIDED:
+            yield None, f"{name}: the second road ({other.solver}) stopped without an answer"
+        elif first.status != other.status:
+            yield False, f"{name}: {first.status} by linear programming, {other.status} on the second road"
+        elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):
+            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
+        elif first.reduced_accuracy:
+            yield None, f"{name}: by linear programming only to reduced accuracy (1e-7)"
+    n = bounds.lower.problem.n
+    if second.nodes < n and bounds.lower.load_factor > tolerances.feasibility:
+        yield (
+            None,
+            f"λ_1: on the second road sought at {second.nodes} of {n} nodes, those that collapse first",
+        )
