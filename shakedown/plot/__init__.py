@@ -3,26 +3,36 @@
 Every function takes ``ax``, the axes to draw on; without it a new figure is made. Labels carry
 the units of the problem where they are known. The report is drawn by the same functions.
 
-Reading order: ``style`` (axes, colours, units), ``loops`` (hysteresis, loading), ``contact_line``
-(what happens along the contact), ``planes`` (slip space, reaction space), ``load_factors``
-(guarantee, interaction, slip per cycle).
+Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
+loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
+slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
+guarantee, interaction, slip per cycle).
 """
 
-from shakedown.plot.contact_line import friction_use, pressure, slip_along, zones
-from shakedown.plot.load_factors import guarantee, interaction, slip_per_cycle
-from shakedown.plot.loops import hysteresis, load_loop
+from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
+from shakedown.plot.joint import contact, loads_along, loads_in_time
+from shakedown.plot.load_factors import guarantee, interaction, load_factor_scale, slip_per_cycle
+from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
 from shakedown.plot.planes import reaction_space, slip_space
+from shakedown.plot.zone_map import zones
 
 __all__ = [
+    "contact",
+    "dissipation_along",
     "friction_use",
     "guarantee",
     "hysteresis",
     "interaction",
+    "load_factor_scale",
     "load_loop",
+    "loads_along",
+    "loads_in_time",
     "pressure",
     "reaction_space",
+    "reactions_in_time",
     "slip_along",
     "slip_per_cycle",
+    "slip_range",
     "slip_space",
     "zones",
 ]

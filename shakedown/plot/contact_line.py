@@ -1,21 +1,18 @@
-"""What happens along the contact: pressure, use of friction, stick and slip zones, slips."""
+"""What happens along the contact: pressure, use of friction, slips, dissipation."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
+from shakedown.model.units import stress_unit, units_of, work_unit
+from shakedown.plot.loops import friction_work
 from shakedown.plot.style import (
     BLACK,
-    STATES,
     Recorded,
     Style,
     axes_for,
@@ -26,8 +23,6 @@ from shakedown.plot.style import (
     style_of,
 )
 
-AT_THE_LIMIT = 1e-9  # how far from its limit, relative, a stuck node counts as being there
-
 
 def pressure(
     result: Recorded,
@@ -37,7 +32,7 @@ def pressure(
     node_area: FloatArray | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Normal reactions along the contact, at chosen instants; tractions where node areas are given.
+    """Normal reactions along the contact, at chosen instants; pressures where node areas are known.
 
     Parameters
     ----------
@@ -48,7 +43,7 @@ def pressure(
     cycles
         Times in cycles; by default when the total is largest and when it is smallest.
     node_area : (n,), optional
-        Area of each node [length²]: reactions are divided by it.
+        Area of each node [length²]: reactions are divided by it. By default the problem's own.
     ax
         Where to draw.
 
@@ -65,14 +60,14 @@ def pressure(
     >>> plot.pressure(shakedown.long_term_state(block, 1.0), block).get_ylabel()
     'normal reaction p [N]'
     """
-    path = path_of(result)
+    path, area = path_of(result), _areas(problem, node_area)
     force, length = units_of(problem)
-    area = np.ones(problem.n) if node_area is None else np.asarray(node_area, dtype=float)
     axes = axes_for(ax)
     for k, row in enumerate(_instants(path, cycles)):
-        _along(axes, problem, path.p[row] / area, _at_time(path, row, k))
-    unit = f"{force}/{length}²" if node_area is not None and force else force
-    what = "normal reaction p" if node_area is None else "pressure"
+        values = path.p[row] if area is None else _over(path.p[row], area)
+        _along(axes, problem, values, _at_time(path, row, k))
+    unit = force if area is None else stress_unit(force, length)
+    what = "normal reaction p" if area is None else "pressure"
     axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled(what, unit))
     return _finished(axes, problem)
 
@@ -143,74 +138,67 @@ def slip_along(
     for k, (name, slip) in enumerate(slips.items()):
         _along(axes, problem, np.asarray(slip), style_of(name, k, styles))
     axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled(what, units_of(problem)[1]))
-    axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     return _finished(axes, problem)
 
 
-def zones(
-    result: Recorded, problem: Problem | None = None, *, marks: bool = True, ax: Axes | None = None
-) -> Axes:
-    """Stick, slip and open zones over position and time (like the thesis's figs. 3.2, 3.7).
+def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
+    """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
-    Parameters
-    ----------
-    result
-        A long-term state, or a recorded simulation or evolution.
-    problem
-        For positions, units, and the friction that ``marks`` needs.
-    marks
-        Whether to mark where nodes that never slip are at their limit.
-    ax
-        Where to draw.
-
-    Raises
-    ------
-    UsageError
-        If no events were recorded.
+    Of nodes that are never closed nothing is drawn. Parameters as for :func:`pressure`.
 
     Examples
     --------
     >>> import shakedown
     >>> from shakedown import plot
     >>> block = shakedown.example("block-9")
-    >>> axes = plot.zones(shakedown.long_term_state(block, 5.0), block)
-    >>> axes.get_ylabel(), axes.get_xlabel()
-    ('time [cycles]', 'position along the contact [mm]')
+    >>> plot.slip_range(shakedown.long_term_state(block, 5.0), block).get_ylabel()
+    'slip range [mm]'
     """
-    path = path_of(result)
-    x, label = positions(problem, path.v.shape[1])
-    order = np.argsort(x, kind="stable")
-    keep = np.append(np.diff(path.cycle) > 0, True)  # of several events at one instant the last
-    time, state = path.cycle[keep], path.state[keep][:, order]
-    if len(time) < 2:
-        raise UsageError("result: expected events at two instants or more, found one")
-    kinds = list(STATES)
-    image = np.vectorize(kinds.index)(state[:-1])
-    axes = axes_for(ax, (6.0, 4.8))
-    axes.pcolormesh(
-        _edges(x[order]), time, image, cmap=ListedColormap([STATES[kind][1] for kind in kinds]),
-        vmin=-0.5, vmax=len(kinds) - 0.5, shading="flat", rasterized=True,
-    )  # fmt: skip
-    seen = [kind for k, kind in enumerate(kinds) if (image == k).any()]
-    handles = [Patch(facecolor=STATES[k][1], edgecolor=BLACK, lw=0.6, label=STATES[k][0]) for k in seen]
-    if marks and problem is not None:
-        handles += _mark_limits(axes, path, problem, x)
-    axes.set(xlabel=label, ylabel="time [cycles]")
-    if problem is None or problem.x is None:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
-    return axes
+    path, axes = path_of(result), axes_for(ax)
+    closed = path.state != 2
+    low = np.where(closed, path.v, np.inf).min(axis=0)
+    high = np.where(closed, path.v, -np.inf).max(axis=0)
+    _along(axes, problem, np.where(closed.any(axis=0), high - low, np.nan), style_of("", 0, None))
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled("slip range", units_of(problem)[1]))
+    return _finished(axes, problem)
 
 
-def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray) -> list:
-    """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
-    limit = problem.f * path.p
-    noise = AT_THE_LIMIT * float(np.abs(limit).max())
-    still = (path.state == 0).all(axis=0)
-    rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
-    if len(rows) == 0:
-        return []
-    return list(axes.plot(x[nodes], path.cycle[rows], "k.", ms=2.5, label="at the limit, not slipping"))
+def dissipation_along(
+    result: Recorded, problem: Problem, *, node_area: FloatArray | None = None, ax: Axes | None = None
+) -> Axes:
+    """What friction takes at each node along a path, along the contact; per area where areas are known.
+
+    Parameters as for :func:`pressure`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> block = shakedown.example("block-9")
+    >>> plot.dissipation_along(shakedown.long_term_state(block, 5.0), block).get_ylabel()
+    'friction work [N mm]'
+    """
+    path, axes = path_of(result), axes_for(ax)
+    area, (force, length) = _areas(problem, node_area), units_of(problem)
+    work = friction_work(path) if area is None else _over(friction_work(path), area)
+    _along(axes, problem, work, style_of("", 0, None))
+    if area is None:
+        label = labelled("friction work", work_unit(force, length))
+    else:
+        label = labelled("friction work per area", f"{force}/{length}" if force and length else "")
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=label)
+    return _finished(axes, problem)
+
+
+def _areas(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
+    """The areas that are given, else those of the problem, else none."""
+    area = problem.node_area if node_area is None else node_area
+    return None if area is None else np.asarray(area, dtype=float)
+
+
+def _over(values: FloatArray, area: FloatArray) -> FloatArray:
+    """Values per area; a node without area has none."""
+    return np.asarray(np.where(area > 0, values / np.where(area > 0, area, 1.0), np.nan))
 
 
 def _instants(path: EventHistory, cycles: Sequence[float] | None) -> list[int]:
@@ -234,17 +222,11 @@ def _along(axes: Axes, problem: Problem, values: FloatArray, style: Style) -> No
         look["label"] = "_nolegend_"
 
 
-def _edges(x: FloatArray) -> FloatArray:
-    """Cell borders half-way between neighbouring nodes."""
-    if len(x) == 1:
-        return np.array([x[0] - 0.5, x[0] + 0.5])
-    middle = 0.5 * (x[1:] + x[:-1])
-    return np.concatenate([[2 * x[0] - middle[0]], middle, [2 * x[-1] - middle[-1]]])
-
-
 def _finished(axes: Axes, problem: Problem) -> Axes:
     axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3))
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(fontsize="small")
     if problem.x is None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     return axes

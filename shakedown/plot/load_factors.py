@@ -16,7 +16,62 @@ from shakedown.model.units import units_of
 from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
+TEXT_WIDTH = 0.0095  # of one letter on the scale, of its length
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
+
+
+def load_factor_scale(
+    marks: Mapping[str, float],
+    *,
+    bands: Mapping[str, tuple[float, float]] | None = None,
+    given: float = 1.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """Limits of the load factor on one scale, with the load factor of the loading as given.
+
+    Parameters
+    ----------
+    marks
+        Name → load factor; what is not finite is left out.
+    bands
+        Name → (low, high), what holds between two load factors; ``inf`` for the end of the scale.
+    given
+        The load factor of the loading as given.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> from shakedown import plot
+    >>> axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, bands={"proved": (0.0, 0.66)})
+    >>> [text.get_text() for text in axes.texts]
+    ['λ_E = 0.66', 'λ_max = 0.74', 'as given, λ = 1']
+    """
+    known = sorted((value, f"{name} = {value:.4g}") for name, value in marks.items() if np.isfinite(value))
+    axes, top = axes_for(ax, (9.0, 1.6)), 1.15 * max([given, *(value for value, _ in known)])
+    for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
+        axes.axvspan(low, min(high, top), 0.0, 0.28, color=colour, alpha=0.3, lw=0, label=name)
+    texts = sorted([*known, (given, f"as given, λ = {given:g}")])
+    levels = _levels([(value, value + TEXT_WIDTH * len(text) * top) for value, text in texts])
+    for (value, text), level in zip(texts, levels, strict=True):
+        own = text.startswith("as given")
+        colour, height = RED if own else GREY, 0.7 + 0.3 * level
+        axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
+        label = axes.text(value + 0.3 * TEXT_WIDTH * top, height, text, va="center", fontsize="small")
+        if own:
+            label.set(color=RED, weight="bold")
+    axes.set(xlim=(0.0, top), ylim=(0.0, 0.95 + 0.3 * max(levels)), yticks=[], xlabel="load factor λ")
+    axes.spines[["left", "right", "top"]].set_visible(False)
+    return axes
+
+
+def _levels(spans: list[tuple[float, float]]) -> list[int]:
+    """On which level each text stands, from right to left, so that none lies on another or on its line."""
+    levels: list[int] = []
+    for k in range(len(spans) - 1, -1, -1):
+        touched = [levels[i] for i, span in enumerate(reversed(spans[k + 1 :])) if span[0] < spans[k][1]]
+        levels.append(max(touched, default=-1) + 1)
+    return levels[::-1]
 
 
 def guarantee(

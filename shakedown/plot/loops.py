@@ -4,12 +4,12 @@ from collections.abc import Iterable
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
+from shakedown.evolution.event_history import EventHistory
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
+from shakedown.model.units import units_of, work_unit
 from shakedown.plot.style import (
     GREY,
     LINES,
@@ -57,12 +57,12 @@ def hysteresis(
     ['node 1: 961.9', 'node 0: 0']
     """
     path = path_of(result)
-    work = _friction_work(path.q, path.v, path.state)
+    work = friction_work(path)
     chosen = np.argsort(-work)[:MOST_LOOPS] if nodes is None else _checked(nodes, path.v.shape[1])
     force, length = units_of(problem)
     axes = axes_for(ax)
     for colour, node in zip(LINES * len(chosen), chosen, strict=False):
-        label = labelled(f"{node_name(int(node))}: {work[node]:.4g}", f"{force} {length}".strip())
+        label = labelled(f"{node_name(int(node), problem)}: {work[node]:.4g}", work_unit(force, length))
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
     axes.set(xlabel=labelled("slip v", length), ylabel=labelled("tangential reaction q", force))
     axes.grid(alpha=0.3)
@@ -70,11 +70,52 @@ def hysteresis(
     return axes
 
 
-def _friction_work(q: FloatArray, v: FloatArray, state: NDArray[np.int64]) -> FloatArray:
-    """What friction takes at each node along the path, (n,): −∫ q dv in contact [force × length]."""
-    closed = (state[:-1] != 2) & (state[1:] != 2)
-    work = -0.5 * (q[1:] + q[:-1]) * np.diff(v, axis=0)
+def friction_work(path: EventHistory) -> FloatArray:
+    """What friction takes at each node along a path, (n,): −∫ q dv in contact [force × length]."""
+    closed = path.state[:-1] != 2  # the state of a row holds until the next one
+    work = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
     return np.asarray(np.where(closed, work, 0.0).sum(axis=0))
+
+
+def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
+    """Tangential reaction of one node over time, between its friction limits ±f p.
+
+    Where it runs along a limit the node slips, or is about to.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution.
+    problem
+        The joint: friction, units, labels.
+    node
+        Which node.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, or there is no such node.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("two-node")
+    >>> plot.reactions_in_time(shakedown.long_term_state(joint, 0.9), joint, 1).get_xlabel()
+    'time [cycles]'
+    """
+    (node,), path = _checked([node], problem.n), path_of(result)
+    limit = problem.f[node] * path.p[:, node]
+    axes = axes_for(ax)
+    axes.fill_between(path.cycle, -limit, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
+    axes.plot(path.cycle, path.q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label="q")
+    axes.set(xlabel="time [cycles]", ylabel=labelled("tangential reaction q", units_of(problem)[0]))
+    axes.set_title(node_name(node, problem), fontsize="medium")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
 
 
 def _checked(nodes: Iterable[int], n: int) -> list[int]:
@@ -123,7 +164,7 @@ def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: 
         )
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.set(xlabel=labelled("welded reaction q_w", force), ylabel=labelled("welded reaction p_w", force))
-    axes.set_title(f"{node_name(node)}, λ = {load_factor:g}", fontsize="medium")
+    axes.set_title(f"{node_name(node, problem)}, λ = {load_factor:g}", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes

@@ -23,11 +23,10 @@ STATES = {
     0: ("stick", "#D9D9D9"),
     1: ("backward slip", RED),
     -1: ("forward slip", BLUE),
-    2: ("open", "white"),
+    2: ("open", "none"),  # the paper shows
 }
 
-FLANK_GAP = 4.0  # a distance between neighbours this many times the usual one separates two flanks
-
+FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 Style = Mapping[str, Any]  # keywords of Axes.plot
 
@@ -69,13 +68,17 @@ def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:
     """Nodes in order of position, cut where two neighbours are far apart: no line joins two flanks."""
     order = np.argsort(x, kind="stable")
     steps = np.diff(x[order])
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    yield from np.split(order, np.flatnonzero(steps > FLANK_GAP * usual) + 1)
+    if len(steps) < 3:  # too few to say what is usual
+        yield order
+        return
+    beside = np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
+    far = (steps > FLANK_GAP * beside) & (steps > FLANK_GAP * np.median(steps))
+    yield from np.split(order, np.flatnonzero(far) + 1)
 
 
-def node_name(node: int) -> str:
-    """How a node is called in legends."""
-    return f"node {node}"
+def node_name(node: int, problem: Problem | None = None) -> str:
+    """How a node is called in legends: by its number, and by its label where it has one."""
+    return f"node {node if problem is None else problem.node_name(node)}"
 
 
 def style_of(name: str, k: int, styles: Mapping[str, Style] | None) -> dict[str, Any]:

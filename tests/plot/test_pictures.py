@@ -49,7 +49,7 @@ def test_axes_carry_units(cyclic):
     assert plot.hysteresis(cyclic, joint).get_xlabel() == "slip v [mm]"
     assert plot.load_loop(joint).get_ylabel() == "welded reaction p_w [N]"
     assert plot.slip_space(joint, 0.7).get_ylabel() == "slip of node 1 [mm]"
-    assert plot.pressure(cyclic, joint, node_area=[2.0, 2.0]).get_ylabel() == "pressure [N/mm²]"
+    assert plot.pressure(cyclic, joint, node_area=[2.0, 2.0]).get_ylabel() == "pressure [MPa]"
 
 
 def test_no_line_joins_two_flanks():
@@ -88,3 +88,70 @@ def test_what_is_not_recorded_cannot_be_drawn():
         plot.load_loop(TWO, 2)
     with pytest.raises(UsageError, match="λ_1: expected 2 load factors, found 1"):
         plot.interaction([0.1, 0.2], {"λ_1": [1.0]})
+
+
+def test_the_gap_of_a_graded_mesh_is_no_gap_between_flanks():
+    graded = np.cumsum(1.5 ** np.arange(12.0))
+    assert len(list(flanks(graded))) == 1
+    assert len(list(flanks(np.array([0.0, 5.0])))) == 1
+    near = np.concatenate([0.1 * np.arange(13), 1.2 + 0.375 + 0.1 * np.arange(13)])
+    assert [len(part) for part in flanks(near)] == [13, 13]
+
+
+def test_zones_of_two_flanks_leave_the_gap_between_them_free():
+    apart = replace(BLOCK, x=np.concatenate([np.arange(5.0), 30 + np.arange(4.0)]))
+    axes = plot.zones(shakedown.long_term_state(apart, 5.0), apart)
+    assert [mesh.get_array().shape[1] for mesh in axes.collections] == [5, 4]
+    (gap,) = axes.patches
+    assert (gap.get_x(), gap.get_x() + gap.get_width()) == (4.5, 29.5)
+
+
+def test_tractions_are_drawn_where_the_areas_of_nodes_are_known():
+    known = replace(BLOCK, node_area=np.full(9, 2.0), label=[f"{4000 + k}" for k in range(9)])
+    state = shakedown.long_term_state(known, 5.0)
+    bare, areal = plot.pressure(state, BLOCK), plot.pressure(state, known)
+    assert areal.get_ylabel() == "pressure [MPa]"
+    assert np.allclose(2 * areal.lines[0].get_ydata(), bare.lines[0].get_ydata())
+    assert plot.dissipation_along(state, known).get_ylabel() == "friction work per area [N/mm]"
+    assert plot.loads_along(known).get_ylabel() == "welded traction [MPa]"
+    assert "(FE 400" in plot.hysteresis(state, known).get_legend().get_texts()[0].get_text()
+
+
+def test_the_work_along_the_contact_is_the_dissipation():
+    state = shakedown.long_term_state(BLOCK, 5.0)
+    total = sum(line.get_ydata().sum() for line in plot.dissipation_along(state, BLOCK).lines)
+    assert total == pytest.approx(state.friction_dissipation_per_cycle * state.period, rel=1e-9)
+
+
+def test_slip_of_open_nodes_is_no_slip_range(cyclic):
+    joint = shakedown.example("receding-block")
+    state = shakedown.long_term_state(joint, 1.0)
+    (line, *_) = plot.slip_range(state, joint).lines
+    always_open = (state.history.state == 2).all(axis=0)
+    assert always_open.any()
+    assert np.array_equal(np.isnan(line.get_ydata()), always_open[np.argsort(joint.x, kind="stable")])
+
+
+def test_reactions_stay_between_the_limits_that_are_drawn(cyclic):
+    axes = plot.reactions_in_time(cyclic, TWO, 1)
+    (band,), (line,) = axes.collections, axes.lines
+    assert band.get_paths()[0].vertices[:, 1].max() >= line.get_ydata().max()
+    assert axes.get_title() == "node 1"
+
+
+def test_nodes_are_drawn_where_they_are_in_the_model():
+    place = np.zeros((2, 3))
+    place[1, 2] = 3.0
+    normal, tangent = np.tile([0.0, 1.0, 0.0], (2, 1)), np.tile([0.0, 0.0, 1.0], (2, 1))
+    joint = replace(TWO, coordinates=place, normal=normal, tangent=tangent, units="N, mm")
+    axes = plot.contact(joint)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [mm]", "z [mm]")
+    assert np.array_equal(axes.lines[0].get_ydata(), [0.0, 3.0])
+
+
+def test_texts_on_the_scale_do_not_lie_on_each_other():
+    marks = {"λ_1": 0.646, "λ_U": 0.657, "λ_E": 0.662, "λ_T": 0.732, "λ_max": 0.739, "none": np.inf}
+    axes = plot.load_factor_scale(marks)
+    places = [(text.get_position(), text.get_text()) for text in axes.texts]
+    assert len({height for (_, height), _ in places}) == 5  # only the last two are far enough apart
+    assert all("none" not in text for _, text in places)

@@ -1,0 +1,160 @@
+"""The joint as it is given: where its nodes are, how they are loaded."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from shakedown.model.loading import loading
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import stress_unit, units_of
+from shakedown.plot.style import BLACK, BLUE, GREY, ORANGE, RED, axes_for, flanks, labelled, positions
+
+MOST_ARROWS = 40
+LONGEST_ARROW = 0.16  # of the size of the picture
+NORMAL = 0.06  # length of a normal, of the size of the picture
+
+
+def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
+    """The contact nodes with their normals, and the loads on them as arrows.
+
+    An arrow is the mean welded reaction on the (first) body; the line about its tail is the way
+    of the tail over a period. Nodes are where they are in the model, in the plane in which they
+    lie; where the problem does not know that, side by side along the contact.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ, the factor on the periodic part.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> axes = plot.contact(shakedown.example("block-9"))
+    >>> [text.get_text() for text in axes.get_legend().get_texts()]
+    ['contact nodes', 'normals', 'mean load', 'load over a period']
+    """
+    place, normal, tangent, label = _plane(problem)
+    mean, (q, p) = loading(problem), loading(problem).at(load_factor)
+    arrows = mean.q0[:, None] * tangent + mean.p0[:, None] * normal
+    tips = q[:, :, None] * tangent + p[:, :, None] * normal
+    size = float(np.ptp(place, axis=0).max()) or 1.0
+    largest = float(max(np.linalg.norm(tips, axis=2).max(), np.linalg.norm(arrows, axis=1).max()))
+    scale = LONGEST_ARROW * size / largest if largest else 0.0
+    shown = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_ARROWS)).round().astype(int))
+    axes = axes_for(ax)
+    axes.plot(*place.T, "o", color=BLACK, ms=3, label="contact nodes", zorder=3)
+    ends = np.stack([place, place + NORMAL * size * normal], axis=1)[shown]
+    axes.add_collection(LineCollection(list(ends), colors=GREY, linewidths=0.8, label="normals"))
+    foot, vector = place[shown] - scale * arrows[shown], scale * arrows[shown]
+    axes.quiver(
+        *foot.T,
+        *vector.T,
+        angles="xy",
+        scale_units="xy",
+        scale=1.0,
+        width=0.004,
+        color=BLUE,
+        label="mean load",
+    )
+    loops = [foot[k] - scale * (tips[:, j] - arrows[j]) for k, j in enumerate(shown)]
+    closed = [np.vstack([loop, loop[:1]]) for loop in loops]
+    axes.add_collection(LineCollection(closed, colors=RED, linewidths=0.9, label="load over a period"))
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
+    unit = units_of(problem)[1] if problem.x is not None or problem.coordinates is not None else ""
+    axes.set(xlabel=labelled(label[0], unit), ylabel=labelled(label[1], unit) if label[1] else "")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, str]]:
+    """Places, normals and tangents in the plane of the picture, each (n, 2), and the names of its axes."""
+    n = problem.n
+    if problem.coordinates is None or problem.normal is None or problem.tangent is None:
+        along = np.arange(n, dtype=float) if problem.x is None else problem.x
+        name = "node" if problem.x is None else "position along the contact"
+        right, up = np.tile([1.0, 0.0], (n, 1)), np.tile([0.0, 1.0], (n, 1))
+        return np.column_stack([along, np.zeros(n)]), up, right, (name, "")
+    spread = np.abs(problem.normal).sum(axis=0) + np.abs(problem.tangent).sum(axis=0)
+    first, second = sorted(np.argsort(-spread, kind="stable")[:2].tolist())
+    plane = [first, second]
+    named = "xyz"[first], "xyz"[second]
+    return problem.coordinates[:, plane], problem.normal[:, plane], problem.tangent[:, plane], named
+
+
+def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
+    """Welded reactions along the contact: their mean, and the range of their values over a period.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading; tractions are drawn where it knows the areas of its nodes.
+    load_factor
+        λ, the factor on the periodic part.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> plot.loads_along(shakedown.example("block-9")).get_ylabel()
+    'welded reaction [N]'
+    """
+    axes, mean = axes_for(ax), loading(problem)
+    q, p = mean.at(load_factor)
+    force, length = units_of(problem)
+    area = np.ones(problem.n) if problem.node_area is None else problem.node_area
+    weight = 1.0 / np.where(area > 0, area, np.nan)
+    x, label = positions(problem, problem.n)
+    for name, middle, values, colour in (("p_w", mean.p0, p, BLUE), ("q_w", mean.q0, q, ORANGE)):
+        shown = f"{name}: mean, range"
+        for part in flanks(x):
+            low, high = (values.min(axis=0) * weight)[part], (values.max(axis=0) * weight)[part]
+            axes.fill_between(x[part], low, high, color=colour, alpha=0.25, lw=0)
+            axes.plot(x[part], (middle * weight)[part], ".-", color=colour, ms=4, lw=1.2, label=shown)
+            shown = "_nolegend_"
+    tractions = problem.node_area is not None
+    what, unit = ("welded traction", stress_unit(force, length)) if tractions else ("welded reaction", force)
+    axes.set(xlabel=label, ylabel=labelled(what, unit))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
+    """Sums of the welded reactions of all nodes over one period.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ, the factor on the periodic part.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> plot.loads_in_time(shakedown.example("two-node")).get_xlabel()
+    'time [cycles]'
+    """
+    q, p = loading(problem).at(load_factor)
+    time = np.arange(problem.m + 1) / problem.m
+    axes = axes_for(ax)
+    for name, values, colour in (("Σ p_w, all nodes", p, BLUE), ("Σ q_w, all nodes", q, ORANGE)):
+        total = values.sum(axis=1)
+        axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
+    axes.set(xlabel="time [cycles]", ylabel=labelled("sum of welded reactions", units_of(problem)[0]))
+    axes.set_xlim(0.0, 1.0)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
