@@ -11,6 +11,7 @@ from .example import example
 from .import_problem import import_problem_command
 from .simulate import simulate
 from .solve import solve
+from .sweep import sweep
 from .verify import verify
 
 NAME = "shakedown-bounds"
@@ -27,5 +28,5 @@ def shakedown_bounds() -> None:
     """
 
 
-for command in (solve, critical, simulate, verify, import_problem_command, example):
+for command in (solve, critical, simulate, verify, sweep, import_problem_command, example):
     shakedown_bounds.add_command(command)

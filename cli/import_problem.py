@@ -12,6 +12,7 @@ from shakedown.report.json_documents import plain, problem_document
 
 from .options import OutputFile, json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
+from .pictures import PictureFile, write_picture
 
 if TYPE_CHECKING:
     from shakedown import LoadEvidence
@@ -24,7 +25,7 @@ ROUND_OFF = 1e-9  # of the largest resultant
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
-@click.option("--picture", type=click.Path(path_type=Path), help="Draw nodes and normals (PNG, SVG, PDF).")
+@click.option("--picture", type=PictureFile(), help="Draw nodes and normals (PNG, SVG, PDF).")
 @click.option(
     "--template",
     type=click.Choice([*shakedown.import_template_names(), EXAMPLE]),
@@ -60,7 +61,7 @@ def import_problem_command(
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
     made = shakedown.import_model(config)
     if picture is not None:
-        _draw(made, picture)
+        write_picture(shakedown.contact_picture(made), picture)
     if not check and output is not None:
         shakedown.save_problem(output, made.problem)
     if as_json:
@@ -100,16 +101,6 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
     except OSError as error:
         raise shakedown.ProblemError(f"{output}: cannot be written ({error.strerror})") from None
     say(f"wrote {output}")
-
-
-def _draw(made: shakedown.Import, picture: Path) -> None:
-    figure: Any = shakedown.contact_picture(made).figure
-    try:
-        figure.savefig(picture, dpi=150)
-    except ValueError:
-        raise shakedown.UsageError(f"{picture}: expected a name that ends in .png, .svg or .pdf") from None
-    except OSError as error:
-        raise shakedown.UsageError(f"{picture}: cannot be written ({error.strerror})") from None
 
 
 def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[str, Any]:

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from shakedown.designs.diagram import Sweep as Sweep
     from shakedown.designs.parameters import with_parameter as with_parameter
     from shakedown.designs.sweep import sweep as sweep
+    from shakedown.designs.table_file import check_table as check_table
     from shakedown.energy.energy_ball import EnergyBall as EnergyBall
     from shakedown.energy.energy_ball import energy_ball as energy_ball
     from shakedown.energy.energy_bound import EnergyBound as EnergyBound
@@ -134,6 +135,7 @@ _HOMES = {
     "shakedown.designs.diagram": "Boundaries Region Sweep",
     "shakedown.designs.parameters": "with_parameter",
     "shakedown.designs.sweep": "sweep",
+    "shakedown.designs.table_file": "check_table",
     "shakedown.energy.energy_ball": "EnergyBall energy_ball",
     "shakedown.energy.energy_bound": "EnergyBound EnergyCertificate energy_bound energy_document",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",

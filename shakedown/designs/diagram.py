@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.designs.design_point import LIMITS, SYMBOLS, DesignPoint
 from shakedown.designs.parameters import PARAMETERS
-from shakedown.designs.table_file import frame, write_csv, write_parquet
+from shakedown.designs.table_file import check_table, frame, write_csv, write_parquet
 from shakedown.errors import UsageError
 from shakedown.model.arguments import check_load_factor
 from shakedown.model.problem import FloatArray
@@ -230,11 +230,9 @@ class Sweep:
             If the file cannot be written, its name ends in neither, or Parquet is asked for
             where pandas or pyarrow is missing.
         """
-        ending = str(path).rpartition(".")[2].lower()
-        if ending not in ("csv", "parquet"):
-            found = shortened(str(path))
-            raise UsageError(f"sweep: expected a file name that ends in .csv or .parquet, found {found}")
-        (write_csv if ending == "csv" else write_parquet)(path, self.columns())
+        check_table(path)
+        write = write_csv if str(path).lower().endswith("csv") else write_parquet
+        write(path, self.columns())
 
     def _check(self, name: str) -> None:
         if name not in SYMBOLS:

@@ -3,12 +3,13 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from shakedown.errors import UsageError
-from shakedown.files.atomic_write import atomic_write
-from shakedown.visible_text import visible
+from shakedown.files.atomic_write import atomic_write, check_target
+from shakedown.visible_text import shortened, visible
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -27,12 +28,9 @@ def write_csv(path: str | PathLike[str], columns: Columns) -> None:
 
 
 def write_parquet(path: str | PathLike[str], columns: Columns) -> None:
-    """The same as Parquet; ``UsageError`` where pandas or pyarrow is not installed."""
-    table, buffer = frame(columns), io.BytesIO()
-    try:
-        table.to_parquet(buffer, index=False)
-    except ImportError:
-        raise UsageError("parquet: expected the package pyarrow, found none (pip install pyarrow)") from None
+    """The same as Parquet, of which pandas needs pyarrow."""
+    buffer = io.BytesIO()
+    frame(columns).to_parquet(buffer, index=False)
     with atomic_write(path) as file:
         file.write(buffer.getvalue())
 
@@ -52,3 +50,15 @@ def _cell(entry: float | str) -> str:
     if isinstance(entry, float):
         return "" if entry != entry else repr(entry)
     return visible(str(entry))
+
+
+def check_table(path: str | PathLike[str]) -> None:
+    """Raise ``UsageError`` unless a .csv, or with pandas and pyarrow a .parquet, can be written there."""
+    ending = str(path).rpartition(".")[2].lower()
+    if ending not in ("csv", "parquet"):
+        found = shortened(str(path))
+        raise UsageError(f"table: expected a file name that ends in .csv or .parquet, found {found}")
+    check_target(path)
+    missing = [name for name in ("pandas", "pyarrow") if ending == "parquet" and not find_spec(name)]
+    if missing:
+        raise UsageError(f"{path}: expected the packages pandas and pyarrow, found no {missing[0]}; use .csv")

@@ -6,7 +6,7 @@ the units of the problem where they are known. The report is drawn by the same f
 Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
 loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
 slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
-guarantee, interaction, slip per cycle).
+guarantee, interaction, slip per cycle), ``regions`` (design diagrams).
 """
 
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
@@ -14,6 +14,7 @@ from shakedown.plot.joint import contact, loads_along, loads_in_time
 from shakedown.plot.load_factors import guarantee, interaction, load_factor_scale, slip_per_cycle
 from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
 from shakedown.plot.planes import reaction_space, slip_space
+from shakedown.plot.regions import regions
 from shakedown.plot.zone_map import zones
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "pressure",
     "reaction_space",
     "reactions_in_time",
+    "regions",
     "slip_along",
     "slip_per_cycle",
     "slip_range",

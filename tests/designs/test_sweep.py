@@ -150,12 +150,19 @@ def test_frame_and_parquet(tmp_path, found):
     try:
         import pyarrow  # noqa: F401
     except ImportError:
-        with pytest.raises(UsageError, match="expected the package pyarrow"):
+        with pytest.raises(UsageError, match="expected the packages pandas and pyarrow, found no pyarrow"):
             found.save(tmp_path / "f.parquet")
         assert not list(tmp_path.iterdir())
     else:
         found.save(tmp_path / "f.parquet")
         assert pandas.read_parquet(tmp_path / "f.parquet").equals(table)
+
+
+def test_another_kind_of_table_is_refused(tmp_path, found):
+    with pytest.raises(
+        UsageError, match=r"expected a file name that ends in .csv or .parquet, found .*f.xlsx"
+    ):
+        found.save(tmp_path / "f.xlsx")
 
 
 def test_the_document_is_plain_and_the_text_short(found):

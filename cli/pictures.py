@@ -1,0 +1,37 @@
+"""Pictures that a command writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import shakedown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ENDINGS = (".png", ".svg", ".pdf")
+
+
+class PictureFile(click.Path):
+    """A picture to write, found to be writable before the work starts."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not str(value).lower().endswith(ENDINGS):
+            raise shakedown.UsageError(f"{value}: expected a name that ends in .png, .svg or .pdf")
+        shakedown.check_target(value)
+        return super().convert(value, param, ctx)
+
+
+def write_picture(axes: Axes, path: Path) -> None:
+    """Write the figure that some axes belong to."""
+    figure: Any = axes.figure
+    try:
+        figure.savefig(path, dpi=150)
+    except OSError as error:
+        raise shakedown.UsageError(f"{path}: cannot be written ({error.strerror})") from None

@@ -1,0 +1,211 @@
+"""`shakedown-bounds sweep`: how the limits move with one or two parameters of a joint."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import click
+import numpy as np
+
+import shakedown
+from shakedown import FloatArray, Problem
+from shakedown.report.design_words import SHORT, sweep_in_words
+from shakedown.report.json_documents import plain, problem_document
+from shakedown.visible_text import shortened
+
+from .initial import initial_state
+from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
+from .output import echo_json, headline, number, paragraph, progress, say, table
+from .pictures import PictureFile, write_picture
+
+BOUNDS = ("lower", "universal", "energy", "transient", "upper")
+COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
+MOST_VALUES = 1_000_000
+
+
+class Vary(click.ParamType):
+    """A parameter with its values: NAME=LOW:HIGH:COUNT, or NAME=VALUE,VALUE,…"""
+
+    name = "parameter"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        name, equals, text = value.partition("=")
+        if not equals or not name.strip() or not text.strip():
+            self._refuse(value, "expected NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…")
+        if ":" not in text:
+            return name.strip(), np.array([self._number(value, part) for part in text.split(",")])
+        parts = text.split(":")
+        if len(parts) != 3:
+            self._refuse(value, "expected LOW:HIGH:COUNT after the name")
+        low, high = self._number(value, parts[0]), self._number(value, parts[1])
+        if not (parts[2].isascii() and parts[2].isdigit() and len(parts[2]) < 10):
+            self._refuse(value, f"expected a whole number of values, found '{shortened(parts[2], 30)}'")
+        count = int(parts[2])
+        if not 2 <= count <= MOST_VALUES:
+            self._refuse(value, f"expected 2 to {MOST_VALUES:,} values in a range, found {count}")
+        if not low < high:
+            self._refuse(value, f"expected a range that rises, found {low:g} to {high:g}")
+        return name.strip(), np.linspace(low, high, count)
+
+    def _number(self, value: str, part: str) -> float:
+        try:
+            found = float(part)
+        except ValueError:
+            found = float("nan")
+        if not np.isfinite(found):
+            self._refuse(value, f"expected numbers, found '{shortened(part, 30)}'")
+        return found
+
+    def _refuse(self, value: str, reason: str) -> None:
+        raise click.UsageError(f"--vary {shortened(value, 60)}: {reason}")
+
+
+class Bounds(click.ParamType):
+    """Names of limits with commas between them."""
+
+    name = "names"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        names = value if isinstance(value, tuple) else tuple(value.split(","))
+        if not set(names) <= set(BOUNDS) or len(set(names)) < len(names):
+            raise click.UsageError(
+                f"--bounds: expected some of {','.join(BOUNDS)}, found {shortened(str(value))}"
+            )
+        return names
+
+
+class TableFile(OutputFile):
+    """A table to write, found to be writable before the work starts."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        path = super().convert(value, param, ctx)
+        shakedown.check_table(path)
+        return path
+
+
+@click.command(short_help="The limits over one or two parameters.")
+@problem_argument
+@click.option(
+    "--vary",
+    type=Vary(),
+    multiple=True,
+    required=True,
+    help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean, phase, "
+    "stiffness or coupling. May be given twice.",
+)
+@click.option(
+    "--bounds",
+    type=Bounds(),
+    default=",".join(BOUNDS),
+    show_default=True,
+    help="Limits to compute.",
+)
+@click.option(
+    "--load-factor",
+    "load_factors",
+    type=float,
+    multiple=True,
+    help="Simulate at this λ too; may be repeated. The first one (else 1) is the one spoken about.",
+)
+@click.option(
+    "--initial",
+    metavar="STATE",
+    default="zero",
+    show_default=True,
+    help="State of λ_E, λ_T and simulations: zero, given, given:K or PATH.npy.",
+)
+@click.option(
+    "--open",
+    "open_nodes",
+    type=click.Choice(["auto", "none"]),
+    default="auto",
+    show_default=True,
+    help="Whether λ_max and λ_E may be those of a zone of open nodes.",
+)
+@click.option("--quick", is_flag=True, help="λ_U without its sharpening, λ_T to 0.1 %.")
+@click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
+@click.option("--picture", type=PictureFile(), help="Draw the regions here (.png, .svg or .pdf).")
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+@click.option("--scheduler", metavar="ADDRESS", help="A dask scheduler, whose workers take over.")
+@click.option("--resume", is_flag=True, help="Go on with what a killed run has left beside the output.")
+@json_option
+@quiet_option
+@click.pass_context
+def sweep(
+    context: click.Context,
+    problem: Problem,
+    vary: tuple[tuple[str, FloatArray], ...],
+    bounds: tuple[str, ...],
+    load_factors: tuple[float, ...],
+    initial: str,
+    open_nodes: Literal["auto", "none"],
+    quick: bool,
+    output: Path | None,
+    picture: Path | None,
+    workers: int,
+    scheduler: str | None,
+    resume: bool,
+    as_json: bool,
+) -> None:
+    """How the limits on the load factor of FILE move with its parameters.
+
+    f is the friction coefficient; friction, amplitude, mean, stiffness and coupling are
+    factors on what the file has; phase, in periods, moves the tangential loads along
+    against the normal ones. Exit code 1 where limits contradict each other.
+    """
+    refuse_overwriting_input(context, output)
+    if len({name for name, _ in vary}) < len(vary):
+        raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")
+    if resume and output is None:
+        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
+    if initial in ("safe", "witness"):
+        raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    with progress("points") as update:
+        found = shakedown.sweep(
+            problem,
+            dict(vary),
+            bounds=bounds,
+            load_factors=load_factors,
+            initial_slip=initial_state(problem, 0.0, initial),
+            open_nodes=open_nodes,
+            quick=quick,
+            workers=workers,
+            scheduler=scheduler,
+            journal=None if output is None else output.with_name(output.name + ".partial"),
+            resume=resume,
+            progress=update,
+        )
+    spoken = load_factors[0] if load_factors else 1.0
+    if output is not None:
+        found.save(output)
+    if picture is not None:
+        from shakedown import plot  # only where a picture is wanted
+
+        write_picture(plot.regions(found, load_factor=spoken), picture)
+    if as_json:
+        echo_json(plain({"problem": problem_document(problem)} | found.to_dict()))
+    else:
+        say(_text(problem, found, spoken))
+    if found.contradictions:
+        context.exit(1)
+
+
+def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
+    lines = [headline(problem), ""]
+    if found.contradictions:
+        lines += ["CONTRADICTION", *(paragraph(f"- {text}", "  ") for text in found.contradictions), ""]
+    lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
+    shown = [name for name in COLUMNS if name in found.bounds]
+    headers = [*found.parameters, *(COLUMNS[name] for name in shown), f"at λ = {load_factor:g}"]
+    regions = found.regions(load_factor).ravel()
+    digits = 7 - len(found.parameters)
+    rows = [
+        [
+            *(number(value, 5) for value in point.values),
+            *(number(point.load_factor(name), digits) for name in shown),
+            SHORT[str(region)],
+        ]
+        for point, region in zip(found.points, regions, strict=True)
+    ]
+    return "\n".join([*lines, "", table(headers, rows)])

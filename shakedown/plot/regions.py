@@ -1,0 +1,257 @@
+"""Design diagrams: what is proved, what depends on the state, what never shakes down (Bree-like)."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from shakedown.errors import UsageError
+from shakedown.model.arguments import check_load_factor
+from shakedown.model.problem import FloatArray
+from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
+
+EVERY, THIS, DEPENDS, NEVER = (
+    "proved from every state",
+    "proved from this state",
+    "depends on the state, or open",
+    "never, in contact",
+)
+COLOURS = {EVERY: GREEN, THIS: SKY, DEPENDS: ORANGE, NEVER: RED}
+LINES = {
+    "universal": ("λ_U, from every state", GREEN, "-"),
+    "lower": ("λ_1, first collapse", BLACK, "--"),
+    "energy": ("λ_E, from this state", BLUE, "-"),
+    "transient": ("λ_T, simulated from this state", PURPLE, ":"),
+    "upper": ("λ_max", RED, "-"),
+}
+MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x")}
+OTHER_MARK = ("other outcomes", "+")
+NAMES = {
+    "f": "friction coefficient f",
+    "friction": "factor on the friction coefficients",
+    "amplitude": "factor on the periodic loads",
+    "mean": "factor on the mean load",
+    "phase": "phase of the tangential loads [periods]",
+    "stiffness": "factor on the stiffness",
+    "coupling": "factor on the coupling B",
+}
+NO_JOINT = "#EEEEEE"
+TINT = 0.35  # of a region's colour in its area
+CEILING = 4.0  # of the largest number drawn: stands for infinity between the points of a grid
+HEADROOM = 1.15  # of the largest limit
+ROOM_FOR_A_NAME = 0.1  # of the height of the axes
+
+
+Colour = tuple[float, float, float]
+
+
+class Edges(Protocol):
+    """Load factors at which one region ends and the next begins, one per point; NaN without a joint."""
+
+    @property
+    def every(self) -> FloatArray:
+        """Shakedown is proved from every state below it."""
+
+    @property
+    def this(self) -> FloatArray:
+        """Shakedown is proved from this state below it."""
+
+    @property
+    def never(self) -> FloatArray:
+        """There is none above it."""
+
+
+class Diagram(Protocol):
+    """Limits over one or two parameters, as :class:`shakedown.Sweep` has them."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names."""
+
+    @property
+    def values(self) -> tuple[FloatArray, ...]:
+        """Values of each parameter."""
+
+    @property
+    def bounds(self) -> tuple[str, ...]:
+        """Limits that were asked for."""
+
+    @property
+    def load_factors_simulated(self) -> tuple[float, ...]:
+        """Where the joint was simulated."""
+
+    @property
+    def outcomes(self) -> NDArray[np.str_]:
+        """What became of it, load factors on the last axis."""
+
+    @property
+    def boundaries(self) -> Edges:
+        """Where the regions meet."""
+
+    def load_factors(self, name: str) -> FloatArray:
+        """One limit at every point."""
+
+
+def regions(
+    diagram: Diagram, *, load_factor: float = 1.0, contours: str | None = None, ax: Axes | None = None
+) -> Axes:
+    """The regions of a sweep: load factor against one parameter, or two parameters at one load factor.
+
+    Parameters
+    ----------
+    diagram
+        From :func:`shakedown.sweep`.
+    load_factor
+        λ at which the regions are drawn where there are two parameters.
+    contours
+        The limit whose contour lines are drawn over them; by default the last of λ_max, λ_T,
+        λ_E, λ_1, λ_U that was asked for.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If there are not one or two parameters, or the limit was not asked for.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> found = shakedown.sweep(shakedown.example("two-node"), {"f": [0.2, 0.4]}, bounds=["lower", "upper"])
+    >>> axes = plot.regions(found)
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ('friction coefficient f', 'load factor λ')
+    """
+    check_load_factor(load_factor)
+    if len(diagram.parameters) == 1:
+        return _against_one(diagram, axes_for(ax, (6.4, 5.2)))
+    if len(diagram.parameters) != 2:
+        raise UsageError(f"regions: expected one or two parameters, found {len(diagram.parameters)}")
+    if contours is None:
+        contours = next(name for name in reversed(LINES) if name in diagram.bounds)
+    elif contours not in diagram.bounds:
+        raise UsageError(f"contours: expected one of {', '.join(diagram.bounds)}, found {contours}")
+    return _over_two(diagram, load_factor, contours, axes_for(ax, (6.8, 5.4)))
+
+
+class _Layer(NamedTuple):
+    """One region between two lines."""
+
+    name: str
+    bottom: FloatArray
+    top: FloatArray
+
+
+def _against_one(diagram: Diagram, axes: Axes) -> Axes:
+    x, edges = diagram.values[0], diagram.boundaries
+    curves = {name: diagram.load_factors(name) for name in LINES if name in diagram.bounds}
+    known = np.concatenate([c[np.isfinite(c)] for c in curves.values()])
+    top = HEADROOM * float(known.max(initial=0.0)) or 1.0
+    every, this, never = (np.clip(edge, 0.0, top) for edge in (edges.every, edges.this, edges.never))
+    layers = [
+        _Layer(EVERY, np.zeros_like(every), every),
+        _Layer(THIS, every, this),
+        _Layer(DEPENDS, this, np.maximum(this, never)),
+        _Layer(NEVER, np.maximum(this, never), np.full_like(never, top)),
+    ]
+    for layer in layers:
+        named = (
+            _name_inside(axes, x, layer, top, diagram.load_factors_simulated)
+            or not (layer.top > layer.bottom).any()
+        )
+        label = "_nolegend_" if named else layer.name
+        axes.fill_between(x, layer.bottom, layer.top, color=_tinted(layer.name), lw=0, label=label)
+    for name, curve in curves.items():
+        label, colour, style = LINES[name]
+        finite = np.where(np.isfinite(curve), curve, np.nan)
+        axes.plot(x, finite, color=colour, ls=style, marker=".", ms=4, lw=1.4, label=label)
+    _draw_outcomes(axes, diagram)
+    axes.set(xlabel=NAMES.get(diagram.parameters[0], diagram.parameters[0]), ylabel="load factor λ")
+    axes.set_ylim(0.0, top)
+    if len(x) > 1:
+        axes.set_xlim(x[0], x[-1])
+    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2, frameon=False)
+    return axes
+
+
+def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:
+    """Write the name of a region where it is highest; whether it fits there."""
+    height = np.nan_to_num(layer.top - layer.bottom)
+    inner = height[1:-1] if len(height) > 4 else height
+    k = int(np.argmax(inner)) + (1 if len(height) > 4 else 0)
+    if height[k] < ROOM_FOR_A_NAME * top:
+        return False
+    place = (x[k] - x[0]) / (x[-1] - x[0]) if x[-1] > x[0] else 0.5
+    side = "left" if place < 0.3 else "right" if place > 0.7 else "center"
+    levels = layer.bottom[k] + height[k] * np.array([0.5, 0.35, 0.65])
+    away = np.abs(levels[:, None] - np.array([*simulated, -top])).min(axis=1)
+    text = layer.name.replace(" from ", "\nfrom ").replace(", ", ",\n").replace("depends on ", "depends on\n")
+    axes.text(x[k], levels[np.argmax(away)], text, ha=side, va="center", fontsize="small", zorder=1.5)
+    return True
+
+
+def _tinted(name: str) -> Colour:
+    """The light colour of a region's area."""
+    red, green, blue = (1.0 - TINT * (1.0 - part) for part in to_rgb(COLOURS[name]))
+    return red, green, blue
+
+
+def _draw_outcomes(axes: Axes, diagram: Diagram) -> None:
+    """What was simulated, on top."""
+    drawn = set()
+    for k, load_factor in enumerate(diagram.load_factors_simulated):
+        for x, outcome in zip(diagram.values[0], diagram.outcomes[:, k], strict=True):
+            if outcome:
+                label, mark = MARKS.get(outcome, OTHER_MARK)
+                face = "white" if mark == "o" else BLACK
+                shown = f"simulated: {label}" if label not in drawn else "_nolegend_"
+                axes.plot(
+                    x, load_factor, mark, color=BLACK, mfc=face, ms=5, mew=1.2, zorder=4, clip_on=False,
+                    label=shown,
+                )  # fmt: skip
+                drawn.add(label)
+
+
+def _over_two(diagram: Diagram, load_factor: float, contours: str, axes: Axes) -> Axes:
+    (x, y), edges = diagram.values, diagram.boundaries
+    if min(len(x), len(y)) < 2:
+        raise UsageError("regions: expected two values or more of each of two parameters, found one")
+    missing = np.isnan(edges.every)
+    outer = np.maximum(edges.this, edges.never)
+    ceiling = CEILING * max(load_factor, float(np.max(outer, initial=0.0, where=np.isfinite(outer)))) or 1.0
+    axes.set_facecolor(NO_JOINT)
+    present = [(to_rgb(NO_JOINT), "no joint")] if missing.any() else []
+    inside = {NEVER: np.full_like(outer, ceiling), DEPENDS: outer, THIS: edges.this, EVERY: edges.every}
+    for name, edge in inside.items():
+        field = np.ma.masked_array(np.clip(edge, 0.0, ceiling), missing).T
+        if not (field > load_factor).any():
+            continue
+        axes.contourf(x, y, field, levels=[load_factor, 2.0 * ceiling], colors=[_tinted(name)])
+        present.append((_tinted(name), name))
+    _draw_contours(axes, diagram, contours)
+    first, second = (NAMES.get(name, name) for name in diagram.parameters)
+    axes.set(xlabel=first, ylabel=second, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.set_title(f"at the load factor λ = {load_factor:g}; lines: {LINES[contours][0]}", fontsize="medium")
+    patches = [Patch(fc=colour, ec=GREY, label=name) for colour, name in reversed(present)]
+    axes.legend(
+        handles=patches, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2,
+        frameon=False,
+    )  # fmt: skip
+    return axes
+
+
+def _draw_contours(axes: Axes, diagram: Diagram, name: str) -> None:
+    """Lines of equal load factor, each with its value."""
+    (x, y), field = diagram.values, np.ma.masked_invalid(diagram.load_factors(name))
+    if field.count() < 2 or field.max() == field.min():
+        return
+    levels = np.array(MaxNLocator(7).tick_values(float(field.min()), float(field.max())))
+    levels = levels[(levels > field.min()) & (levels < field.max())]
+    if len(levels):
+        lines = axes.contour(x, y, field.T, levels=levels, colors=BLACK, linewidths=0.8)
+        axes.clabel(lines, fontsize="small", fmt="%g")

@@ -1,0 +1,102 @@
+"""`shakedown-bounds sweep`: tables, pictures, what is said of bad words."""
+
+import csv
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+
+FAST = ("--bounds", "lower,energy,upper")
+
+
+def test_the_first_sentence_is_the_answer_for_the_loading_as_given():
+    code, out, err = run("sweep", "two-node", "--vary", "f=0.2:0.8:4", *FAST)
+    assert (code, err) == (0, "")
+    said = " ".join(out.split())
+    assert "At the loading as given (λ = 1) the joint is proved to shake down from the state asked" in said
+    assert "certain not to shake down with all nodes in contact for f = 0.2 … 0.4" in said
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_every_row_fits_80_columns_with_two_parameters():
+    words = ("--vary", "phase=0.1,0.3", "--vary", "amplitude=0.5:2:3", "--quick")
+    out = run("sweep", "two-node", *words)[1]
+    assert max(map(len, out.splitlines())) <= 80
+    assert len(out.splitlines()[-7:]) == 7
+
+
+def test_json_and_csv_are_the_librarys(tmp_path):
+    words = ("--vary", "f=0.1:0.4:4", *FAST, "-o", str(tmp_path / "f.csv"), "--load-factor", "0.3")
+    result = document("sweep", "two-node", *words)
+    found = shakedown.sweep(
+        shakedown.example("two-node"),
+        {"f": np.linspace(0.1, 0.4, 4)},
+        bounds=("lower", "energy", "upper"),
+        load_factors=[0.3],
+    )
+    assert [point["upper"]["load_factor"] for point in result["points"]] == found.upper.tolist()
+    assert [point["outcomes"] for point in result["points"]] == found.outcomes.tolist()
+    with open(tmp_path / "f.csv", newline="", encoding="utf-8") as file:
+        assert [float(row["lambda_1 [1]"]) for row in csv.DictReader(file)] == found.lower.tolist()
+    assert [path.name for path in tmp_path.iterdir()] == ["f.csv"]
+
+
+@pytest.mark.parametrize("vary", [("f=0.1:0.6:5",), ("f=0.1:0.6:3", "mean=1,2")])
+def test_pictures_are_written(tmp_path, vary):
+    words = [word for each in vary for word in ("--vary", each)]
+    for name in ("a.png", "b.svg"):
+        assert run("sweep", "two-node", *words, *FAST, "--picture", str(tmp_path / name))[0] == 0
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_points_without_a_joint_are_counted_and_said():
+    code, out, _ = run("sweep", "two-node", "--vary", "f=-0.1,0.3", *FAST)
+    assert code == 0
+    said = " ".join(out.split())
+    assert "There is no joint at 1 of 2 points, the first because: key 'f': expected friction" in said
+    assert "no joint" in out.splitlines()[-2]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "Missing option '--vary'"),
+        (("--vary", "f"), "expected NAME=LOW:HIGH:COUNT or NAME=VALUE"),
+        (("--vary", "=1:2:3"), "expected NAME=LOW:HIGH:COUNT or NAME=VALUE"),
+        (("--vary", "f="), "expected NAME=LOW:HIGH:COUNT or NAME=VALUE"),
+        (("--vary", "f=0.1:0.2"), "expected LOW:HIGH:COUNT after the name"),
+        (("--vary", "f=0.1:0.2:0"), "expected 2 to 1,000,000 values in a range, found 0"),
+        (("--vary", "f=0.1:0.2:1"), "expected 2 to 1,000,000 values in a range, found 1"),
+        (("--vary", "f=0.1:0.2:-3"), "expected a whole number of values, found '-3'"),
+        (("--vary", "f=0.1:0.2:999999999"), "expected 2 to 1,000,000 values in a range"),
+        (("--vary", "f=0.1:0.2:1e3"), "expected a whole number of values, found '1e3'"),
+        (("--vary", "f=0.2:0.1:3"), "expected a range that rises, found 0.2 to 0.1"),
+        (("--vary", "f=0.1:0.1:3"), "expected a range that rises"),
+        (("--vary", "f=nan:1:3"), "expected numbers, found 'nan'"),
+        (("--vary", "f=0:inf:3"), "expected numbers, found 'inf'"),
+        (("--vary", "f=0.1,x"), "expected numbers, found 'x'"),
+        (("--vary", "f=0.3,0.2"), "vary f: expected rising values, found 0.2 after 0.3"),
+        (("--vary", "g=1,2"), "expected one of f, friction, amplitude"),
+        (("--vary", "f=1", "--vary", "f=2"), "expected each parameter once, found f twice"),
+        (("--vary", "f=1", "--vary", "mean=2", "--vary", "phase=0"), "expected one or two parameters"),
+        (("--vary", "f=0.3", "--bounds", "lower,lover"), "--bounds: expected some of lower,universal"),
+        (("--vary", "f=0.3", "--bounds", "lower,lower"), "--bounds: expected some of lower,universal"),
+        (("--vary", "f=0.3", "--load-factor", "-1"), "load factor: expected a number >= 0"),
+        (("--vary", "f=0.3", "--load-factor", "nan"), "load factor: expected a number >= 0"),
+        (("--vary", "f=0.3", "--initial", "safe"), "expected zero, given, given:K or PATH.npy"),
+        (("--vary", "f=0.3", "--resume"), "--resume: expected -o FILE"),
+        (("--vary", "f=0.3", "-o", "table.xlsx"), "ends in .csv or .parquet"),
+        (("--vary", "f=0.3", "-o", "no/such/folder.csv"), "cannot be written"),
+        (("--vary", "f=0.3", "--picture", "a.txt"), "ends in .png, .svg or .pdf"),
+        (("--vary", "f=0.3", "--workers", "0"), "0 is not in the range x>=1"),
+        (("--vary", "f=0.1,0.3", "--vary", "mean=1", "--picture", "a.png"), "expected two values or more"),
+    ],
+)
+def test_bad_words_are_one_line(tmp_path, words, message):
+    code, out, err = run("sweep", "two-node", *words, cwd=tmp_path)
+    assert (code, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,87 @@
+"""Design diagrams: areas where the sweep has its regions, over one and two parameters."""
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+import shakedown
+from shakedown import plot
+from shakedown.errors import UsageError
+
+TWO = shakedown.example("two-node")
+
+
+def names(axes):
+    """Texts of the legend and in the areas, in one line each."""
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    return {" ".join(text.split()) for text in legend + [text.get_text() for text in axes.texts]}
+
+
+def colours_at(axes, places):
+    """The colours of the areas at some points, as they are rendered."""
+    canvas = FigureCanvasAgg(axes.figure)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())
+    found = []
+    for column, row in axes.transData.transform(places):
+        shade = image[image.shape[0] - 1 - round(row), round(column)]
+        found.append(tuple(int(part) for part in shade[:3]))
+    return found
+
+
+def test_over_one_parameter_every_region_is_drawn_and_named():
+    found = shakedown.sweep(TWO, {"f": np.linspace(0.1, 0.7, 7)}, load_factors=[0.5], quick=True)
+    axes = plot.regions(found)
+    expected = {"proved from every state", "proved from this state", "never, in contact"}
+    assert names(axes) >= expected | {"depends on the state, or open", "λ_max", "simulated: shakes down"}
+    colours = colours_at(axes, [(0.35, 0.13), (0.65, 0.33), (0.57, 1.14), (0.3, 1.43)])
+    assert len(set(colours)) == 4
+
+
+def test_over_two_parameters_the_areas_are_the_regions():
+    grid = {"mean": np.linspace(0.5, 3, 9), "f": np.linspace(0.1, 0.8, 11)}
+    found = shakedown.sweep(TWO, grid, quick=True, bounds=["universal", "energy", "upper"])
+    axes = plot.regions(found, load_factor=1.0, contours="energy")
+    regions, places, inside = found.regions(1.0), [], []
+    for i, mean in enumerate(grid["mean"][1:-1], start=1):
+        for j, f in enumerate(grid["f"][1:-1], start=1):
+            if (regions[i - 1 : i + 2, j - 1 : j + 2] == regions[i, j]).all():
+                places.append((mean + 0.07, f + 0.013))
+                inside.append(regions[i, j])
+    shades = colours_at(axes, places)
+    colours = {name: [s for s, at in zip(shades, inside, strict=True) if at == name] for name in set(inside)}
+    assert len(colours) >= 3
+    common = {name: max(set(found), key=found.count) for name, found in colours.items()}
+    assert len(set(common.values())) == len(common)
+    assert all(found.count(common[name]) >= 0.7 * len(found) for name, found in colours.items())
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {"f": [0.3]},
+        {"f": [-0.2, -0.1]},
+        {"f": [-0.1, 0.0, 0.3]},
+        {"amplitude": [0.0, 1.0]},
+        {"f": [-0.1, 0.3], "mean": [-1.0, 1.0]},
+        {"f": [-0.2, -0.1], "mean": [1.0, 2.0]},
+        {"amplitude": [0.0, 1.0], "mean": [0.0, 1.0]},
+        {"stiffness": [1.0, 2.0], "mean": [1.0, 2.0]},
+    ],
+)
+def test_points_without_numbers_are_drawn_without_complaint(vary):
+    found = shakedown.sweep(TWO, vary, bounds=["universal", "upper"])
+    for load_factor in (0.0, 0.5):
+        axes = plot.regions(found, load_factor=load_factor)
+        axes.figure.savefig("/dev/null", format="png")
+
+
+def test_what_cannot_be_drawn_is_said():
+    single = shakedown.sweep(TWO, {"f": [0.3], "mean": [1.0, 2.0]}, bounds=["upper"])
+    with pytest.raises(UsageError, match="expected two values or more of each of two parameters"):
+        plot.regions(single)
+    grid = shakedown.sweep(TWO, {"f": [0.3, 0.4], "mean": [1.0, 2.0]}, bounds=["upper"])
+    with pytest.raises(UsageError, match="contours: expected one of upper, found lower"):
+        plot.regions(grid, contours="lower")
+    with pytest.raises(UsageError, match="load factor: expected a number >= 0"):
+        plot.regions(grid, load_factor=np.nan)
