@@ -6,7 +6,6 @@ import click
 
 import shakedown
 from shakedown import SIDE_NAMES, Problem
-from shakedown.report.json_documents import critical_document
 from shakedown.report.words import critical_in_words
 
 from .options import json_option, problem_argument, quiet_option
@@ -34,7 +33,7 @@ def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> No
     with progress("subsets") as update:
         result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     if as_json:
-        echo_json(critical_document(result))
+        echo_json({"problem": problem.to_dict()} | result.to_dict())
     else:
         say(_text(problem, result, list_all))
 

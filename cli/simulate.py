@@ -60,7 +60,7 @@ def simulate(
     if output is not None:
         shakedown.save_history(output, run)
     if as_json:
-        echo_json(simulation_document(run))
+        echo_json(simulation_document(run, problem))
     else:
         say(_text(problem, run, initial))
     if run.outcome == shakedown.Outcome.UNDECIDED:

@@ -10,8 +10,6 @@ import shakedown
 from shakedown import SIDE_NAMES, Problem
 from shakedown.report.json_documents import (
     bounds_document,
-    curve_document,
-    friction_document,
     proved_document,
     quick_document,
 )
@@ -88,7 +86,7 @@ def solve(
     if bounds.have_gap and problem.n <= CURVE_UP_TO:
         curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
-        more = {"friction": friction_document(limits), "guarantee_curve": curve and curve_document(curve)}
+        more = {"friction": limits.to_dict(), "guarantee_curve": curve and curve.to_dict()}
         echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
     else:
         say(_text(problem, Proved(energy, universal), bounds, limits, curve))

@@ -1,9 +1,9 @@
 """How close is close enough: the tolerances that decide answers. Guards of one algorithm stand with it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tolerances:
     """Relative tolerances; each comparison scales them by the norms of what it compares.
 
@@ -86,6 +86,12 @@ class Tolerances:
     periodicity: float = 1e-10
     box_gain: float = 0.005
     equilibration_sweeps: int = 4
+
+    def __repr__(self) -> str:
+        changed = [
+            f"{d.name}={getattr(self, d.name)!r}" for d in fields(self) if getattr(self, d.name) != d.default
+        ]
+        return f"Tolerances({', '.join(changed)})"
 
 
 DEFAULT = Tolerances()

@@ -14,7 +14,7 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 # From the ground up; a room may import from its own wing and from lower floors only. The rooms
 # on the ground belong together.
 FLOORS = (
-    {"visible_text", "errors", "tolerances"},
+    {"visible_text", "shown_values", "errors", "tolerances"},
     {"model"},
     {"programs", "kernels", "files", "condensation", "uniqueness", "campaign"},
     {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem"},
@@ -120,6 +120,7 @@ def test_no_wing_has_a_circle():
 def test_wings_are_small_and_say_what_they_are_for():
     for wing in {wing_of(name) for name in SOURCES} - {
         "visible_text",
+        "shown_values",
         "errors",
         "tolerances",
         "__init__",

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf, nan
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,14 +13,15 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.errors import UsageError
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
-@dataclass(frozen=True)
-class GuaranteeCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteeCurve(Result):
     """λ_1(R): the first collapse with every other slip within R of the safe slip.
 
     Attributes
@@ -45,6 +47,9 @@ class GuaranteeCurve:
         so it is for a coupling ratio ρ < 1 and d the Perron vector, N d ≤ d, because
         every limit at a slip in the box differs from that at ṽ by at most N (R d) ≤ R d.
     """
+
+    DOCUMENT: ClassVar[str] = "status radii load_factors nodes unit weights invariant"
+    TABLE: ClassVar[str] = "radii load_factors nodes"
 
     status: Status
     radii: FloatArray

@@ -15,6 +15,7 @@ from scipy import sparse
 from shakedown.model.constraints import GAP, Constraints, constraints, step_loads
 from shakedown.model.contact_zone import contact_zone
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.cone_program import CLARABEL_ENDS
 from shakedown.programs.equilibration import equilibration, typical_size
@@ -25,8 +26,8 @@ ATTEMPTS = ((1e-11, 0.99), (1e-9, 0.9))
 REDUCED = 1e-8  # what it must reach
 
 
-@dataclass(frozen=True)
-class ConicBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class ConicBound(Result):
     """A bound from an interior-point solver.
 
     Attributes

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf, nan
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,14 +26,15 @@ from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
 from shakedown.model.constraints import constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import Solution
 from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
-@dataclass(frozen=True)
-class LowerBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class LowerBound(Result):
     """First collapse λ_1: the smallest load factor at which both limits of one node meet.
 
     Below λ_1 every node keeps a range of slips between its two limits, whatever
@@ -77,6 +79,12 @@ class LowerBound:
     kind
         What the number is: ``"first-collapse"``.
     """
+
+    DOCUMENT: ClassVar[str] = (
+        "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
+        "lift_off_bound certified uncertified reduced_accuracy residual"
+    )
+    TABLE: ClassVar[str] = "slip per_node"
 
     problem: Problem = field(repr=False)
     status: Status

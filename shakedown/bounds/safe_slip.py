@@ -10,14 +10,15 @@ import numpy as np
 from shakedown.model.arguments import check_load_factor
 from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
 from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
-@dataclass(frozen=True)
-class SafeSlip:
+@dataclass(frozen=True, eq=False, repr=False)
+class SafeSlip(Result):
     """The slip with the largest margin to all 2n rows at one load factor.
 
     Attributes

@@ -2,18 +2,19 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.model.problem import Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
-@dataclass(frozen=True)
-class ShakedownBounds:
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownBounds(Result):
     """Both bounds of one problem: between them the outcome depends on the initial state.
 
     The lower bound is that of the joint with all nodes closed; the upper one names the nodes
@@ -23,6 +24,11 @@ class ShakedownBounds:
     lower: LowerBound
     upper: UpperBound
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
+
+    def columns(self) -> dict[str, Any]:
+        """The safe slip, the witness and the load factor at which each node collapses."""
+        lower, upper = self.lower, self.upper
+        return {"safe_slip": upper.slip, "witness": lower.slip, "collapses_at": lower.per_node}
 
     @property
     def have_gap(self) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from shakedown.bounds.certificate import (
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
 from shakedown.programs.linear_program import INF, Solution
@@ -31,8 +32,8 @@ RELIEVING = "the periodic part of the loading brings no node nearer to its limit
 WEDGING = "wedging: slip along one direction raises the friction limits faster than any load factor needs"
 
 
-@dataclass(frozen=True)
-class UpperBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class UpperBound(Result):
     """Largest load factor at which a safe slip exists: λ_max of thesis (5.16).
 
     With all nodes in contact: above it no slip keeps every node closed and at rest
@@ -78,6 +79,12 @@ class UpperBound:
         The nodes that are open through the whole period; empty with all nodes in contact.
         The slip of an open node is its displacement under the mean load.
     """
+
+    DOCUMENT: ClassVar[str] = (
+        "status load_factor least_load_factor slip open_nodes direction active certified uncertified "
+        "exact reduced_accuracy reason residual"
+    )
+    TABLE: ClassVar[str] = "slip"
 
     status: Status
     load_factor: float

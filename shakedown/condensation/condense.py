@@ -26,11 +26,12 @@ from shakedown.condensation.stiffness_checks import (
 from shakedown.errors import ProblemError
 from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT
 
 
-@dataclass(frozen=True, eq=False)
-class Condensation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Condensation(Result):
     """An elastic model reduced to slip and gap, with the evidence that it was done right.
 
     Attributes

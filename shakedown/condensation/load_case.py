@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LoadCase:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class LoadCase(Result):
     """One load with its own time function, for :func:`shakedown.condense`.
 
     At load step k the model carries ``history[k]`` times everything below.

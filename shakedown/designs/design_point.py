@@ -14,6 +14,7 @@ from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import universal_bound
@@ -47,8 +48,8 @@ class Limit(NamedTuple):
     high: float = nan
 
 
-@dataclass(frozen=True)
-class DesignPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class DesignPoint(Result):
     """The limits of the load factor of one joint.
 
     Attributes

@@ -6,23 +6,21 @@ from enum import StrEnum
 from functools import cached_property
 from math import inf
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.designs.design_point import LIMITS, SYMBOLS, DesignPoint
 from shakedown.designs.parameters import PARAMETERS
-from shakedown.designs.table_file import check_table, frame, write_csv, write_parquet
+from shakedown.designs.table_file import check_table, write_csv, write_parquet
 from shakedown.errors import UsageError
 from shakedown.model.arguments import check_load_factor
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 from shakedown.model.status import Status
+from shakedown.shown_values import plain
 from shakedown.visible_text import shortened
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
-
 
 COLUMNS = dict(zip(LIMITS, ("lambda_1", "lambda_U", "lambda_E", "lambda_T", "lambda_max"), strict=True))
 
@@ -67,8 +65,8 @@ class Boundaries(NamedTuple):
     never: FloatArray
 
 
-@dataclass(frozen=True, repr=False)
-class Sweep:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Result):
     """Result of :func:`sweep`: the limits of the load factor over a grid of one or two parameters.
 
     Arrays have one axis per parameter, in the order of ``parameters``. NaN stands for a limit
@@ -201,7 +199,7 @@ class Sweep:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, texts and lists."""
-        return {
+        document = {
             "name": self.name,
             "parameters": [
                 {"name": name, "values": values.tolist()}
@@ -212,10 +210,7 @@ class Sweep:
             "points": [self._point(point) for point in self.points],
             "contradictions": list(self.contradictions),
         }
-
-    def to_frame(self) -> "DataFrame":
-        """One row per point as a pandas ``DataFrame``; ``UsageError`` where pandas is not installed."""
-        return frame(self.columns())
+        return {word: plain(value) for word, value in document.items()}
 
     def columns(self) -> dict[str, list[Any]]:
         """What a table of the points holds: heading, with unit, → one entry per point."""

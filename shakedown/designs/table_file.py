@@ -1,18 +1,16 @@
-"""A table of points as a CSV or a Parquet file, or as a pandas frame."""
+"""A table of points as a CSV or a Parquet file."""
 
 import csv
 import io
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write, check_target
+from shakedown.model.result import frame
 from shakedown.visible_text import shortened, visible
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 Columns = Mapping[str, Sequence[Any]]
 
@@ -33,17 +31,6 @@ def write_parquet(path: str | PathLike[str], columns: Columns) -> None:
     frame(columns).to_parquet(buffer, index=False)
     with atomic_write(path) as file:
         file.write(buffer.getvalue())
-
-
-def frame(columns: Columns) -> "DataFrame":
-    """A pandas frame; ``UsageError`` where pandas is not installed."""
-    try:
-        from pandas import DataFrame
-    except ImportError:
-        raise UsageError(
-            "pandas: expected the extra 'frames' (pip install 'shakedown-bounds[frames]'), found none"
-        ) from None
-    return DataFrame(dict(columns))
 
 
 def _cell(entry: float | str) -> str:

@@ -16,6 +16,7 @@ from shakedown.errors import UsageError
 from shakedown.model.arguments import check_load_factor, checked_initial_slip, real_array, require_problem
 from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import typical_size
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
@@ -29,8 +30,8 @@ ALL_ADMISSIBLE = "slip of one node shifts no limit of another: every admissible 
 WEDGED = "the centre may move away without end, and the radius grows with it: this is one ball of many"
 
 
-@dataclass(frozen=True)
-class EnergyBall:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyBall(Result):
     """A ball of slips that no motion leaves, and in which every motion shakes down.
 
     A joint with all nodes closed, at a slip that is admissible under its load and less

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan, nextafter
 from numbers import Real
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,7 @@ from shakedown.errors import UsageError
 from shakedown.model.arguments import checked_initial_slip, require_problem
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -28,8 +29,8 @@ TOO_FAR = "no ball about a safe slip holds the initial slip and the distance aro
 UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 
-@dataclass(frozen=True)
-class EnergyCertificate:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyCertificate(Result):
     """Numbers that satisfy the conditions of the energy bound exactly, and strictly.
 
     Attributes
@@ -47,8 +48,8 @@ class EnergyCertificate:
     radius: float
 
 
-@dataclass(frozen=True)
-class EnergyBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyBound(Result):
     """λ_E, the load factor below which every motion from around an initial slip is proved to shake down.
 
     At every load factor strictly between ``least_load_factor`` and ``load_factor`` a
@@ -91,6 +92,12 @@ class EnergyBound:
     open_nodes
         The nodes that stay open.
     """
+
+    DOCUMENT: ClassVar[str] = (
+        "load_factor least_load_factor slip radius distance status reason certified residual initial_slip "
+        "open_nodes active gap"
+    )
+    TABLE: ClassVar[str] = "initial_slip slip"
 
     status: Status
     load_factor: float
@@ -190,8 +197,7 @@ def _in_zone(zone: Zone, bound: EnergyBound) -> EnergyBound:
 
 def energy_document(bound: EnergyBound) -> dict[str, Any]:
     """The energy bound with the field names that other programs rely on."""
-    keys = "load_factor least_load_factor slip radius distance status reason certified residual"
-    return {key: getattr(bound, key) for key in keys.split()}
+    return bound.to_dict()
 
 
 def farthest_load_factor(

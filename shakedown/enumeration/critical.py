@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, islice
 from math import comb, inf
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.model.arguments import check_count
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.programs.exact_rows import exact_rows
 from shakedown.programs.integer_algebra import solve_integers
+from shakedown.shown_values import plain
 from shakedown.tolerances import DEFAULT, Tolerances
 
 Progress = Callable[[int, int], None]
@@ -26,8 +28,8 @@ COUNTABLE = 10**40  # so many subsets and more are not even sampled
 BUDGET = 200_000_000
 
 
-@dataclass(frozen=True)
-class CriticalLoadFactors:
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalLoadFactors(Result):
     """All critical load factors of a problem.
 
     Attributes
@@ -55,6 +57,9 @@ class CriticalLoadFactors:
         All of them, sorted, where asked for, else None.
     """
 
+    DOCUMENT: ClassVar[str] = "total regular degenerate degenerate_rows smallest_positive smallest_feasible"
+    TABLE: ClassVar[str] = "load_factors"
+
     total: int
     regular: int
     degenerate: int
@@ -63,6 +68,11 @@ class CriticalLoadFactors:
     smallest_positive: Intersection
     smallest_feasible: Intersection
     load_factors: FloatArray | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As :meth:`Result.to_dict`; the load factors are in it where they were asked for."""
+        listed = {} if self.load_factors is None else {"load_factors": plain(self.load_factors)}
+        return super().to_dict() | listed
 
 
 def subset_count(n: int) -> int:

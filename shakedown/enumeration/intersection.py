@@ -3,18 +3,20 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import nan
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 from shakedown.programs.equilibration import equilibration
 from shakedown.tolerances import Tolerances
 
 
-@dataclass(frozen=True)
-class Intersection:
+@dataclass(frozen=True, eq=False, repr=False)
+class Intersection(Result):
     """The point in slip space and load factor where n + 1 rows meet.
 
     Attributes
@@ -31,6 +33,9 @@ class Intersection:
         Largest violation of any of the 2n rows, relative to its terms; ≤ 0 (to round-off)
         where the point lies on the safe region.
     """
+
+    DOCUMENT: ClassVar[str] = "load_factor slip rows residual"
+    TABLE: ClassVar[str] = "slip"
 
     load_factor: float
     slip: FloatArray

@@ -6,10 +6,11 @@ import numpy as np
 
 from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 
-@dataclass(frozen=True)
-class Scales:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scales(Result):
     """What "small" is measured against in one scene.
 
     Attributes

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,10 +13,11 @@ from shakedown.errors import UsageError
 from shakedown.kernels.gauss_seidel import OPEN
 from shakedown.model.arguments import checked_damping, real_array, require_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 
-@dataclass(frozen=True)
-class CornerEnd:
+@dataclass(frozen=True, eq=False, repr=False)
+class CornerEnd(Result):
     """Where a viscous motion from a corner ends if one node opens and the other goes on slipping.
 
     Attributes
@@ -38,6 +40,8 @@ class CornerEnd:
         Whether the end obeys the contact law and the motion towards it is stable.
     """
 
+    TABLE: ClassVar[str] = "slip gap"
+
     node: int
     G: FloatArray
     P: FloatArray
@@ -49,8 +53,8 @@ class CornerEnd:
     possible: bool
 
 
-@dataclass(frozen=True)
-class CornerReport:
+@dataclass(frozen=True, eq=False, repr=False)
+class CornerReport(Result):
     """Result of :func:`corner_report`.
 
     Attributes
@@ -80,6 +84,8 @@ class CornerReport:
     both_open : (2,)
         Gaps that the two nodes would have without any contact (6.17) [length]; NaN without C.
     """
+
+    TABLE: ClassVar[str] = "nodes sides slip q p"
 
     nodes: tuple[int, int]
     sides: tuple[int, int]

@@ -16,6 +16,7 @@ from shakedown.kernels.moving_state import (
 )
 from shakedown.model.arguments import check_count
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 
 HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
 SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order
@@ -32,8 +33,8 @@ class EventKind(IntEnum):
     JUMPS = JUMPS
 
 
-@dataclass(frozen=True)
-class EventHistory:
+@dataclass(frozen=True, eq=False, repr=False)
+class EventHistory(Result):
     """The path of an evolution, one row per event; between rows everything is linear in time.
 
     Attributes

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +15,12 @@ from shakedown.evolution.reduced_scene import Scene, reduced_scene
 from shakedown.model.arguments import check_arguments, checked_damping
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
-@dataclass(frozen=True)
-class EvolutionResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EvolutionResult(Result):
     """Result of :func:`evolve`.
 
     Attributes
@@ -35,12 +37,18 @@ class EvolutionResult:
         What was left out, where that was asked for and could be done.
     """
 
+    DOCUMENT: ClassVar[str] = "load_factor initial_slip cycles history stop"
+
     load_factor: float
     initial_slip: FloatArray
     cycles: tuple[CycleRecord, ...]
     history: EventHistory
     stop: Stop | None
     scene: Scene | None = None
+
+    def columns(self) -> dict[str, Any]:
+        """One row per event."""
+        return self.history.columns()
 
 
 def evolve(

@@ -12,6 +12,7 @@ changes. Jumps are not covered: their states are not in equilibrium.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,13 +21,14 @@ from shakedown.evolution.contact_law import scales
 from shakedown.model.arguments import checked_initial_slip
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.programs.linear_program import INF, LinearProgram
 
 MARGIN = 1e-9  # least distance from a limit, relative to the force scale, that proves that it is not reached
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene(Result):
     """A problem at one load factor and initial slip, reduced to the nodes that can move.
 
     Attributes
@@ -48,6 +50,8 @@ class Scene:
         Least normal reaction of the moving nodes that stay closed, NaN at the
         others, relative to the force scale.
     """
+
+    DOCUMENT: ClassVar[str] = "moving separable initial_slip clearance normal"
 
     problem: Problem
     moving: NDArray[np.bool_]

@@ -14,6 +14,7 @@ rest before the others.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,15 @@ from shakedown.kernels.rate_problem import rates
 from shakedown.kernels.rate_search import enumerate_states
 from shakedown.kernels.run import progress, run_along
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 
 MAX_STEPS = 2000
 FAR = 1e6  # motion, relative to the length scale and the slips before, from which on there is no end to it
 ACCURACY = 0.05  # change of the rates over a step, relative to the motion so far, that is accepted
 
 
-@dataclass(frozen=True)
-class Jump:
+@dataclass(frozen=True, eq=False, repr=False)
+class Jump(Result):
     """A jump of the state at constant load.
 
     Attributes
@@ -54,6 +56,9 @@ class Jump:
     steps
         Implicit steps taken.
     """
+
+    DOCUMENT: ClassVar[str] = "cycle energy_released friction_work damping_work"
+    TABLE: ClassVar[str] = "v_before w_before v_after w_after contact slip"
 
     cycle: float
     v_before: FloatArray

@@ -15,8 +15,8 @@ from shakedown.errors import ProblemError, UsageError
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
 from shakedown.files.regular_file import open_regular
-from shakedown.model.field_values import plain_text, real_numbers
-from shakedown.model.problem import NAMES, SHAPES, TEXTS, FloatArray, Problem, check_shapes
+from shakedown.model.field_values import NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
+from shakedown.model.problem import FloatArray, Problem
 from shakedown.visible_text import LONGEST_NAME, shortened
 
 SCHEMA = "shakedown/1"

@@ -4,13 +4,16 @@ Thesis (4.1), (4.23), (6.4)–(6.10); the determinants stand in the wing ``uniqu
 """
 
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from shakedown.friction.wedging import Wedging, wedging_threshold
 from shakedown.model.arguments import require_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
+from shakedown.shown_values import plain
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.energy_limit import energy_limit
 from shakedown.uniqueness.in_contact import EXACT_IN_CONTACT
@@ -22,8 +25,8 @@ from shakedown.uniqueness.weak_coupling import coupling_limit
 EXACT_WITH_SEPARATION = 6  # nodes up to which all moving sets beside all sets of open nodes are tried
 
 
-@dataclass(frozen=True)
-class Threshold:
+@dataclass(frozen=True, eq=False, repr=False)
+class Threshold(Result):
     """Where uniqueness ends, in the unit of :class:`FrictionThresholds`.
 
     Attributes
@@ -35,6 +38,8 @@ class Threshold:
         The set for which it is lost at ``high``: slipping nodes, their sides
         (+1 backward, −1 forward) and the open nodes.
     """
+
+    DOCUMENT: ClassVar[str] = "low high value slipping sides separated"
 
     low: float
     high: float
@@ -48,8 +53,8 @@ class Threshold:
         return self.high if self.low == self.high else np.nan
 
 
-@dataclass(frozen=True)
-class FrictionThresholds:
+@dataclass(frozen=True, eq=False, repr=False)
+class FrictionThresholds(Result):
     """Result of :func:`friction_thresholds`.
 
     Thresholds other than ``single_node`` are friction coefficients where all
@@ -75,6 +80,15 @@ class FrictionThresholds:
     uniqueness_in_contact: Threshold
     uniqueness: Threshold | None
     wedging: Wedging
+
+    def to_dict(self) -> dict[str, Any]:
+        """A threshold of which only an interval is known is None; the interval stands beside it."""
+        known: dict[str, Any] = {"single_node": self.single_node}
+        for name in ("uniqueness_in_contact", "uniqueness", "wedging"):
+            threshold: Threshold | Wedging | None = getattr(self, name)
+            ends = None if threshold is None else [threshold.low, threshold.high]
+            known |= {name: None if threshold is None else threshold.value, f"{name}_interval": ends}
+        return plain(known | {"unit": "factor on f" if self.factor else "friction coefficient"})
 
 
 @on_one_thread

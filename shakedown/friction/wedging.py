@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.uniqueness.scaled_stiffness import ScaledStiffness
 
@@ -20,8 +21,8 @@ KNOWN = 1e-6  # relative gap up to which the threshold counts as known
 NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
 
-@dataclass(frozen=True)
-class Wedging:
+@dataclass(frozen=True, eq=False, repr=False)
+class Wedging(Result):
     """The friction coefficient from which on a joint can hold itself wedged.
 
     Attributes

@@ -8,11 +8,12 @@ from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
 from shakedown.importing.contact_section import ContactSection
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 from shakedown.readers import Mesh, Stiffness
 
 
-@dataclass(frozen=True, eq=False)
-class LoadEvidence:
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadEvidence(Result):
     """Resultants of a load case at factor 1.
 
     Attributes

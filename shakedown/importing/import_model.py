@@ -21,11 +21,12 @@ from shakedown.importing.model_section import model_section
 from shakedown.importing.stiffness_section import stiffness_section
 from shakedown.importing.toml_table import Table, read_toml
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.readers import Mesh, Stiffness
 
 
-@dataclass(frozen=True, eq=False)
-class Import:
+@dataclass(frozen=True, eq=False, repr=False)
+class Import(Result):
     """A problem made from finite-element files, with the evidence.
 
     Attributes

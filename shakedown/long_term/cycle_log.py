@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from shakedown.evolution.cycle_record import CycleRecord
 from shakedown.model.problem import FloatArray
+from shakedown.model.result import Result
 
 
-@dataclass(frozen=True)
-class Cycles:
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycles(Result):
     """Record of a simulation, one row per cycle that was followed one by one from the start.
 
     Attributes

@@ -11,13 +11,14 @@ from shakedown.long_term.cycle_log import CycleLog, Cycles
 from shakedown.long_term.outcome import WINDOW, Outcome, Verdict, judge
 from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import Tolerances
 
 MAX_SWEEPS = 10_000
 
 
-@dataclass(frozen=True)
-class History:
+@dataclass(frozen=True, eq=False, repr=False)
+class History(Result):
     """States after every load step, s of them in all.
 
     Attributes

@@ -18,13 +18,14 @@ from shakedown.model.arguments import (
     require_problem,
 )
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
 
 OUTCOMES = np.dtype(f"U{max(map(len, Outcome))}")
 
 
-@dataclass(frozen=True)
-class LongTermStates:
+@dataclass(frozen=True, eq=False, repr=False)
+class LongTermStates(Result):
     """Result of :func:`long_term_states`, one row or entry per initial slip.
 
     Attributes

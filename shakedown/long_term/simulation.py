@@ -1,8 +1,9 @@
 """Evolution of a joint from a chosen initial state, what becomes of it, and the path as a file."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,13 +21,15 @@ from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
 from shakedown.model.arguments import check_arguments
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
+from shakedown.shown_values import short
 from shakedown.tolerances import DEFAULT, Tolerances
 
 METHODS = ("event", "gauss-seidel")
 
 
-@dataclass(frozen=True)
-class Simulation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation(Result):
     """Result of :func:`simulate`: what the joint settles into, and the way there.
 
     What is said of the settled state can be asked of the simulation too:
@@ -49,11 +52,23 @@ class Simulation:
         Discontinuities on that path, each with the energy that it releases.
     """
 
+    DOCUMENT: ClassVar[str] = (
+        "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
+        "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
+        "open_nodes proved energy_margin cycles_simulated method events residual jumps"
+    )
+    TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
+
     settled: SettledState
     method: str
     cycles: Cycles
     history: EventHistory | History | None
     jumps: tuple[Jump, ...]
+
+    def _shown(self) -> Iterator[tuple[str, str]]:
+        for word in ("load_factor", "outcome"):
+            yield word, short(getattr(self, word))
+        yield from super()._shown()
 
     @property
     def long_term(self) -> LongTermState | None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, log
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,11 @@ from shakedown.evolution.reduced_scene import Scene
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
 from shakedown.long_term.outcome import Outcome
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 
-@dataclass(frozen=True, kw_only=True)
-class SettledState:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class SettledState(Result):
     """What a joint has settled into, however it was found.
 
     Attributes
@@ -51,6 +53,13 @@ class SettledState:
         the events of one period of the long-term state, or at all fixed load steps.
     """
 
+    DOCUMENT: ClassVar[str] = (
+        "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
+        "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
+        "open_nodes cycles_simulated residual"
+    )
+    TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
+
     load_factor: float
     initial_slip: FloatArray
     outcome: Outcome
@@ -72,7 +81,7 @@ class SettledState:
         return self.friction_dissipation_per_cycle + self.jump_dissipation_per_cycle
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongTermState(SettledState):
     """Result of :func:`long_term_state`: a settled state, and the evidence for it.
 
@@ -97,6 +106,14 @@ class LongTermState(SettledState):
     passage
         States that the motion passed through, on which a proof rests.
     """
+
+    DOCUMENT: ClassVar[str] = (
+        "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
+        "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
+        "open_nodes cycles_simulated residual dissipations opened events contraction return_error proved "
+        "energy_margin"
+    )
+    TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
     dissipations: FloatArray
     opened: NDArray[np.bool_]

@@ -1,6 +1,7 @@
 """Up to which load factor does a given loading history shake down? (thesis §4.3.5)"""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,7 @@ from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.outcome import Outcome
 from shakedown.model.arguments import check_count, checked_initial_slip, is_finite
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -31,8 +33,8 @@ BELOW = (
 )  # where a proof is sought
 
 
-@dataclass(frozen=True)
-class TransientLimit:
+@dataclass(frozen=True, eq=False, repr=False)
+class TransientLimit(Result):
     """Result of :func:`transient_limit`.
 
     Attributes
@@ -61,6 +63,9 @@ class TransientLimit:
     at_proved
         The long-term state at ``proved``, with its energy margin.
     """
+
+    DOCUMENT: ClassVar[str] = "load_factor low high proved cycling initial_slip scanned outcomes monotone"
+    TABLE: ClassVar[str] = "scanned outcomes"
 
     load_factor: float
     low: float

@@ -4,6 +4,6 @@ Reading order: ``problem`` (the data, validated once), ``field_values`` (one fie
 ``magnitudes`` (how large and small numbers may be), ``loading`` (constant and periodic part, load
 factor), ``constraints`` (the rows G v + λ d ≤ g of the thesis, (5.3)–(5.7)), ``contact_zone`` (a
 joint with some nodes open), ``initial_gap`` (gaps and interference), ``derived`` (what a problem
-determines is built once), ``units``, ``arguments`` (checks of what callers pass in), ``status``
-(how a program ended).
+determines is built once), ``units``, ``arguments`` (checks of what callers pass in), ``result``
+(what every result can do), ``status`` (how a program ended).
 """

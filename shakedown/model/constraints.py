@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 from shakedown.model.derived import once_per_problem
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 BACKWARD, FORWARD = +1, -1
 GAP = 0  # the row of an open node: its gap
 SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap"}
 
 
-@dataclass(frozen=True)
-class Constraints:
+@dataclass(frozen=True, eq=False, repr=False)
+class Constraints(Result):
     """Extremal frictional constraints G v + λ d ≤ g (thesis (5.3)–(5.7)).
 
     Row 2j is the backward-slip limit of node j (side +1, q = f p), row 2j + 1

@@ -1,6 +1,7 @@
-"""One field of a problem, checked by itself: numbers, text, names, JSON."""
+"""The fields of a problem: each by itself (numbers, text, names, JSON), and shapes against each other."""
 
 import json
+from collections.abc import Mapping
 from typing import Any, NoReturn
 
 import numpy as np
@@ -9,6 +10,30 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.errors import ProblemError
 from shakedown.visible_text import LONGEST_NAME, shortened, visible
 
+# Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states,
+# `c` load cases; numbers are directions x, y, z.
+SHAPES: dict[str, tuple[str | int, ...]] = {
+    "A": ("n", "n"),
+    "B": ("n", "n"),
+    "C": ("n", "n"),
+    "f": ("n",),
+    "q_w": ("m", "n"),
+    "p_w": ("m", "n"),
+    "q_mean": ("n",),
+    "p_mean": ("n",),
+    "q_transient": ("k", "n"),
+    "p_transient": ("k", "n"),
+    "initial_slip": ("s", "n"),
+    "x": ("n",),
+    "coordinates": ("n", 3),
+    "normal": ("n", 3),
+    "tangent": ("n", 3),
+    "node_area": ("n",),
+    "label": ("n",),
+    "load_names": ("c",),
+}
+NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
+TEXTS = ("name", "units", "source")
 LAST_CODE_POINT = 0x10FFFF
 
 
@@ -115,3 +140,57 @@ def _kind(array: NDArray[Any]) -> str:
     words = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
     what = words.get(array.dtype.kind, f"dtype {array.dtype}")
     return what if array.ndim == 0 else f"{what} of shape {array.shape}"
+
+
+def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Match the shapes of array fields, by key, against each other.
+
+    Raises
+    ------
+    ProblemError
+        If a field that every problem has is missing, or a shape does not fit.
+    """
+    for key in ("A", "B", "f", "q_w", "p_w"):
+        if key not in shapes:
+            raise ProblemError(f"key '{key}': required, found none")
+    for q, p in (("q_transient", "p_transient"), ("p_transient", "q_transient")):
+        if q in shapes and p not in shapes:
+            raise ProblemError(f"key '{p}': required because '{q}' is given, found none")
+    A = shapes["A"]
+    if len(A) != 2 or A[0] != A[1]:
+        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
+    sizes = {"n": A[0]}
+    if sizes["n"] == 0:
+        raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
+    for key, shape in shapes.items():
+        _check_shape(key, shape, sizes)
+    if sizes["m"] == 0:
+        raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
+
+
+def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int]) -> None:
+    """Match one shape against its axis names, learning m, k and s where they first occur."""
+    axes = SHAPES[key]
+    if key == "f" and not shape:
+        return
+    if key == "initial_slip" and len(shape) == 1:
+        axes = ("n",)
+    expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
+    fits = len(shape) == len(axes) and all(
+        isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
+    )
+    if not fits:
+        wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
+        hint = _transposition_hint(shape, expected)
+        raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
+    for axis, have in zip(axes, shape, strict=True):
+        if isinstance(axis, str):
+            sizes.setdefault(axis, have)
+
+
+def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
+    if len(shape) == 2 and len(expected) == 2 and shape[0] == expected[1]:
+        first = expected[0]
+        if isinstance(first, str) or shape[1] == first:
+            return " (it looks transposed: one column per node)"
+    return ""

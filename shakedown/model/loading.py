@@ -1,18 +1,20 @@
 """The loading loop: its constant part, its periodic part and the load factor."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from shakedown.errors import UsageError
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 LARGEST_FORCE = 1e150  # its square is still a number
 
 
-@dataclass(frozen=True)
-class Loading:
+@dataclass(frozen=True, eq=False, repr=False)
+class Loading(Result):
     """Welded reactions r_w(λ) = r⁰ + λ r¹ over one period (thesis §5.1).
 
     Attributes
@@ -22,6 +24,8 @@ class Loading:
     q1, p1 : (m, n)
         Periodic part r¹ = r_w − r⁰ at load factor 1 [force].
     """
+
+    TABLE: ClassVar[str] = "q1 p1"
 
     q0: FloatArray
     p0: FloatArray

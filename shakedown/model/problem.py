@@ -1,6 +1,6 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,40 +9,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
-from shakedown.model.field_values import json_object, names, plain_text, real_numbers
+from shakedown.model.field_values import (
+    NAMES,
+    SHAPES,
+    TEXTS,
+    check_shapes,
+    json_object,
+    names,
+    plain_text,
+    real_numbers,
+)
 from shakedown.model.magnitudes import check_ratios, in_range
+from shakedown.shown_values import same
 from shakedown.tolerances import DEFAULT
+from shakedown.visible_text import shortened, visible
 
 FloatArray = NDArray[np.float64]
 
-# Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states,
-# `c` load cases; numbers are directions x, y, z.
-SHAPES: dict[str, tuple[str | int, ...]] = {
-    "A": ("n", "n"),
-    "B": ("n", "n"),
-    "C": ("n", "n"),
-    "f": ("n",),
-    "q_w": ("m", "n"),
-    "p_w": ("m", "n"),
-    "q_mean": ("n",),
-    "p_mean": ("n",),
-    "q_transient": ("k", "n"),
-    "p_transient": ("k", "n"),
-    "initial_slip": ("s", "n"),
-    "x": ("n",),
-    "coordinates": ("n", 3),
-    "normal": ("n", 3),
-    "tangent": ("n", 3),
-    "node_area": ("n",),
-    "label": ("n",),
-    "load_names": ("c",),
-}
-NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
-TEXTS = ("name", "units", "source")
 OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "node_area", "label")  # each belongs to one node
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Problem:
     """Contact stiffness, friction and loading loop of a joint, validated on construction.
 
@@ -228,72 +215,24 @@ class Problem:
                 found[key] = value[chosen]
         return found
 
+    def to_dict(self) -> dict[str, Any]:
+        """How a document introduces the joint: name and size, labels and units; the data are in its file."""
+        size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
+        known = {"labels": None if self.label is None else list(self.label), "units": self.units}
+        return size | {key: value for key, value in known.items() if value}
+
+    def __repr__(self) -> str:
+        parts = [repr(shortened(visible(self.name), 60))] if self.name else []
+        parts += [f"n={self.n}", f"m={self.m}"]
+        parts += [repr(shortened(visible(self.units), 20))] if self.units else []
+        return f"<Problem {', '.join(parts)}>"
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Problem):
             return NotImplemented
-        return all(_same(getattr(self, d.name), getattr(other, d.name)) for d in fields(self))
+        return all(same(getattr(self, d.name), getattr(other, d.name)) for d in fields(self))
 
     __hash__ = None  # type: ignore[assignment]
-
-
-def _same(a: Any, b: Any) -> bool:
-    if a is None or b is None:
-        return a is b
-    return bool(np.array_equal(a, b))
-
-
-def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
-    """Match the shapes of array fields, by key, against each other.
-
-    Raises
-    ------
-    ProblemError
-        If a field that every problem has is missing, or a shape does not fit.
-    """
-    for key in ("A", "B", "f", "q_w", "p_w"):
-        if key not in shapes:
-            raise ProblemError(f"key '{key}': required, found none")
-    for q, p in (("q_transient", "p_transient"), ("p_transient", "q_transient")):
-        if q in shapes and p not in shapes:
-            raise ProblemError(f"key '{p}': required because '{q}' is given, found none")
-    A = shapes["A"]
-    if len(A) != 2 or A[0] != A[1]:
-        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
-    sizes = {"n": A[0]}
-    if sizes["n"] == 0:
-        raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
-    for key, shape in shapes.items():
-        _check_shape(key, shape, sizes)
-    if sizes["m"] == 0:
-        raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
-
-
-def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int]) -> None:
-    """Match one shape against its axis names, learning m, k and s where they first occur."""
-    axes = SHAPES[key]
-    if key == "f" and not shape:
-        return
-    if key == "initial_slip" and len(shape) == 1:
-        axes = ("n",)
-    expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
-    fits = len(shape) == len(axes) and all(
-        isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
-    )
-    if not fits:
-        wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
-        hint = _transposition_hint(shape, expected)
-        raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
-    for axis, have in zip(axes, shape, strict=True):
-        if isinstance(axis, str):
-            sizes.setdefault(axis, have)
-
-
-def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
-    if len(shape) == 2 and len(expected) == 2 and shape[0] == expected[1]:
-        first = expected[0]
-        if isinstance(first, str) or shape[1] == first:
-            return " (it looks transposed: one column per node)"
-    return ""
 
 
 def _check_values(arrays: dict[str, FloatArray]) -> None:

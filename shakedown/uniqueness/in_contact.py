@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from shakedown.model.arguments import require_problem
 from shakedown.model.problem import Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.energy_limit import energy_limit
 from shakedown.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
@@ -14,8 +15,8 @@ from shakedown.uniqueness.weak_coupling import distance_from_one
 EXACT_IN_CONTACT = 8  # nodes up to which all moving sets are tried
 
 
-@dataclass(frozen=True)
-class Uniqueness:
+@dataclass(frozen=True, eq=False, repr=False)
+class Uniqueness(Result):
     """Result of :func:`unique_in_contact`; true as a condition where uniqueness is proved.
 
     Attributes

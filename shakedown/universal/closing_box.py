@@ -9,10 +9,11 @@ from shakedown.bounds.coupling import coupling
 from shakedown.model.arguments import require_problem
 from shakedown.model.constraints import constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 
-@dataclass(frozen=True)
-class ClosingBox:
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosingBox(Result):
     """The box into which every motion with all nodes closed is drawn.
 
     Attributes

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import admissible_states
 from shakedown.universal.best_metric import best_metric
@@ -31,8 +32,8 @@ class ProvedInterval:
     metric: FloatArray | None
 
 
-@dataclass(frozen=True)
-class SharpenedSwing:
+@dataclass(frozen=True, eq=False, repr=False)
+class SharpenedSwing(Result):
     """How far the proof reaches beyond the swing bound.
 
     Attributes

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -23,8 +24,8 @@ from shakedown.universal.exact_swing import proved_swing
 CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is quick enough not to be asked for
 
 
-@dataclass(frozen=True)
-class SwingBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class SwingBound(Result):
     """Largest load factor at which no node can slip forward and backward at the same reaction A v.
 
     Attributes

@@ -11,6 +11,7 @@ from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.errors import UsageError
 from shakedown.model.arguments import require_problem
 from shakedown.model.problem import Problem
+from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.in_contact import Uniqueness, unique_in_contact
@@ -22,8 +23,8 @@ SHARPENED_UP_TO = 12  # nodes up to which the sharpening takes seconds
 INTERVALS = 12
 
 
-@dataclass(frozen=True)
-class UniversalBound:
+@dataclass(frozen=True, eq=False, repr=False)
+class UniversalBound(Result):
     """Largest load factor up to which shakedown from every initial state is proved.
 
     A state is one with all nodes closed that is admissible at some instant of the loop; transient

@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -20,7 +20,9 @@ from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
 from shakedown.model.problem import Problem
+from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
+from shakedown.shown_values import plain, short
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import UniversalBound, universal_bound
 from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
@@ -52,8 +54,8 @@ class Settings:
     method: str
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Result):
     """One simulation, with what was predicted for it.
 
     Attributes
@@ -69,7 +71,23 @@ class Run:
     case: Case
     agrees: bool | None
     simulation: Simulation
-    seconds: float
+    seconds: float = field(compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What was predicted, and the words of the simulation."""
+        words = ("region", "initial", "predicted", "agrees", "seconds")
+        about = {word: plain(getattr(self, word)) for word in words}
+        return about | {"initially_open": plain(self.open_nodes)} | self.simulation.to_dict()
+
+    def columns(self) -> dict[str, Any]:
+        """Those of the simulation."""
+        return self.simulation.columns()
+
+    def _shown(self) -> Iterator[tuple[str, str]]:
+        found = self.simulation
+        yield from (("load_factor", short(found.load_factor)), ("outcome", short(found.outcome)))
+        for word in ("initial", "predicted", "agrees", "simulation"):
+            yield word, short(getattr(self, word))
 
     @property
     def region(self) -> str:
@@ -92,8 +110,8 @@ class Run:
         return self.case.open_nodes
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, eq=False, repr=False)
+class Verification(Result):
     """Result of :func:`verify`.
 
     Attributes
@@ -150,6 +168,43 @@ class Verification:
     open_questions: tuple[str, ...]
     notes: tuple[str, ...]
     settings: Settings
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``shakedown-bounds verify --json`` writes."""
+        counted = {} if self.critical is None else self.critical.to_dict()
+        second = {"lower": self.second_lower, "upper": self.second_upper}
+        document = {
+            "problem": self.problem,
+            **self.bounds.to_dict(),
+            "energy": self.energy,
+            **self.universal.document(),
+            "agrees": self.agrees,
+            "disagreements": self.disagreements,
+            "open_questions": self.open_questions,
+            "notes": self.notes,
+            "second_road": {
+                "solver": self.second_upper.solver,
+                **{k: {"status": v.status, "load_factor": v.load_factor} for k, v in second.items()},
+            },
+            "critical": {"total": self.subsets, **counted},
+            "friction": self.friction,
+            "transient": self.transient,
+            "guarantee_curve": self.curve,
+            "runs": self.runs,
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+    def columns(self) -> dict[str, Any]:
+        """One row per simulation."""
+        words = ("region", "initial", "predicted", "agrees", "seconds")
+        columns: dict[str, Any] = {
+            "load_factor": [run.simulation.load_factor for run in self.runs],
+            **{word: [getattr(run, word) for run in self.runs] for word in words},
+        }
+        columns["outcome"] = [str(run.simulation.outcome) for run in self.runs]
+        columns["slip_per_cycle"] = [float(run.simulation.slip_per_cycle.max()) for run in self.runs]
+        columns["dissipation_per_cycle"] = [run.simulation.dissipation_per_cycle for run in self.runs]
+        return columns
 
     @property
     def as_given(self) -> Run:
