@@ -17,7 +17,7 @@ FLOORS = (
     {"visible_text", "shown_values", "errors", "tolerances"},
     {"model"},
     {"programs", "kernels", "files", "condensation", "uniqueness", "campaign"},
-    {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem"},
+    {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem", "settling"},
     {"long_term", "importing", "universal"},
     {"verification", "maps", "designs", "plot"},
     {"report"},

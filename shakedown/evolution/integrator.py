@@ -35,6 +35,7 @@ from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
 RECORD_ROWS = 512
+ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such a residual are settled
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_RETRIES = 20  # of one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
@@ -101,11 +102,9 @@ class Evolution:
         locked = np.abs(self.kappa) @ np.abs(start)
         force = max(self.scale.force, float(locked.max()))
         t = self.tolerances
-        return Precision(
-            t.limit * force, t.limit * self.scale.length, t.rate, 16 * np.finfo(float).eps * force
-        )
+        return Precision(t.limit * force, t.limit * self.scale.length, t.rate, ROUNDING * force)
 
-    def _course(self, before: FloatArray) -> Course:
+    def course_after(self, before: FloatArray) -> Course:
         """One period after these welded reactions (s, 2n)."""
         path = np.vstack([before, self.load])
         separable = self.problem.C is not None
@@ -179,7 +178,7 @@ class Evolution:
             path = self._before if first else self.load[-1:]
             n = self.problem.n
             room = room_for(RECORD_ROWS if record else 0, n)
-            run = run_along(self.active, self.rates, self.motion, room, self._course(path))
+            run = run_along(self.active, self.rates, self.motion, room, self.course_after(path))
             self._runs[first, record] = run
         return self._runs[first, record]
 

@@ -106,13 +106,12 @@ def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
     return basis
 
 
-def limit(cycle_map: CycleMap) -> Limit:
+def limit(J: FloatArray, d: FloatArray) -> Limit:
     """Sum of the geometric series Σ Jᵏ d, split into what decays and what drifts.
 
     The invariant subspace of the eigenvalue 1 (nodes that never move; drifts) is
     separated by an ordered Schur form, which stays accurate where J is defective.
     """
-    J, d = cycle_map.jacobian, cycle_map.increment
     if not len(d):
         return Limit(d, d, True, 0.0)
     T, Q, k = schur(J, output="real", sort=lambda re, im=0.0: (re - 1.0) ** 2 + im**2 <= UNIT**2)

@@ -173,7 +173,7 @@ class LimitSearch:
     def _limit_of(self, cycle_map: CycleMap, period: int) -> LongTermState | None:
         """Approach the limit in doubling leaps; where the sequence changes on the way, go on from there."""
         self._leave_path()
-        end = limit(cycle_map)
+        end = limit(cycle_map.jacobian, cycle_map.increment)
         forever = self._is_free(cycle_map, end)
         power, change = cycle_map.jacobian, cycle_map.increment.copy()
         reached, leap = cycle_map.end, 1

@@ -1,11 +1,18 @@
 """The long-term states that one joint settles into from many initial slips."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import UsageError
+from shakedown.evolution.integrator import RECORD_ROWS, ROUNDING, Evolution
+from shakedown.kernels.event_loop import DONE, EFFORT, PAUSED
+from shakedown.kernels.moving_state import room_for
+from shakedown.kernels.run import run_along
+from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.outcome import Outcome
@@ -17,11 +24,32 @@ from shakedown.model.arguments import (
     real_array,
     require_problem,
 )
+from shakedown.model.loading import transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.settling.path_check import Scale, path_check
+from shakedown.settling.period_map import period_map
+from shakedown.settling.search import (
+    CYCLIC_SLIP,
+    HANDED_OVER,
+    LIMIT_WANTED,
+    RATCHETTING,
+    SEPARATION,
+    SHAKEDOWN,
+    Answers,
+    Rules,
+    Search,
+    search,
+)
+from shakedown.settling.settle import nodes_of_map, restart, settle, take_limit
 from shakedown.tolerances import DEFAULT, Tolerances
 
+BLOCK = 4096  # states that a thread takes at once
+MOST_REMEMBERED = 4096  # states between two cycles
 OUTCOMES = np.dtype(f"U{max(map(len, Outcome))}")
+NAMES = np.full(SEPARATION + 1, Outcome.UNDECIDED.value, dtype=OUTCOMES)
+NAMES[SHAKEDOWN], NAMES[CYCLIC_SLIP] = Outcome.SHAKEDOWN.value, Outcome.CYCLIC_SLIP.value
+NAMES[RATCHETTING], NAMES[SEPARATION] = Outcome.RATCHETTING.value, Outcome.SEPARATION.value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,16 +148,8 @@ def long_term_states(
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
     states = _room(float(load_factor), starts)
-    for row, start in enumerate(starts):
-        one = long_term_state(
-            problem,
-            load_factor,
-            start,
-            max_cycles=max_cycles,
-            longest_period=longest_period,
-            tolerances=tolerances,
-        )
-        _enter(states, row, one)
+    batch = _Batch(problem, states, max_cycles, longest_period, tolerances)
+    batch.run(min(threads, max(len(starts), 1)))
     return states
 
 
@@ -158,6 +178,112 @@ def _room(load_factor: float, starts: FloatArray) -> LongTermStates:
         signature=np.zeros(s, dtype=np.uint64),
         compiled=np.zeros(s, dtype=np.bool_),
     )
+
+
+class _Batch:
+    """The states to be found, in blocks that threads take one after the other."""
+
+    def __init__(
+        self, problem: Problem, states: LongTermStates, most: int, longest_period: int, tolerances: Tolerances
+    ) -> None:
+        self.problem, self.states, self.tolerances = problem, states, tolerances
+        self.most, self.longest_period = most, longest_period
+        self.blocks = count()
+        self.stopped = False
+
+    def run(self, threads: int) -> None:
+        """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
+        size = max(1, min(BLOCK, len(self.states) // (8 * threads)))
+        if threads == 1:
+            self._work(size)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            workers = [pool.submit(self._work, size) for _ in range(threads)]
+            try:
+                for worker in workers:
+                    worker.result()
+            finally:
+                self.stopped = True
+
+    def _work(self, size: int) -> None:
+        """Take blocks of so many states until there are none left."""
+        if not len(self.states):
+            return
+        compiled = self._search()
+        while not self.stopped:
+            first = next(self.blocks) * size
+            if first >= len(self.states):
+                return
+            self._settle(compiled, slice(first, first + size))
+
+    def _search(self) -> Search:
+        """A compiled search for the states of this joint."""
+        problem, t = self.problem, self.tolerances
+        evolution, n = Evolution(problem, self.states.load_factor, None, t), problem.n
+        parts = evolution.active, evolution.rates, evolution.motion
+        transient = np.vstack([np.zeros(2 * n), transient_path(problem)])  # its first row by initial slip
+        first = run_along(*parts, room_for(0, n), evolution.course_after(transient))
+        cyclic, recorded = (
+            run_along(*parts, room_for(rows, n), evolution.course_after(evolution.load[-1:]))
+            for rows in (0, RECORD_ROWS)
+        )
+        scale = evolution.scale
+        rules = Rules(
+            most_cycles=self.most,
+            longest_period=self.longest_period,
+            capacity=min(self.most + self.longest_period, MOST_REMEMBERED),
+            least_force=scale.force,
+            limit=t.limit,
+            rounding=ROUNDING,
+            friction_law=t.friction_law,
+            stiffness=float(np.abs(evolution.kappa).max()),
+        )
+        check = path_check(n, Scale(scale.force, scale.length, t.periodicity * scale.length))
+        return search((first, cyclic, recorded), period_map(n), check, rules)
+
+    def _settle(self, search: Search, block: slice) -> None:
+        """Find the states of a block, in compiled code and where that hands over by the single search."""
+        starts, states = self.states.initial_slip[block], self.states
+        verdict = np.full(len(starts), HANDED_OVER)
+        answers = Answers(
+            states.final_slip[block],
+            states.slip_per_cycle[block],
+            states.dissipation[block],
+            states.contraction[block],
+            verdict,
+            states.period[block],
+            states.cycles_simulated[block],
+            states.signature[block],
+        )
+        restart(search)
+        status = PAUSED
+        while status != DONE and not self.stopped:
+            status = settle(search, starts, answers, EFFORT)
+            if status == LIMIT_WANTED:
+                _give_limit(search)
+        states.outcome[block] = NAMES[verdict]
+        states.compiled[block] = verdict != HANDED_OVER
+        for row in block.start + np.flatnonzero(verdict == HANDED_OVER):
+            if not self.stopped:
+                _enter(states, row, self._one(states.initial_slip[row]))
+
+    def _one(self, start: FloatArray) -> LongTermState:
+        return long_term_state(
+            self.problem,
+            self.states.load_factor,
+            start,
+            max_cycles=self.most,
+            longest_period=self.longest_period,
+            tolerances=self.tolerances,
+        )
+
+
+def _give_limit(search: Search) -> None:
+    """The limit of an affine map that drifts, or nearly so."""
+    affine, k = search.map, nodes_of_map(search)
+    end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
+    affine.limit[:k], affine.drift[:k] = end.change, end.drift
+    take_limit(search, end.decaying, end.contraction)
 
 
 def _enter(states: LongTermStates, row: int, one: LongTermState) -> None:

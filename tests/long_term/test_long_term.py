@@ -6,29 +6,7 @@ import pytest
 import shakedown
 from shakedown.evolution.integrator import Evolution
 from shakedown.long_term.cycle_map import follow_period
-
-FAMILY = [  # a (A₁₂), f B, impulses, load factor, initial slip, the two dissipations
-    (0.039343246055341285,
-     [[-0.5345086119298388, -0.8569157311907969], [0.4041932575523568, -0.622854052202083]],
-     [0.7352315111469822, 1.2004923155237985, 1.8602560360839482, 1.5610645644749197, 1.0402606319190535,
-      0.7799805431542852], 1.2688210242770062, [-0.11133676524120842, -0.14012585088328539]),
-    (0.047052934129808946,
-     [[-0.7326409316733856, -0.5825051307300982], [0.5675369598531744, -0.7263532111878839]],
-     [1.6633017367544638, 0.7119002659044134, 0.6266604226207828, 0.8563477176559022, 0.7193624748827288,
-      0.8645027126589823], 2.5249567820890344, [0.03556771122041761, 0.17795120256379734]),
-]  # fmt: skip
-ORDER = [(0, +1), (0, -1), (1, -1), (0, +1), (0, -1), (1, +1)]
-
-
-def member(a, fB, impulses):
-    """A two-node system of the family that has limit cycles of period two."""
-    q, p = np.zeros((12, 2)), np.full(2, 4.0)
-    for k, (node, sign) in enumerate(ORDER):
-        q[2 * k, node] = sign * impulses[k]
-    return shakedown.Problem(
-        A=[[1, a], [a, 1]], B=np.array(fB) / 0.5, f=0.5, q_w=q, p_w=np.tile(p, (12, 1)),
-        q_mean=np.zeros(2), p_mean=p,
-    )  # fmt: skip
+from tests.joints import FAMILY, member, slow_problem
 
 
 def plain(problem, load_factor, start, cycles):
@@ -67,17 +45,6 @@ def test_period_two_is_recognised(case):
     assert np.abs(slips[-1] - slips[-2]).max() > 0.01
     distance = np.abs(slips[-2:] - state.final_slip).max(axis=1).min()
     assert distance <= 1e-9
-
-
-def slow_problem(ratio):
-    """Two nodes that drag each other towards shakedown, the slip of each cycle ``ratio`` times the last."""
-    c = np.sqrt(ratio)
-    q = np.zeros((8, 2))
-    q[0, 0], q[2, 1], q[4, 0], q[6, 1] = 1.0, 1.0, -0.05, -0.05
-    return shakedown.Problem(
-        A=[[1.0, -c], [-c, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q, p_w=np.full((8, 2), 1.0),
-        q_mean=np.zeros(2), p_mean=np.ones(2),
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize("ratio", [0.9, 0.992, 0.9999])

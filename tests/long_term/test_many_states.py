@@ -7,25 +7,24 @@ import pytest
 
 import shakedown
 from shakedown.long_term.many_states import LongTermStates
+from tests.joints import FAMILY, any_joint, in_units, joint_of_kind, member, slow_problem
 
 
-def one_by_one(problem, load_factor, starts, **options):
-    return [shakedown.long_term_state(problem, load_factor, start, **options) for start in starts]
-
-
-def assert_agree(states, singles, problem, load_factor):
-    """Outcome, period and contact sequence are equal; slips and dissipation to 1e-9 of the scales."""
+def assert_agree(problem, load_factor, starts, **options):
+    """State by state: equal verdicts and contact sequences; slips and dissipation to 1e-9 of the scales."""
+    states = shakedown.long_term_states(problem, load_factor, starts, **options)
     scale = shakedown.scales(problem, load_factor)
-    for row, one in enumerate(singles):
+    for row, start in enumerate(starts):
+        one = shakedown.long_term_state(problem, load_factor, start, **options)
         assert (states.outcome[row], states.period[row]) == (one.outcome, one.period)
         assert int(states.signature[row]) == one.signature
         near = 1e-9 * max(scale.length, float(np.abs(one.final_slip).max()))
         assert states.final_slip[row] == pytest.approx(one.final_slip, abs=near)
         assert states.slip_per_cycle[row] == pytest.approx(one.slip_per_cycle, abs=near, nan_ok=True)
-        assert states.dissipation[row] == pytest.approx(
-            one.dissipation_per_cycle, abs=near * scale.force, nan_ok=True
-        )
-        assert states.contraction[row] == pytest.approx(one.contraction, abs=1e-6, nan_ok=True)
+        energy = near * scale.force
+        assert states.dissipation[row] == pytest.approx(one.dissipation_per_cycle, abs=energy, nan_ok=True)
+        assert states.contraction[row] == pytest.approx(one.contraction, abs=1e-3, nan_ok=True)
+    return states
 
 
 def identical(one: LongTermStates, other: LongTermStates, rows=slice(None)):
@@ -35,14 +34,74 @@ def identical(one: LongTermStates, other: LongTermStates, rows=slice(None)):
             assert first.tobytes() == second.tobytes(), key
 
 
+@pytest.mark.parametrize(
+    ("kind", "outcomes", "share"),
+    [
+        ("any", {"shakedown", "cyclic-slip", "separation"}, 0.6),
+        ("loosely coupled", {"shakedown", "cyclic-slip"}, 0.9),
+        ("above thresholds", {"shakedown", "cyclic-slip"}, 0.5),
+        ("floating", {"shakedown", "cyclic-slip", "ratchetting"}, 0.3),
+    ],
+)
+def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
+    """Slips at the start far from admissible too, and transient load steps; a share of them is handed over."""
+    rng, found, compiled = np.random.default_rng(5), set(), []
+    for _ in range(20):
+        problem = joint_of_kind(rng, kind)
+        load_factor = float(rng.uniform(0.2, 1.6))
+        starts = rng.normal(size=(3, problem.n)) * shakedown.scales(problem, load_factor).length
+        states = assert_agree(problem, load_factor, starts * rng.choice([0.1, 1.0, 5.0]), max_cycles=40)
+        found |= set(states.outcome.tolist())
+        compiled += states.compiled.tolist()
+    assert outcomes <= found
+    assert share < np.mean(compiled)
+
+
 @pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.7), ("two-node", 0.9), ("block-9", 2.0)])
 def test_agrees_with_the_single_state(name, load_factor):
     problem, rng = shakedown.example(name), np.random.default_rng(0)
     starts = rng.uniform(-1.5, 1.5, (12, problem.n)) * shakedown.scales(problem, load_factor).length
-    states = shakedown.long_term_states(problem, load_factor, starts)
+    states = assert_agree(problem, load_factor, starts)
     assert len(states) == 12
     assert states.load_factor == load_factor
-    assert_agree(states, one_by_one(problem, load_factor, starts), problem, load_factor)
+    assert states.compiled.all()
+
+
+@pytest.mark.parametrize("case", FAMILY)
+def test_period_two_is_found(case):
+    *data, load_factor, start = case
+    states = assert_agree(member(*data), load_factor, np.array([start]))
+    assert states.period.tolist() == [2]
+    assert states.compiled.all()
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.9999])
+def test_a_slow_approach_is_leapt_over(ratio):
+    states = assert_agree(slow_problem(ratio), 0.9, np.zeros((1, 2)))
+    assert states.contraction[0] == pytest.approx(ratio, rel=1e-9)
+    assert states.compiled.all()
+
+
+def test_what_is_not_found_in_time_is_undecided():
+    states = assert_agree(slow_problem(0.9999), 0.9, np.zeros((1, 2)), max_cycles=1)
+    assert states.outcome.tolist() == ["undecided"]
+    assert states.compiled.all()
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (2.0**-40, 1.0), (1.0, 2.0**-20)])
+def test_units_change_no_bit(force, length):
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        problem = any_joint(rng)
+        starts = rng.normal(size=(3, problem.n)) * shakedown.scales(problem, 1.0).length
+        one = shakedown.long_term_states(problem, 1.0, starts, max_cycles=40)
+        scaled = in_units(problem, force, length)
+        other = shakedown.long_term_states(scaled, 1.0, length * starts, max_cycles=40)
+        for key in ("outcome", "period", "signature", "cycles_simulated", "compiled"):
+            assert np.array_equal(getattr(one, key), getattr(other, key))
+        assert np.array_equal(length * one.final_slip, other.final_slip)
+        assert np.array_equal(force * length * one.dissipation, other.dissipation, equal_nan=True)
+        assert np.array_equal(one.contraction, other.contraction, equal_nan=True)
 
 
 def test_depends_neither_on_the_batch_nor_on_threads():
