@@ -9,6 +9,7 @@ import shakedown
 from .critical import critical
 from .example import example
 from .import_problem import import_problem_command
+from .map import map_command
 from .simulate import simulate
 from .solve import solve
 from .sweep import sweep
@@ -28,5 +29,5 @@ def shakedown_bounds() -> None:
     """
 
 
-for command in (solve, critical, simulate, verify, sweep, import_problem_command, example):
+for command in (solve, critical, simulate, verify, map_command, sweep, import_problem_command, example):
     shakedown_bounds.add_command(command)

@@ -101,6 +101,11 @@ if TYPE_CHECKING:
     from shakedown.long_term.state import SettledState as SettledState
     from shakedown.long_term.transient_limit import TransientLimit as TransientLimit
     from shakedown.long_term.transient_limit import transient_limit as transient_limit
+    from shakedown.maps.basin_map import InitialStateMap as InitialStateMap
+    from shakedown.maps.basin_map import InitialStateMaps as InitialStateMaps
+    from shakedown.maps.limit_cycles import LimitCycle as LimitCycle
+    from shakedown.maps.mapping import initial_state_map as initial_state_map
+    from shakedown.maps.samplers import Sampler as Sampler
     from shakedown.model.constraints import SIDE_NAMES as SIDE_NAMES
     from shakedown.model.constraints import Constraints as Constraints
     from shakedown.model.constraints import constraints as constraints
@@ -143,6 +148,10 @@ _HOMES = {
     "shakedown.bounds.coupling": "coupling",
     "shakedown.tolerances": "Tolerances",
     "shakedown.uniqueness.in_contact": "Uniqueness unique_in_contact",
+    "shakedown.maps.basin_map": "InitialStateMap InitialStateMaps",
+    "shakedown.maps.limit_cycles": "LimitCycle",
+    "shakedown.maps.mapping": "initial_state_map",
+    "shakedown.maps.samplers": "Sampler",
     "shakedown.model.loading": "Loading loading",
     "shakedown.model.constraints": "Constraints constraints SIDE_NAMES",
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",

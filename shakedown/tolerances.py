@@ -60,6 +60,9 @@ class Tolerances:
     periodicity
         How far one period may miss a long-term state, relative to the length
         scale; slip per period of that size counts as none.
+    same_cycle
+        Limit cycles whose slips differ by less than this, relative to the length scale,
+        are one.
     box_gain
         Share of its width by which a box must still shrink, or of its target by which a
         proved load factor must still rise, for another round of programs to be worth while.
@@ -84,6 +87,7 @@ class Tolerances:
     limit: float = 1e-13
     rate: float = 1e-13
     periodicity: float = 1e-10
+    same_cycle: float = 1e-7
     box_gain: float = 0.005
     equilibration_sweeps: int = 4
 

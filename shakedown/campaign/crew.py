@@ -19,19 +19,25 @@ class Crew:
     Attributes
     ----------
     workers
-        Number of processes: 1 is this process itself. More of them start afresh, so that
-        a script has to keep what it does under ``if __name__ == "__main__"``.
+        Number of processes: 1 is this process itself, None one for each core. More of them
+        start afresh, so that a script has to keep what it does under ``if __name__ == "__main__"``.
     scheduler
         Address of a dask scheduler: its workers work, whatever ``workers`` says.
     """
 
-    workers: int = 1
+    workers: int | None = 1
     scheduler: str | None = None
 
     def __post_init__(self) -> None:
-        check_count("workers", self.workers)
+        if self.workers is not None:
+            check_count("workers", self.workers)
         if self.scheduler is not None and not (isinstance(self.scheduler, str) and self.scheduler):
             raise UsageError(f"scheduler: expected an address, found {self.scheduler!r}")
+
+    @property
+    def processes(self) -> int:
+        """How many processes that is."""
+        return all_cores() if self.workers is None else self.workers
 
 
 def all_cores() -> int:

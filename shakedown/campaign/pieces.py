@@ -61,9 +61,9 @@ def _worked(work: Work, todo: list[int], crew: Crew) -> Iterator[tuple[int, byte
         from shakedown.campaign.cluster import by_cluster  # dask is wanted only here
 
         yield from by_cluster(work, todo, crew.scheduler)
-    elif crew.workers == 1:
+    elif crew.processes == 1 or len(todo) == 1:
         yield from ((number, work(number)) for number in todo)
     else:
         from shakedown.campaign.processes import by_processes
 
-        yield from by_processes(work, todo, crew.workers)
+        yield from by_processes(work, todo, crew.processes)

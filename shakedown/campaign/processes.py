@@ -6,6 +6,7 @@ import signal
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
 from threading import Thread
 
@@ -40,6 +41,7 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
 
 def _by_one_pool(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
     """The same from one pool, until a process of it dies."""
+    _start_tracker()
     pool = ProcessPoolExecutor(
         min(workers, len(numbers)),
         mp_context=multiprocessing.get_context("spawn"),  # a fork would copy locks of compiled threads
@@ -60,6 +62,19 @@ def _by_one_pool(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
                 yield running.pop(future), future.result()
     finally:
         pool.shutdown(wait=not running, cancel_futures=True)
+
+
+def _start_tracker() -> None:
+    """Start Python's process that clears up after us; it is not to remark on an interruption."""
+    before = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore::UserWarning:multiprocessing.resource_tracker"
+    os.environ["PYTHONWARNINGS"] = quiet if not before else f"{before},{quiet}"
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        del os.environ["PYTHONWARNINGS"]
+        if before is not None:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 def _begin(work: Work) -> None:

@@ -93,6 +93,23 @@ def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatA
     return np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
 
 
+def slip_reach(problem: Problem, load_factor: float) -> FloatArray:
+    """Slips that one load step could cause, node by node: the half-width of a box of initial states.
+
+    Largest |q_w| + f |p_w| over the loop, by A_jj, (n,) [length]; 0 where A_jj = 0.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> slip_reach(shakedown.example("two-node"), 0.7).round(3)
+    array([1.547, 5.454])
+    """
+    q_w, p_w = loading(problem).at(load_factor)
+    force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
+    stiffness = np.diag(problem.A)
+    return np.asarray(force / np.where(stiffness > 0, stiffness, np.inf))
+
+
 def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
     """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
     periodic = samples - mean

@@ -6,9 +6,11 @@ the units of the problem where they are known. The report is drawn by the same f
 Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
 loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
 slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
-guarantee, interaction, slip per cycle), ``regions`` (design diagrams).
+guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins`` (maps of
+initial states).
 """
 
+from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
 from shakedown.plot.joint import contact, loads_along, loads_in_time
 from shakedown.plot.load_factors import guarantee, interaction, load_factor_scale, slip_per_cycle
@@ -18,6 +20,7 @@ from shakedown.plot.regions import regions
 from shakedown.plot.zone_map import zones
 
 __all__ = [
+    "basin",
     "contact",
     "dissipation_along",
     "friction_use",
@@ -32,6 +35,7 @@ __all__ = [
     "reaction_space",
     "reactions_in_time",
     "regions",
+    "shakedown_share",
     "slip_along",
     "slip_per_cycle",
     "slip_range",

@@ -27,6 +27,7 @@ from shakedown.plot.style import (
     path_of,
     style_of,
 )
+from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (SKY, ORANGE)
 SECTORS = 4  # stick sectors drawn, at most
@@ -97,27 +98,7 @@ def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
 
     Empty where there is no bounded region with an interior.
     """
-    from scipy.spatial import HalfspaceIntersection, QhullError
-
-    from shakedown.programs.widest import widest
-
-    limit, norms = rows.g - load_factor * rows.d, np.linalg.norm(rows.G, axis=1)
-    steep = norms > 0
-    if steep.sum() < 3 or (limit[~steep] < 0).any():
-        return np.empty((0, 2))
-    matrix, right = rows.G[steep] / norms[steep, None], limit[steep] / norms[steep]
-    size = float(np.abs(right).max())
-    found = widest(matrix, np.ones(len(right)), right, cap=1e3 * size)
-    if not 0 < found.margin < 0.9e3 * size:
-        return np.empty((0, 2))
-    try:
-        corners = HalfspaceIntersection(np.column_stack([matrix, -right]), found.x).intersections
-    except QhullError:
-        return np.empty((0, 2))
-    if not np.isfinite(corners).all():
-        return np.empty((0, 2))
-    around = corners - found.x
-    return np.asarray(corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
+    return corners(rows.G, rows.g - load_factor * rows.d)
 
 
 def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:

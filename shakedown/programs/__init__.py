@@ -2,7 +2,8 @@
 
 Reading order: ``equilibration`` (scaling by powers of two), ``vertex`` (polish),
 ``linear_program`` (HiGHS), ``load_factor`` (slip and load factor over all rows), ``widest``
-(largest margin), ``cone_program`` (one second-order cone, Clarabel), ``best_zone`` (which nodes
-stay open), ``integer_algebra`` (FLINT), ``exact_rows`` (a problem's rows without round-off),
-``exact_program`` (exact optimality of a basis), ``blas_threads`` (one thread for small matrices).
+(largest margin), ``polygon`` (corners in the plane), ``cone_program`` (one second-order cone,
+Clarabel), ``best_zone`` (which nodes stay open), ``integer_algebra`` (FLINT), ``exact_rows`` (a
+problem's rows without round-off), ``exact_program`` (exact optimality of a basis), ``blas_threads`` (one
+thread for small matrices).
 """

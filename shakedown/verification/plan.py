@@ -9,7 +9,7 @@ from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import UpperBound
 from shakedown.energy.energy_ball import EnergyBall, energy_ball
-from shakedown.model.loading import loading
+from shakedown.model.loading import slip_reach
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -80,7 +80,7 @@ def planned_cases(
         elif region == OUTSIDE:
             safe = np.full(problem.n, np.nan)
         states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip} | given_states(problem)
-        half_width = random_half_width(problem, load_factor)
+        half_width = slip_reach(problem, load_factor)
         states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
         ball = energy_ball(problem, load_factor, tolerances=tolerances)
         if 0 < ball.radius < np.inf:
@@ -149,11 +149,3 @@ def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:
     if load_factor < upper.least_load_factor:
         return UNSAFE
     return BELOW if load_factor < lower.load_factor else BETWEEN
-
-
-def random_half_width(problem: Problem, load_factor: float) -> FloatArray:
-    """Half-width of the box of random initial states: slips that a load step could cause, (n,) [length]."""
-    q_w, p_w = loading(problem).at(load_factor)
-    force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
-    stiffness = np.diag(problem.A)
-    return force / np.where(stiffness > 0, stiffness, np.inf)

@@ -1,0 +1,257 @@
+"""`shakedown-bounds map`: what becomes of a joint from many initial states."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+import shakedown
+from shakedown import Problem
+from shakedown.report.json_documents import plain
+
+from .options import (
+    OutputFile,
+    cycles_option,
+    json_option,
+    problem_argument,
+    quiet_option,
+    refuse_overwriting_input,
+)
+from .output import echo_json, headline, number, paragraph, progress, say, table
+from .pictures import PictureFile, write_picture
+
+if TYPE_CHECKING:  # they load what computes
+    from shakedown import InitialStateMap, InitialStateMaps
+
+SAMPLED = {  # after "of N states"
+    "grid": "on a grid about the {centre}",
+    "sobol": "in a box about the {centre}",
+    "latin": "in a box about the {centre}",
+    "ball": "in a ball about the centre of the energy ball",
+    "transients": "left behind by random load steps",
+}
+STABILITY = {
+    "stable": "stable",
+    "border": "one of a continuum",
+    "unstable": "unstable",
+    "unknown": "not examined: jumps",
+}
+
+
+class LoadFactors(click.ParamType):
+    """A load factor, or several evenly spaced ones as FIRST:LAST:COUNT."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            if ":" not in value:
+                return float(value)
+            first, last, count = value.split(":")
+            return np.linspace(float(first), float(last), int(count)).tolist()
+        except ValueError:
+            self.fail(f"expected a number or FIRST:LAST:COUNT like 0.5:1:11, found {value!r}", param, ctx)
+
+
+@click.command("map", short_help="Long-term states from many initial states.")
+@problem_argument
+@click.option(
+    "--load-factor", type=LoadFactors(), required=True, help="Load factor λ ≥ 0, or FIRST:LAST:COUNT."
+)
+@click.option(
+    "--states", type=click.IntRange(min=1), default=1024, show_default=True, help="Number of initial states."
+)
+@click.option(
+    "--grid",
+    type=(int, int),
+    metavar="I J",
+    help="A grid in the slips of nodes I and J, all others at the safe slip.",
+)
+@click.option(
+    "--sampler",
+    type=click.Choice(list(SAMPLED)),
+    help="How states are chosen: grid, sobol or latin hypercube in a box about the safe slip, in the "
+    "energy ball, or left behind by random transients.  [default: sobol; grid with --grid]",
+)
+@click.option(
+    "--reach",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Size of the box or the ball, relative to its own.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of what is random."
+)
+@cycles_option
+@click.option("-o", "--output", type=OutputFile(), help="Write all states here (NPZ).")
+@click.option("--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Number of processes; all cores by default, where it is worth while.",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead.")
+@click.option("--picture", type=PictureFile(), help="Draw it here (PNG, PDF or SVG).")
+@json_option
+@quiet_option
+@click.pass_context
+def map_command(
+    context: click.Context,
+    problem: Problem,
+    load_factor: float | list[float],
+    states: int,
+    grid: tuple[int, int] | None,
+    sampler: str | None,
+    reach: float,
+    seed: int,
+    cycles: int,
+    output: Path | None,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    picture: Path | None,
+    as_json: bool,
+) -> None:
+    """What becomes of FILE from many initial states: the share that shakes
+    down, the dissipation of the others, their limit cycles.
+
+    Exit code 1 where a state is undecided.
+    """
+    for file in (output, picture):
+        refuse_overwriting_input(context, file)
+    if resume and output is None:
+        raise click.UsageError("--resume: expected -o FILE, the map to go on with")
+    with progress("pieces") as update:
+        found = shakedown.initial_state_map(
+            problem,
+            load_factor,
+            states=states,
+            sampler=sampler or ("grid" if grid is not None else "sobol"),
+            seed=seed,
+            coordinates=grid,
+            reach=reach,
+            path=output,
+            resume=resume,
+            workers=workers,
+            scheduler=scheduler,
+            max_cycles=cycles,
+            progress=update,
+        )
+    if picture is not None:
+        _draw(found, picture)
+    if as_json:
+        echo_json(plain(found.to_dict()))
+    else:
+        say(_text(problem, found))
+    maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)
+    if any(one.undecided for one in maps):
+        context.exit(1)
+
+
+def _draw(found: InitialStateMap | InitialStateMaps, picture: Path) -> None:
+    from shakedown import plot  # matplotlib is wanted only here
+
+    drawn = plot.basin(found) if isinstance(found, shakedown.InitialStateMap) else plot.shakedown_share(found)
+    write_picture(drawn, picture)
+
+
+def _text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str:
+    lines = [headline(problem), ""]
+    if isinstance(found, shakedown.InitialStateMap):
+        return "\n".join([*lines, *_one(found)])
+    lines += [
+        paragraph(f"{len(found.maps[0])} initial states {_where(found.maps[0])} at every load factor."),
+        "",
+    ]
+    rows = [
+        [
+            number(one.load_factor),
+            _percent(one.shakedown_fraction),
+            _interval(one),
+            str(one.undecided),
+            str(len(one.limit_cycles)),
+            number(float(one.dissipation_quartiles[-1]), 5),
+        ]
+        for one in found.maps
+    ]
+    heads = ["load factor", "shake down", "95 %", "undecided", "cycles", "dissipation ≤"]
+    return "\n".join([*lines, table(heads, rows)])
+
+
+def _one(found: InitialStateMap) -> list[str]:
+    """Everything about one load factor."""
+    states, unit = len(found), _unit(found)
+    interval = f" (95 %: {_interval(found)})" if _interval(found) != "-" else ""
+    lines = [
+        paragraph(
+            f"Load factor {found.load_factor:.10g}: of {states} initial states {_where(found)}, "
+            f"{_percent(found.shakedown_fraction)} shake down{interval}."
+        )
+    ]
+    if found.sampling.sampler == "grid":
+        lines.append(paragraph("A grid is no random sample: it has no confidence interval."))
+    if found.undecided:
+        lines.append(paragraph(f"{found.undecided} are undecided: see --cycles."))
+    least, first, median, third, most = (number(float(value), 5) for value in found.dissipation_quartiles)
+    lines.append(
+        paragraph(
+            f"Dissipation per cycle{unit} over all states: from {least} to {most}; "
+            f"quartiles {first}, {median}, {third}."
+        )
+    )
+    if found.limit_cycles:
+        lines += ["", "Limit cycles", _cycles(found)]
+    unique = {True: "unique", False: "not unique", None: "not known to be unique"}[found.unique]
+    lines += ["", paragraph(f"The final state is {unique}: {found.evidence}.")]
+    if found.problem.n == 2:
+        kind = found.plane.region_type
+        lines.append(paragraph(f"Regions of slip space: type ({kind}), {found.plane.region}."))
+    return lines
+
+
+def _cycles(found: InitialStateMap) -> str:
+    rows = []
+    for cycle in found.limit_cycles[:20]:
+        low, high = (number(value, 5) for value in cycle.dissipation)
+        largest = max((abs(value) for value in cycle.multipliers), default=0.0)
+        rows.append(
+            [
+                str(cycle.count),
+                str(cycle.period),
+                low if low == high else f"{low} … {high}",
+                _nodes(cycle.slipping_nodes),
+                "-" if cycle.stability == "unknown" else number(float(largest), 4),
+                STABILITY[cycle.stability],
+            ]
+        )
+    text = table(["states", "period", "dissipation", "slip at", "multiplier", ""], rows)
+    more = len(found.limit_cycles) - len(rows)
+    return text + (f"\n  … {more} more; --json has all" if more > 0 else "")
+
+
+def _where(found: InitialStateMap) -> str:
+    return SAMPLED[found.sampling.sampler].format(centre=found.sampling.centre_is)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def _interval(found: InitialStateMap) -> str:
+    low, high = found.interval
+    return "-" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
+
+
+def _unit(found: InitialStateMap) -> str:
+    force, length = shakedown.units_of(found.problem)
+    return f" [{force} {length}]" if force and length else ""
+
+
+def _nodes(nodes: tuple[int, ...], most: int = 6) -> str:
+    return ", ".join(map(str, nodes[:most])) + (", …" if len(nodes) > most else "") or "-"

@@ -1,0 +1,78 @@
+"""The work of a map, cut into pieces: the long-term states of some initial states."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.campaign.payload import packed
+from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.long_term.many_states import long_term_states
+from shakedown.maps.samplers import BLOCK, Sampling
+from shakedown.model.arguments import check_count
+from shakedown.tolerances import DEFAULT, Tolerances
+
+LITTLE = 1 << 13  # states times nodes: a few seconds at most
+COLUMNS = (  # what is kept of every state
+    "initial_slip",
+    "final_slip",
+    "outcome",
+    "period",
+    "dissipation",
+    "slip_per_cycle",
+    "contraction",
+    "signature",
+)
+
+
+@dataclass(frozen=True)
+class Search:
+    """How long the long-term state of one initial state is searched for (:func:`long_term_state`)."""
+
+    max_cycles: int = 1000
+    longest_period: int = LONGEST_PERIOD
+    tolerances: Tolerances = DEFAULT
+
+    def __post_init__(self) -> None:
+        check_count("max_cycles", self.max_cycles)
+        check_count("longest_period", self.longest_period)
+
+
+@dataclass(frozen=True)
+class MapPieces:
+    """From the number of a piece to its long-term states; load factor by load factor, state by state."""
+
+    samplings: tuple[Sampling, ...]
+    search: Search
+
+    @property
+    def size(self) -> int:
+        """States in one piece: about a second of work."""
+        return BLOCK * max(1, 16 // self.samplings[0].problem.n)
+
+    @property
+    def count(self) -> int:
+        """Number of pieces."""
+        return len(self.samplings) * self._per_load_factor
+
+    @property
+    def little(self) -> bool:
+        """Whether other processes would take longer to start than this one to be done."""
+        return self.count * self.size * self.samplings[0].problem.n < LITTLE
+
+    @property
+    def _per_load_factor(self) -> int:
+        return -(-self.samplings[0].states // self.size)
+
+    def __call__(self, number: int) -> bytes:
+        which, part = divmod(number, self._per_load_factor)
+        chosen = self.samplings[which]
+        found = long_term_states(
+            chosen.problem,
+            chosen.load_factor,
+            chosen.slips(part * self.size, (part + 1) * self.size),
+            max_cycles=self.search.max_cycles,
+            longest_period=self.search.longest_period,
+            tolerances=self.search.tolerances,
+        )
+        columns = {key: getattr(found, key) for key in COLUMNS}
+        return packed(columns | {"load_factor": np.full(len(found), chosen.load_factor)})

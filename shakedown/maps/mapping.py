@@ -1,0 +1,222 @@
+"""Long-term states from many initial states: the public function."""
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from shakedown.campaign.crew import Crew
+from shakedown.campaign.journal import journal_at
+from shakedown.campaign.payload import fingerprint
+from shakedown.campaign.pieces import run_campaign
+from shakedown.errors import UsageError
+from shakedown.files.atomic_write import check_target
+from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.maps.basin_map import InitialStateMap, InitialStateMaps, basin_map
+from shakedown.maps.map_file import Columns, joined_columns, mapped_columns, write_map
+from shakedown.maps.map_pieces import MapPieces, Search
+from shakedown.maps.samplers import Sampler, sampling
+from shakedown.model.arguments import check_load_factor, require_problem
+from shakedown.model.problem import Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+PARTIAL = ".partial"  # what the name of an unfinished map ends with
+
+
+@overload
+def initial_state_map(
+    problem: Problem,
+    load_factor: float,
+    *,
+    states: int = ...,
+    sampler: str = ...,
+    seed: int = ...,
+    coordinates: tuple[int, int] | None = ...,
+    reach: float = ...,
+    path: str | os.PathLike[str] | None = ...,
+    resume: bool = ...,
+    workers: int | None = ...,
+    scheduler: str | None = ...,
+    max_cycles: int = ...,
+    longest_period: int = ...,
+    progress: Callable[[int, int], None] | None = ...,
+    tolerances: Tolerances = ...,
+) -> InitialStateMap: ...
+
+
+@overload
+def initial_state_map(
+    problem: Problem,
+    load_factor: Sequence[float],
+    *,
+    states: int = ...,
+    sampler: str = ...,
+    seed: int = ...,
+    coordinates: tuple[int, int] | None = ...,
+    reach: float = ...,
+    path: str | os.PathLike[str] | None = ...,
+    resume: bool = ...,
+    workers: int | None = ...,
+    scheduler: str | None = ...,
+    max_cycles: int = ...,
+    longest_period: int = ...,
+    progress: Callable[[int, int], None] | None = ...,
+    tolerances: Tolerances = ...,
+) -> InitialStateMaps: ...
+
+
+def initial_state_map(
+    problem: Problem,
+    load_factor: float | Sequence[float],
+    *,
+    states: int = 1024,
+    sampler: str = Sampler.SOBOL,
+    seed: int = 0,
+    coordinates: tuple[int, int] | None = None,
+    reach: float = 1.0,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = 1,
+    scheduler: str | None = None,
+    max_cycles: int = 1000,
+    longest_period: int = LONGEST_PERIOD,
+    progress: Callable[[int, int], None] | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> InitialStateMap | InitialStateMaps:
+    """What becomes of a joint from many initial states (thesis §7.2.1, §7.2.2).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, or several: then a map is made at each of them.
+    states
+        Number of initial states at each load factor. A grid has the largest square
+        number up to it.
+    sampler
+        How they are chosen, as described at :class:`Sampler`: ``"grid"``, ``"sobol"``,
+        ``"latin"``, ``"ball"`` or ``"transients"``. The box of the first three has the
+        safe slip in its middle, and as half-width the slips that one load step could
+        cause: (|q_w| + f |p_w|) / A_jj.
+    seed
+        Of what is random. State number k follows from the seed and k alone.
+    coordinates
+        The two nodes whose slips a grid runs over and a picture shows; 0 and 1 by default.
+    reach
+        Size of the box, or of the ball, relative to that above.
+    path
+        Where to write all states (NPZ: ``initial_slip``, ``final_slip``, ``outcome``,
+        ``period``, ``dissipation``, ``load_factor``, and what the limit cycles follow
+        from). Until the map is whole its pieces are recorded beside it, in
+        ``PATH.partial``, which is valid after a kill at any instant. The result's arrays
+        then stay on the disk, so that memory does not grow with the number of states,
+        apart from eight bytes of each while quartiles are taken.
+    resume
+        Whether to go on with what is recorded there.
+    workers, scheduler
+        Who works: see :class:`Crew`. None is one process for a little work, else all cores.
+    max_cycles, longest_period
+        As for :func:`long_term_state`.
+    progress
+        Called as ``progress(done, total)`` from time to time.
+    tolerances
+        What counts as zero, as reached, as periodic and as one limit cycle.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, the file cannot be written, what is recorded
+        there is of another map, or the cluster does not answer.
+    SolverError
+        If workers die again and again.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> found = initial_state_map(shakedown.example("two-node"), 0.7, states=64)
+    >>> found
+    InitialStateMap(load_factor=0.7, states=64, shakedown_fraction=0.8594, limit_cycles=1)
+    >>> cycle = found.limit_cycles[0]
+    >>> cycle.slipping_nodes, cycle.period, cycle.stability
+    ((1,), 1, 'border')
+    """
+    require_problem(problem)
+    several = isinstance(load_factor, Sequence | np.ndarray)
+    factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]
+    if not factors:
+        raise UsageError("load factor: expected at least one, found none")
+    for factor in factors:
+        check_load_factor(factor)
+    target = None if path is None else check_target(path)
+    chosen = tuple(
+        sampling(
+            problem,
+            factor,
+            sampler,
+            states=states,
+            seed=seed,
+            coordinates=coordinates,
+            reach=reach,
+            tolerances=tolerances,
+        )
+        for factor in factors
+    )
+    work = MapPieces(chosen, Search(max_cycles, longest_period, tolerances))
+    if workers is None and work.little:
+        workers = 1
+    columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
+    each = chosen[0].states
+    maps = tuple(
+        basin_map(
+            one, work.search, {key: c[k * each : (k + 1) * each] for key, c in columns.items() if c.ndim}
+        )
+        for k, one in enumerate(chosen)
+    )
+    return InitialStateMaps(maps) if several else maps[0]
+
+
+def _columns(
+    work: MapPieces,
+    target: Path | None,
+    resume: bool,
+    crew: Crew,
+    progress: Callable[[int, int], None] | None,
+) -> Columns:
+    """All states of all load factors, done now or before; on the disk where they have a file."""
+    settings = _settings(work)
+    header = {key: json.dumps(value) for key, value in settings.items()}
+    header |= {"piece": str(work.size), "tolerances": json.dumps(asdict(work.search.tolerances))}
+    with ExitStack() as stack:
+        record = None if target is None else target.with_name(target.name + PARTIAL)
+        journal = stack.enter_context(journal_at(record, header, resume=resume))
+        run_campaign(work, work.count, journal, crew, progress)
+        if target is None:
+            return joined_columns(journal)
+        write_map(target, journal, len(work.samplings) * work.samplings[0].states, settings)
+        journal.remove()
+    columns = mapped_columns(target)
+    return {key: column for key, column in columns.items() if column.ndim}
+
+
+def _settings(work: MapPieces) -> dict[str, Any]:
+    """What the states of a map depend on, to repeat any of them, and to tell maps apart."""
+    first = work.samplings[0]
+    return {
+        "problem_sha256": fingerprint(first.problem),
+        "load_factors": [chosen.load_factor for chosen in work.samplings],
+        "sampler": str(first.sampler),
+        "seed": first.seed,
+        "states": first.states,
+        "coordinates": list(first.coordinates),
+        "reach": first.reach,
+        "max_cycles": work.search.max_cycles,
+        "longest_period": work.search.longest_period,
+        "version": version("shakedown-bounds"),
+    }

@@ -1,0 +1,233 @@
+"""Maps of initial states: what becomes of each, in the plane of two slips; the share that shakes down."""
+
+from collections.abc import Sequence
+from math import isqrt
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from numpy.typing import NDArray
+
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
+from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, axes_for, labelled
+
+RESTING = "#D9D9D9"  # states that shake down
+DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
+BEYOND = 0.06  # of the width: margin about the states
+
+
+class Outlines(Protocol):
+    """What is drawn into the plane: closed outlines (k, 2), empty where there is none."""
+
+    @property
+    def coordinates(self) -> tuple[int, int]: ...
+    @property
+    def safe(self) -> FloatArray: ...
+    @property
+    def admissible(self) -> FloatArray: ...
+    @property
+    def ball(self) -> FloatArray: ...
+    @property
+    def apexes(self) -> FloatArray: ...
+    @property
+    def complementary(self) -> Sequence[FloatArray]: ...
+
+
+class Chosen(Protocol):
+    """How the states were chosen."""
+
+    @property
+    def sampler(self) -> str: ...
+    @property
+    def side(self) -> int: ...
+    @property
+    def centre(self) -> FloatArray: ...
+    @property
+    def centre_is(self) -> str: ...
+
+
+class Mapped(Protocol):
+    """A map of initial states, as :func:`shakedown.initial_state_map` makes them."""
+
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def load_factor(self) -> float: ...
+    @property
+    def sampling(self) -> Chosen: ...
+    @property
+    def plane(self) -> Outlines: ...
+    @property
+    def initial_slip(self) -> FloatArray: ...
+    @property
+    def outcome(self) -> NDArray[np.str_]: ...
+    @property
+    def dissipation(self) -> FloatArray: ...
+
+
+class MappedRange(Protocol):
+    """Maps of initial states at several load factors."""
+
+    @property
+    def load_factors(self) -> FloatArray: ...
+    @property
+    def shakedown_fraction(self) -> FloatArray: ...
+    @property
+    def interval(self) -> FloatArray: ...
+
+
+def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
+    """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
+
+    The cells of a grid are filled, other states are dots. The energy ball (shakedown proved),
+    the safe region and the slips that are admissible under the first load are outlined where
+    all other slips are those of the centre: for two nodes, and for a grid.
+
+    Parameters
+    ----------
+    found
+        A map of initial states.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> found = shakedown.initial_state_map(shakedown.example("two-node"), 0.7, states=16, sampler="grid")
+    >>> plot.basin(found).get_xlabel()
+    'initial slip of node 0'
+    """
+    axes = axes_for(ax, (6.6, 5.4))
+    force, length = units_of(found.problem)
+    pair = list(found.plane.coordinates)
+    points = np.asarray(found.initial_slip)[:, pair]
+    handles = _draw_states(axes, found, points, labelled("dissipation per cycle", _work(force, length)))
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = np.where(high > low, BEYOND * (high - low), 1.0)
+    axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
+    axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
+    if found.problem.n == 2 or found.sampling.sampler == "grid":
+        handles += _draw_outlines(axes, found.plane)
+    centre: dict[str, Any] = {
+        "marker": "P",
+        "color": "white",
+        "markeredgecolor": BLACK,
+        "ms": 9,
+        "ls": "none",
+    }
+    handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=5, **centre)
+    axes.set(
+        xlabel=labelled(f"initial slip of node {pair[0]}", length),
+        ylabel=labelled(f"initial slip of node {pair[1]}", length),
+    )
+    axes.set_title(f"λ = {found.load_factor:.6g}", fontsize="medium")
+    axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
+    return axes
+
+
+def _work(force: str, length: str) -> str:
+    return f"{force} {length}" if force and length else ""
+
+
+def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:
+    """Every state by what becomes of it, a colour bar; entries of the legend."""
+    resting, undecided = found.outcome == "shakedown", found.outcome == "undecided"
+    moving = ~resting & ~undecided
+    colours = np.ma.masked_array(np.asarray(found.dissipation), mask=~(moving & ~np.isnan(found.dissipation)))
+    kinds = (
+        (resting, RESTING, "shakes down"),
+        (undecided, RED, "undecided"),
+        (moving & colours.mask, PURPLE, "leaves contact"),
+    )
+    draw = _cells if found.sampling.sampler == "grid" and found.sampling.side > 1 else _dots
+    for mask, colour, _ in kinds:
+        draw(axes, points, np.ma.masked_array(np.ones(len(points)), mask=~mask), ListedColormap([colour]))
+    if colours.count():
+        scale = Normalize(0.0, float(colours.max()) or 1.0)
+        shown = draw(axes, points, colours, DISSIPATION, scale)
+        axes.figure.colorbar(shown, ax=axes, label=label)
+    return [Patch(fc=colour, label=name) for mask, colour, name in kinds if mask.any()]
+
+
+def _cells(
+    axes: Axes,
+    points: FloatArray,
+    values: np.ma.MaskedArray,
+    colours: str | Colormap,
+    scale: Normalize | None = None,
+) -> ScalarMappable:
+    """The states of a square grid as cells."""
+    side = isqrt(len(points))
+    x, y, image = points[:side, 0], points[::side, 1], values.reshape(side, side)
+    return axes.pcolormesh(x, y, image, cmap=colours, norm=scale, shading="nearest", rasterized=True)
+
+
+def _dots(
+    axes: Axes,
+    points: FloatArray,
+    values: np.ma.MaskedArray,
+    colours: str | Colormap,
+    scale: Normalize | None = None,
+) -> ScalarMappable:
+    """States anywhere as dots, the smaller the more there are."""
+    x, y = points[~values.mask].T
+    size = float(np.clip(4000.0 / len(points), 1.0, 12.0))
+    return axes.scatter(x, y, s=size, c=values.compressed(), cmap=colours, norm=scale, lw=0, rasterized=True)
+
+
+def _draw_outlines(axes: Axes, plane: Outlines) -> list[Any]:
+    """Regions of the plane; entries of the legend."""
+    lines: list[tuple[FloatArray, dict[str, Any]]] = [
+        (plane.admissible, {"ec": BLACK, "ls": "-", "label": "admissible at the first load"}),
+        (plane.safe, {"ec": GREEN, "ls": "-", "label": "safe region"}),
+        (plane.ball, {"ec": BLUE, "ls": "--", "label": "energy ball: shakedown proved"}),
+    ]
+    lines += [
+        (region, {"ec": RED, "ls": ":", "label": "complementary region"}) for region in plane.complementary
+    ]
+    handles: list[Any] = []
+    for outline, look in lines:
+        if len(outline):
+            axes.add_patch(Polygon(outline, closed=True, fill=False, lw=1.6, zorder=4, **look))
+            handles.append(Line2D([], [], color=look["ec"], ls=look["ls"], lw=1.6, label=look["label"]))
+    for node, region in enumerate(plane.complementary):
+        if len(region) and not np.isnan(plane.apexes[node]).any():
+            draw = axes.axhline if plane.coordinates[1] != node else axes.axvline
+            place = plane.apexes[node][1 if plane.coordinates[1] != node else 0]
+            draw(place, color=RED, lw=1.0, ls="-.", zorder=4)
+            handles.append(Line2D([], [], color=RED, lw=1.0, ls="-.", label=f"apex line of node {node}"))
+    return handles
+
+
+def shakedown_share(found: MappedRange, *, ax: Axes | None = None) -> Axes:
+    """The share of initial states that shakes down against the load factor, with its confidence interval.
+
+    Parameters
+    ----------
+    found
+        Maps of initial states at several load factors.
+    ax
+        Where to draw.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> maps = shakedown.initial_state_map(shakedown.example("two-node"), [0.6, 0.8], states=8)
+    >>> plot.shakedown_share(maps).get_xlabel()
+    'load factor λ'
+    """
+    axes = axes_for(ax)
+    percent, interval = 100.0 * found.shakedown_fraction, 100.0 * found.interval
+    axes.fill_between(found.load_factors, *interval.T, color=BLUE, alpha=0.2, lw=0, label="95 % interval")
+    axes.plot(found.load_factors, percent, "o-", color=BLUE, ms=4, label="shakes down")
+    axes.set(xlabel="load factor λ", ylabel="initial states [%]", ylim=(-3.0, 103.0))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes

@@ -1,0 +1,101 @@
+"""The file of a map: the same bytes whoever did the work and however often it was interrupted."""
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.campaign.journal import Journal
+
+JOINT = shakedown.example("two-node")
+KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
+
+
+def digest(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def mapped(path, states, **words):
+    return shakedown.initial_state_map(JOINT, 0.7, states=states, path=path, **words)
+
+
+def test_the_file_holds_every_state(tmp_path):
+    path = tmp_path / "map.npz"
+    on_disk = mapped(path, 70)
+    in_memory = shakedown.initial_state_map(JOINT, 0.7, states=70)
+    with np.load(path, allow_pickle=False) as file:
+        shapes = {key: file[key].shape for key in KEYS}
+        for key in KEYS[:-1]:
+            np.testing.assert_array_equal(file[key], getattr(in_memory, key))
+            np.testing.assert_array_equal(file[key], getattr(on_disk, key))
+        assert file["load_factor"] == 0.7
+    assert shapes == {
+        "initial_slip": (70, 2), "final_slip": (70, 2), "outcome": (70,), "period": (70,),
+        "dissipation": (70,), "load_factor": (),
+    }  # fmt: skip
+    assert isinstance(on_disk.final_slip, np.memmap)
+    assert on_disk.to_dict()["limit_cycles"] == in_memory.to_dict()["limit_cycles"]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
+
+
+def test_several_load_factors_are_rows_below_each_other(tmp_path):
+    path = tmp_path / "map.npz"
+    maps = shakedown.initial_state_map(JOINT, [0.7, 0.8], states=65, path=path)
+    with np.load(path) as file:
+        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.7, 0.8], 65))
+        np.testing.assert_array_equal(file["final_slip"][65:], maps.maps[1].final_slip)
+
+
+@pytest.fixture
+def small_pieces(monkeypatch):
+    monkeypatch.setattr("shakedown.maps.map_pieces.MapPieces.size", 16)
+
+
+@pytest.mark.usefixtures("small_pieces")
+def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatch):
+    mapped(tmp_path / "whole.npz", 64)
+    expected, add = digest(tmp_path / "whole.npz"), Journal.add
+
+    class Stopped(Exception):
+        pass
+
+    for last in range(4):
+
+        def stop(journal, number, piece, last=last):
+            add(journal, number, piece)
+            if number == last:
+                raise Stopped
+
+        path = tmp_path / f"{last}.npz"
+        with monkeypatch.context() as patch:
+            patch.setattr(Journal, "add", stop)
+            with pytest.raises(Stopped):
+                mapped(path, 64)
+        assert not path.exists()
+        mapped(path, 64, resume=True)
+        assert digest(path) == expected
+
+
+def test_another_map_is_not_gone_on_with(tmp_path):
+    path, partial = tmp_path / "map.npz", tmp_path / "map.npz.partial"
+    script = f"import shakedown; shakedown.initial_state_map(shakedown.example('two-node'), 0.7, states=30000, path={str(path)!r})"
+    run = subprocess.Popen([sys.executable, "-c", script])
+    while not partial.exists() and run.poll() is None:
+        time.sleep(0.01)
+    time.sleep(0.3)
+    os.kill(run.pid, signal.SIGKILL)
+    run.wait()
+    assert partial.exists()
+    with pytest.raises(shakedown.UsageError, match="unfinished run is recorded there; resume it, or remove"):
+        mapped(path, 30000)
+    with pytest.raises(shakedown.UsageError, match="recorded with seed = 0, not 1"):
+        mapped(path, 30000, seed=1, resume=True)
+    with pytest.raises(shakedown.UsageError, match="recorded with states = 30000, not 64"):
+        mapped(path, 64, resume=True)
+    assert not path.exists()
