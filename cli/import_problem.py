@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 import shakedown
-from shakedown.report.json_documents import plain, problem_document
 
 from .options import OutputFile, json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
 from .pictures import PictureFile, write_picture
 
 if TYPE_CHECKING:
-    from shakedown import LoadEvidence
+    from shakedown import FloatArray, LoadEvidence
 
 EXAMPLE = "example"
 ROUND_OFF = 1e-9  # of the largest resultant
+WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", "notes")  # without --check
 
 
 @click.command("import", short_help="Make a problem file from finite-element output.")
@@ -59,7 +60,7 @@ def import_problem_command(
         raise click.UsageError("Missing argument 'CONFIG.toml' (or --template)")
     if output is None and not check:
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
-    made = shakedown.import_model(config)
+    made = shakedown.import_model(config, command=_command(config, output))
     if picture is not None:
         write_picture(shakedown.contact_picture(made), picture)
     if not check and output is not None:
@@ -78,6 +79,12 @@ def import_problem_command(
         say(f"agrees with the static run to {number(made.static_run, 2)}")
     for note in made.notes:
         say(paragraph(f"note: {note}"))
+
+
+def _command(config: Path, output: Path | None) -> str:
+    """The command that makes the same file again."""
+    words = [] if output is None else ["-o", str(output)]
+    return shlex.join(["shakedown-bounds", "import", str(config), *words])
 
 
 def _write_template(kind: str, config: Path | None, output: Path | None) -> None:
@@ -104,53 +111,39 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
 
 
 def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[str, Any]:
-    reduced, contact = made.condensation, made.contact
-    document: dict[str, Any] = {
-        "problem": problem_document(made.problem),
-        "file": None if output is None else str(output),
-        "format": made.format,
-        "rows": {"contact": 2 * reduced.n, "condensed": reduced.interior, "held": reduced.held},
-        "zero_modes": reduced.zero_modes,
-        "asymmetry": reduced.asymmetry,
-        "residual": reduced.residual,
-        "static_run": plain(made.static_run),
-        "notes": list(made.notes),
-    }
-    if check:
-        document |= {
-            "nodes": list(contact.names),
-            "normals": reduced.frame.normals.tolist(),
-            "coordinates": None if contact.coordinates is None else contact.coordinates.tolist(),
-            "rigid_residual": plain(made.rigid_residual),
-            "loads": [
-                {"name": load.name, "applied": load.applied.tolist(), "contact": load.contact.tolist()}
-                for load in made.loads
-            ],
-            "sources": made.sources,
-        }
-    return document
+    found = made.to_dict()
+    shown = found if check else {word: found[word] for word in WORDS}
+    return {"problem": found["problem"], "file": None if output is None else str(output)} | shown
 
 
 def _echo_check(made: shakedown.Import) -> None:
     """Nodes, normals, symmetry, rigid motions and load resultants."""
-    reduced, contact = made.condensation, made.contact
-    known = contact.coordinates is not None
-    rows = []
-    for k, (name, normal) in enumerate(zip(contact.names, reduced.frame.normals, strict=True)):
-        place = [f"{c:.6g}" for c in contact.coordinates[k]] if contact.coordinates is not None else []
-        rows.append([str(k), name, *place, f"{normal[0]:.4f}", f"{normal[1]:.4f}"])
+    reduced, contact, problem = made.condensation, made.contact, made.problem
+    length = shakedown.units_of(problem)[1]
     axes = ["xyz"[axis - 1] for axis in contact.axes]
-    headers = ["node", "label", *(["x", "y", "z"] if known else []), *(f"normal {axis}" for axis in axes)]
-    say(table(headers, rows))
+    columns = {"label": list(contact.names)}
+    if contact.coordinates is not None:
+        columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")
+    columns |= _numbers([f"normal {a}" for a in axes], reduced.frame.normals, ".4f")
+    if problem.node_area is not None:
+        columns |= _numbers([f"area [{length}²]" if length else "area"], problem.node_area[:, None], ".5g")
+    rows = [[str(k), *cells] for k, cells in enumerate(zip(*columns.values(), strict=True))]
+    say(table(["node", *columns], rows))
     say(f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}")
     if made.rigid_residual == made.rigid_residual:
         say(f"rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness")
     say(f"rigid motions of the contact nodes without resistance: {reduced.zero_modes}")
-    say("forces at factor 1: applied, and of the contact on the first body")
+    force = shakedown.units_of(problem)[0]
+    say(f"forces{f' [{force}]' if force else ''} at factor 1: applied, and of the contact on the first body")
     headers = ["load", *(f"applied {a}" for a in axes), *(f"contact {a}" for a in axes)]
     say(table(headers, [[load.name, *_forces(load)] for load in made.loads]))
     for name, digest in made.sources.items():
         say(f"read {name}  sha256 {digest[:16]}…")
+
+
+def _numbers(names: list[str], values: FloatArray, form: str) -> dict[str, list[str]]:
+    """Columns of numbers by their headings."""
+    return {name: [f"{x:{form}}" for x in column] for name, column in zip(names, values.T, strict=True)}
 
 
 def _forces(load: LoadEvidence) -> list[str]:

@@ -172,6 +172,7 @@ class Condensation(Result):
             q_transient=None if transient is None else transient[:, :n],
             p_transient=None if transient is None else transient[:, n:],
             x=x,
+            label=self.frame.names,
             name=name,
             units=units,
         )

@@ -40,6 +40,11 @@ class ContactFrame:
         """Number of contact nodes (or pairs)."""
         return len(self.rows)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each contact node is called (:func:`node_names`)."""
+        return node_names(self.labels)
+
     def transformation(self, size: int) -> tuple[sparse.csr_array, sparse.csr_array, IntArray]:
         """Express all displacements by slip and gap and by what is left, u = T_c (v, w) + T_r u_r.
 
@@ -82,6 +87,17 @@ class ContactFrame:
     def to_local(self, vectors: FloatArray) -> FloatArray:
         """Components (x, y) per node, (n, 2), in the local frame: (tangential…, normal…), (2n,)."""
         return np.concatenate([(vectors * self.tangents).sum(axis=1), (vectors * self.normals).sum(axis=1)])
+
+
+def node_names(labels: IntArray) -> tuple[str, ...]:
+    """What contact nodes (n,) are called, or pairs (n, 2) of the first body and the second.
+
+    Examples
+    --------
+    >>> node_names(np.array([4711])), node_names(np.array([[4711, 12]]))
+    (('4711',), ('4711/12',))
+    """
+    return tuple("/".join(map(str, np.atleast_1d(row).tolist())) for row in labels)
 
 
 def contact_frame(

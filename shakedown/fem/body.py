@@ -16,6 +16,7 @@ from skfem import (
     ElementTriP2,
     ElementVector,
     FacetBasis,
+    LinearForm,
     Mesh,
     MeshQuad,
 )
@@ -211,6 +212,14 @@ class ElasticBody:
         place = self.basis.doflocs[:, rows].T @ np.array([mean[1], -mean[0]])
         order = np.argsort(place)
         return self.dofs[rows[order], 0], normals[order]
+
+    def areas_on(self, boundary: str, nodes: IntArray) -> FloatArray:
+        """Area of a named boundary that each of its nodes stands for, ∫ N_j ds times thickness, (n,)."""
+        form = LinearForm(lambda v, w: v[0]).assemble(self.facet_basis(boundary))
+        of_node = np.zeros(self.dofs[:, 0].max() + 1)
+        rows = self.dofs[:, 1] == 1
+        of_node[self.dofs[rows, 0]] = form[rows]
+        return np.asarray(self.thickness * of_node[nodes])
 
     def positions(self, nodes: IntArray) -> FloatArray:
         """Coordinates of nodes by label, (n, 2) [length]."""

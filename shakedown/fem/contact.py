@@ -1,7 +1,7 @@
 """From one or two elastic bodies to a problem in slip and gap."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +9,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from shakedown.condensation.condense import Condensation, condensed_stiffness
+from shakedown.condensation.contact_frame import node_names
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.model.initial_gap import with_initial_gap
@@ -29,7 +30,8 @@ def contact_problem(
     """The problem of a body on a rigid obstacle, or on a second body.
 
     The contact may be inclined: normals are those of the body's boundary. All
-    reactions are nodal forces, not tractions.
+    reactions are nodal forces; over ``node_area`` they are tractions. Labels are the
+    numbers of the nodes in the meshes of the bodies.
 
     Parameters
     ----------
@@ -73,7 +75,17 @@ def contact_problem(
     ]
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
-    made = joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
+    bare = joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
+    frame = joint.reduced.frame
+    made = replace(
+        bare,
+        label=node_names(joint.numbers),
+        coordinates=_in_space(joint.place),
+        normal=_in_space(frame.normals),
+        tangent=_in_space(frame.tangents),
+        node_area=body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]),
+        load_names=tuple(case.name for case in cases),
+    )
     initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)
     return with_initial_gap(made, initial) if initial.any() else made
 
@@ -87,12 +99,16 @@ def contact_condensation(
 
 @dataclass(frozen=True, eq=False)
 class _Joint:
-    """One or two bodies in one numbering, condensed to their contact."""
+    """One or two bodies in one numbering, condensed to their contact.
+
+    The contact nodes have the numbers (n,) or (n, 2) in the meshes of their own bodies.
+    """
 
     bodies: tuple[ElasticBody, ...]
     starts: tuple[int, ...]
     size: int
     place: FloatArray
+    numbers: IntArray
     reduced: Condensation
 
 
@@ -101,11 +117,12 @@ def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str
     kept = _not_held(body, nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
     place = body.positions(nodes)
-    bodies, contact, dofs = [body], nodes, body.dofs
+    bodies, contact, numbers, dofs = [body], nodes, nodes, body.dofs
     if against is not None:
         other, shift = against[0], np.array([body.dofs[:, 0].max() + 1, 0])
         bodies.append(other)
-        contact = np.column_stack([nodes, _matching(place, *against) + shift[0]])
+        numbers = np.column_stack([nodes, _matching(place, *against)])
+        contact = numbers + shift[::-1]
         dofs = np.vstack([body.dofs, other.dofs + shift])
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
     reduced = condensed_stiffness(
@@ -115,7 +132,12 @@ def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str
         normals[kept],
         fixed=np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)]),
     )
-    return _Joint(tuple(bodies), tuple(starts), size, place[kept], reduced)
+    return _Joint(tuple(bodies), tuple(starts), size, place[kept], numbers[kept], reduced)
+
+
+def _in_space(vectors: FloatArray) -> FloatArray:
+    """Vectors of the plane, (n, 2), as vectors (n, 3)."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])
 
 
 def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray) -> FloatArray:

@@ -9,6 +9,6 @@ and rigid motions beside it (``evidence``).
 
 Reading order: ``toml_table`` (typed reading of the configuration), ``input_files``,
 ``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
-``load_section``, ``evidence``, ``import_model`` (the public functions),
+``load_section``, ``evidence``, ``traces``, ``import_model`` (the public functions),
 ``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

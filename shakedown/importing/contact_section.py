@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from shakedown.condensation.contact_frame import node_names
 from shakedown.errors import ProblemError
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
@@ -40,6 +41,8 @@ class ContactSection:
         Where the nodes of the first body are [length].
     gap : () or (n,)
         Initial gap [length]; negative is interference.
+    area : (n,) or None
+        Area that each node stands for [length²], where the faces of the model give it.
     """
 
     labels: NDArray[np.intp]
@@ -51,6 +54,7 @@ class ContactSection:
     x: FloatArray | None
     coordinates: FloatArray | None
     gap: FloatArray
+    area: FloatArray | None
 
     @property
     def first(self) -> NDArray[np.intp]:
@@ -65,7 +69,7 @@ class ContactSection:
     @property
     def names(self) -> tuple[str, ...]:
         """What each contact node is called: its label, or the labels of its pair."""
-        return tuple("-".join(map(str, np.atleast_1d(row).tolist())) for row in self.labels)
+        return node_names(self.labels)
 
 
 def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSection:
@@ -82,6 +86,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
     labels, from_sets = _labels(table, model)
     gap, points = _gap(table, files)
+    area = _areas(table, model, labels)  # before the normals take 'surface'
     contact = ContactSection(
         labels,
         _normals(table, model, labels if labels.ndim == 1 else labels[:, 0], (axes[0], axes[1])),
@@ -92,6 +97,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         _positions(table),
         None if model.mesh is None else model.mesh.at(labels if labels.ndim == 1 else labels[:, 0]),
         gap,
+        area,
     )
     table.done()
     if contact.relative:
@@ -221,6 +227,18 @@ def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[in
         raise ProblemError(f"{table.where}: {error}") from None
 
 
+def _areas(table: Table, model: Model, labels: NDArray[np.intp]) -> FloatArray | None:
+    """Areas of the nodes of the first body, where the model has their faces."""
+    thickness = table.number("thickness", 1.0) or 0.0
+    if not thickness > 0:
+        raise ProblemError(f"{table.where}: key 'thickness': expected a number > 0, found {thickness:g}")
+    if model.mesh is None or not model.mesh.elements:
+        return None
+    surface = table.content.get("surface")
+    first = labels if labels.ndim == 1 else labels[:, 0]
+    return model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+
+
 def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
     """That the deck makes the rows of the contact nodes displacements of one body relative to another."""
     if contact.labels.ndim != 1:
@@ -258,4 +276,5 @@ def _placed(contact: ContactSection, *, sort: bool) -> ContactSection:
         normals=contact.normals[order],
         x=x,
         coordinates=contact.coordinates[order],
+        area=None if contact.area is None else contact.area[order],
     )

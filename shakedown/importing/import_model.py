@@ -1,8 +1,9 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +21,11 @@ from shakedown.importing.load_section import (
 from shakedown.importing.model_section import model_section
 from shakedown.importing.stiffness_section import stiffness_section
 from shakedown.importing.toml_table import Table, read_toml
+from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.readers import Mesh, Stiffness
+from shakedown.shown_values import plain
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,6 +70,37 @@ class Import(Result):
     sources: dict[str, str]
     notes: tuple[str, ...]
 
+    def to_dict(self) -> dict[str, Any]:
+        """What ``shakedown-bounds import --check --json`` writes."""
+        reduced, contact = self.condensation, self.contact
+        document = {
+            "problem": self.problem,
+            "format": self.format,
+            "rows": {"contact": 2 * reduced.n, "condensed": reduced.interior, "held": reduced.held},
+            "zero_modes": reduced.zero_modes,
+            "asymmetry": reduced.asymmetry,
+            "residual": reduced.residual,
+            "static_run": self.static_run,
+            "notes": self.notes,
+            "nodes": contact.names,
+            "normals": reduced.frame.normals,
+            "coordinates": contact.coordinates,
+            "node_area": self.problem.node_area,
+            "rigid_residual": self.rigid_residual,
+            "loads": self.loads,
+            "sources": self.sources,
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+    def columns(self) -> dict[str, Any]:
+        """One row per contact node."""
+        contact, directions = self.contact, self.condensation.frame.normals
+        columns: dict[str, Any] = {"nodes": list(contact.names)}
+        if contact.coordinates is not None:
+            columns |= dict(zip("xyz", contact.coordinates.T, strict=True))
+        columns |= {f"normal {'xyz'[a - 1]}": directions[:, k] for k, a in enumerate(contact.axes)}
+        return columns if contact.area is None else columns | {"area": contact.area}
+
     @property
     def format(self) -> str:
         """What the stiffness file was found to be."""
@@ -90,8 +124,13 @@ def import_problem(config_path: str | os.PathLike[str]) -> Problem:
     return import_model(config_path).problem
 
 
-def import_model(config_path: str | os.PathLike[str]) -> Import:
+def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> Import:
     """Read finite-element output as a TOML configuration says, and condense it.
+
+    The problem keeps what leads back to the model: labels, coordinates, normals and, where
+    there are faces, areas of its nodes, the names of the loads, and as ``source`` the
+    configuration, the SHA-256 of every file and the command. The same files and the same
+    command give the same problem, to the byte.
 
     Keys of the configuration (those in brackets are optional)::
 
@@ -125,6 +164,7 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
         [x]                        positions for plots, by default from the coordinates
+        [thickness]                of a plane model, for the areas of the nodes; default 1
         [gap]                      initial gap, negative for interference: a number, a list,
                                    {file, column} or {points = [[x, gap], …]}
 
@@ -152,6 +192,8 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     ----------
     config_path
         The TOML file; paths in it are relative to its folder.
+    command
+        What was typed, for ``source``.
 
     Raises
     ------
@@ -185,7 +227,19 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
     )
     difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     cases = [load.case for load in loads]
-    problem = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
+    bare = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
+    sources = {Path(config_path).name: sha256(config_path), **files.sources}
+    area, without = positive_areas(contact)
+    problem = replace(
+        bare,
+        label=contact.names,
+        coordinates=contact.coordinates,
+        normal=in_space(reduced.frame.normals, contact.axes),
+        tangent=in_space(reduced.frame.tangents, contact.axes),
+        node_area=area,
+        load_names=load_names(cases, root.where),
+        source=source_text(config_path, sources, command),
+    )
     return Import(
         problem=problem,
         condensation=reduced,
@@ -195,8 +249,8 @@ def import_model(config_path: str | os.PathLike[str]) -> Import:
         static_run=difference,
         rigid_residual=rigid_residual(stiffness, model.mesh, contact.axes),
         loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
-        sources={Path(config_path).name: sha256(config_path), **files.sources},
-        notes=(*reduced.notes, *_relative(contact, model.mesh), *_tension(problem)),
+        sources=sources,
+        notes=(*reduced.notes, *_relative(contact, model.mesh), *without, *_tension(problem)),
     )
 
 

@@ -108,6 +108,7 @@ class _Deck:
     name: str
     nodes: dict[int, FloatArray] = field(default_factory=dict)
     elements: dict[int, Element] = field(default_factory=dict)
+    axisymmetric: bool = False
     element_labels: list[int] = field(default_factory=list)  # of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
     element_lists: dict[str, list[Members]] = field(default_factory=dict)
@@ -167,6 +168,7 @@ class _Deck:
         match = _TYPE.match(parameters.get("TYPE", "").upper())
         kind = ("solid" if match[1] == "C3D" else "plane", int(match[2][:3])) if match else ("other", 0)
         shape, count = _SHAPES.get(kind, ("", 0))
+        self.axisymmetric |= match is not None and match[1] == "CAX"
         labels: list[str] = []
         fields: list[str] = []
         for where, text in data:
@@ -246,6 +248,7 @@ class _Deck:
             self.elements,
             frozenset(rotated),
             relative_displacements(self.equations, node_sets),
+            self.axisymmetric,
         )
 
     def _faces(

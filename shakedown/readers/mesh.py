@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
+from shakedown.readers.face_shares import face_shares
 from shakedown.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
@@ -59,6 +60,8 @@ class Mesh:
     relative : mapping
         (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
         difference u₁ − u₂ of two others: the labels of these two.
+    axisymmetric : bool
+        Whether some elements are sections of a body of revolution.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Mesh:
     elements: Mapping[int, Element] = field(default_factory=dict)
     rotated: frozenset[int] = frozenset()
     relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    axisymmetric: bool = False
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -175,6 +179,34 @@ class Mesh:
                 f"({', '.join(f'{c:.3g}' for c in units[k])}) at node {wanted[k]}; give 'normal' or 'axes'"
             )
         return plane
+
+    def node_areas(
+        self, labels: ArrayLike, surface: str | None = None, thickness: float = 1.0
+    ) -> FloatArray | None:
+        """Area of the boundary that each node stands for, (n,) [length²]: ∫ N_j dA.
+
+        Of the faces of :meth:`normals`. Edges of plane elements count with the thickness.
+
+        Returns
+        -------
+        (n,) or None
+            None where a node has no such face, a face has other nodes too or is not of a known
+            kind, or the body is one of revolution. An area is not positive where nodal forces
+            say nothing of the pressure there (corners of quadratic faces).
+        """
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        total = dict.fromkeys(wanted, 0.0)
+        without = set(wanted)
+        for element, face in self._boundary(set(wanted), surface):
+            own = set(self.elements[element][1][: self._count(element)])
+            corners = sum(node in own for node in face)
+            shares = face_shares(self.at(face), corners)
+            if shares is None or self.axisymmetric or not total.keys() >= set(face):
+                return None
+            for node, share in zip(face, shares * (thickness if corners == 2 else 1.0), strict=True):
+                total[node] += float(share)
+                without.discard(node)
+        return None if without else np.array([total[label] for label in wanted])
 
     def _count(self, element: int) -> int:
         return CORNERS[self.elements[element][0]]

@@ -20,7 +20,13 @@ def test_import_writes_the_problem_and_says_where_it_came_from(tmp_path):
 
 def test_import_has_every_json_field(tmp_path):
     result = document("import", str(BLOCK / "import.toml"), "-o", str(tmp_path / "b.npz"))
-    assert result["problem"] == {"name": "CalculiX block, 9 contact nodes", "n": 9, "m": 48}
+    assert result["problem"] == {
+        "name": "CalculiX block, 9 contact nodes",
+        "n": 9,
+        "m": 48,
+        "labels": [str(k) for k in range(1, 10)],
+        "units": "N, mm",
+    }
     assert result["rows"] == {"contact": 18, "condensed": 0, "held": 0}
     assert result["zero_modes"] == 0
     assert result["static_run"] < 2e-6
@@ -77,7 +83,7 @@ def test_check_shows_what_is_read_and_writes_nothing(tmp_path):
     assert (code, err) == (0, "")
     assert sorted(tmp_path.rglob("*")) == before
     for words in (
-        "5-1077",
+        "5/1077",
         "asymmetry",
         "rigid motions of the contact nodes without resistance: 3",
         "read punch.sti",
@@ -88,7 +94,7 @@ def test_check_shows_what_is_read_and_writes_nothing(tmp_path):
     assert all(len(line) <= 80 for line in out.splitlines())
     found = document("import", config, "--check")
     assert found["file"] is None
-    assert found["nodes"][4] == "5-1077"
+    assert found["nodes"][4] == "5/1077"
     assert found["loads"][0]["applied"] == [0.0, -700.0]
     assert found["normals"] == [[0.0, 1.0]] * 9
     assert len(found["sources"]["punch.sti"]) == 64

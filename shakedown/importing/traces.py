@@ -1,0 +1,66 @@
+"""What leads from an imported problem back to the model: directions in space, areas, names, the source."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from shakedown.condensation.load_case import LoadCase
+from shakedown.importing.contact_section import ContactSection
+from shakedown.model.problem import FloatArray
+from shakedown.visible_text import LONGEST_NAME, shortened, visible
+
+LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
+
+
+def in_space(vectors: FloatArray, axes: tuple[int, int]) -> FloatArray:
+    """Vectors (n, 2) along two of the axes x, y, z as vectors (n, 3).
+
+    Examples
+    --------
+    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
+    [[0.6, 0.0, 0.8]]
+    """
+    found = np.zeros((len(vectors), 3))
+    found[:, [axes[0] - 1, axes[1] - 1]] = vectors
+    return found
+
+
+def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """The areas of the nodes, or None and a note where the elements give some node no positive one."""
+    if contact.area is None or (contact.area > 0).all():
+        return contact.area, ()
+    name = contact.names[int(np.argmin(contact.area))]
+    note = (
+        f"no areas of the nodes: the quadratic faces at node {name} give their corners no positive share of "
+        "a pressure, so reactions over areas would be no tractions"
+    )
+    return None, (note,)
+
+
+def load_names(cases: Sequence[LoadCase], where: str) -> tuple[str, ...]:
+    """Names of the load cases; one without a name is called by its place in the configuration."""
+    return tuple(shortened(visible(case.name.removeprefix(f"{where}: ")), LONGEST_NAME - 1) for case in cases)
+
+
+def source_text(config_path: str | os.PathLike[str], sources: Mapping[str, str], command: str) -> str:
+    """``source`` of a problem: toolkit, command, configuration and files, as JSON; no date, no machine."""
+    raw = Path(config_path).read_bytes()
+    text = raw.decode() if len(raw) <= LONGEST_CONFIGURATION else None
+    about = {
+        "toolkit": f"shakedown-bounds {_version()}",
+        "command": command,
+        "configuration": {"name": Path(config_path).name, "text": text},
+        "files": [{"name": name, "sha256": digest} for name, digest in sources.items()],
+    }
+    return json.dumps({key: value for key, value in about.items() if value})
+
+
+def _version() -> str:
+    try:
+        return version("shakedown-bounds")
+    except PackageNotFoundError:  # a copy that was never installed
+        return "unknown"

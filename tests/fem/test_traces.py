@@ -1,0 +1,83 @@
+"""Problems made from meshes know their nodes: labels, places, directions, areas."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.fem import (
+    ElasticBody,
+    Material,
+    Pressure,
+    Support,
+    block_mesh,
+    contact_problem,
+    dovetail,
+    press_fit,
+    press_fit_pressure,
+    receding_block,
+)
+from shakedown.fem.blocks import shipped_blocks
+
+STEEL = Material(200e3, 0.3)
+TRACES = ("label", "coordinates", "normal", "tangent", "node_area", "load_names")
+
+
+def pressed(order: int, angle: float = 0.0, thickness: float = 1.0):
+    """A block without Poisson's effect, under a uniform pressure 2 on its top."""
+    press = Pressure(boundary="top", value=2.0, history=1.0)
+    mesh = block_mesh(4.0, 1.0, 4, 2, angle=angle)
+    body = ElasticBody(mesh, Material(1.0, 0.0), supports=[Support("left", x=True, y=False)] if not angle else [],
+                       loads=[press], order=order, thickness=thickness)  # fmt: skip
+    return contact_problem(body, "bottom", 0.3)
+
+
+@pytest.mark.parametrize("thickness", [1.0, 2.5])
+def test_second_order_elements_load_their_middle_with_four_sixths(thickness):
+    problem = pressed(2, thickness=thickness)
+    assert problem.node_area == pytest.approx(thickness * np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 6)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("thickness", [1.0, 2.5])
+def test_reactions_over_areas_are_the_pressure(order, thickness):
+    problem = pressed(order, thickness=thickness)
+    assert problem.p_w[0] / problem.node_area == pytest.approx(np.full(problem.n, 2.0))
+
+
+def test_the_press_fit_has_the_pressure_of_lame():
+    fit = press_fit(4, pull=0.0)
+    assert fit.p_w.mean(axis=0) / fit.node_area == pytest.approx(press_fit_pressure(1e-3), rel=4e-3)
+
+
+def test_places_and_directions_are_those_of_the_mesh():
+    angle = 0.3
+    problem = pressed(1, angle)
+    assert problem.normal[:, :2] == pytest.approx(np.tile([-np.sin(angle), np.cos(angle)], (5, 1)))
+    assert np.cross(problem.tangent, problem.normal) == pytest.approx(np.tile([0.0, 0.0, 1.0], (5, 1)))
+    assert np.hypot(*np.diff(problem.coordinates[:, :2], axis=0).T) == pytest.approx(1.0)
+    along = (problem.coordinates - problem.coordinates[0]) @ problem.tangent[0]
+    assert along == pytest.approx(problem.x)
+
+
+def test_labels_are_the_nodes_of_both_meshes():
+    joint = dovetail()
+    assert joint.n == len(set(joint.label)) == 26
+    assert all(len(name.split("/")) == 2 for name in joint.label)
+    assert joint.load_names == ("traction", "traction")
+    assert receding_block(1).label[:2] == ("0", "5")  # the first row of each column of the block
+
+
+@pytest.mark.parametrize("name", ["press-fit", "receding-block", "cantilevered-block", "cylinder-on-flat"])
+def test_the_shipped_blocks_carry_them(name):
+    fresh, shipped = shipped_blocks()[name], shakedown.example(name)
+    for key in TRACES:
+        found, expected = getattr(shipped, key), getattr(fresh, key)
+        assert (
+            found == expected if isinstance(expected, tuple) else found == pytest.approx(expected, abs=1e-12)
+        )
+    plain = dataclasses.replace(shipped, **dict.fromkeys(TRACES))
+    assert shakedown.upper_bound(plain).load_factor == shakedown.upper_bound(shipped).load_factor or np.isnan(
+        shakedown.upper_bound(plain).load_factor
+    )
