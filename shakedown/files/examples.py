@@ -150,6 +150,37 @@ def three_node() -> Problem:
     )
 
 
+def two_attractors() -> Problem:
+    """Two limit cycles of period 1, both stable, with different dissipation: the initial state decides.
+
+    Found by search, after Andersson, Barber & Ahn (SIAM J. Appl. Math., 2013): joints of this
+    family (weak A₁₂, strong B, impulses in turn with quiet steps between) have limit cycles
+    of period two, because a slip of one node that the other one drives turns a disturbance
+    round. Here the loop is two such loops one after the other, whose impulses differ by up to
+    a fifth: what was one limit cycle, entered at either of its two cycles, becomes two. The
+    rates are unique (threshold 0.559), and no node opens. Dissipation per cycle is 1.876905
+    from the first initial slip and 2.135192 from the second; of slips spread widely about
+    half lead to either.
+    """
+    turns = [(0, +1), (0, -1), (1, -1), (0, +1), (0, -1), (1, +1)]  # (node, sign of the impulse)
+    first, second = [0.92, 1.49, 2.31, 1.93, 1.29, 0.97], [1.05, 1.35, 2.17, 1.57, 1.42, 0.93]
+    q1 = np.zeros((24, 2))
+    for k, ((node, sign), size) in enumerate(zip(turns + turns, first + second, strict=True)):
+        q1[2 * k, node] = sign * size
+    return Problem(
+        name="two attractors",
+        A=[[1.0, 0.04], [0.04, 1.0]],
+        B=[[-1.06, -1.72], [0.80, -1.24]],
+        C=[[10.0, 0.0], [0.0, 10.0]],
+        f=0.5,
+        q_w=q1,
+        p_w=np.full((24, 2), 4.0),
+        q_mean=[0.0, 0.0],
+        p_mean=[4.0, 4.0],
+        initial_slip=[[-0.1, 0.6], [0.2, 0.7]],
+    )
+
+
 def jump() -> Problem:
     """The two-node system of thesis §6.4, (6.45) and (6.48), whose state jumps.
 
@@ -220,6 +251,7 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "two-node": two_node,
     "uncoupled": uncoupled,
     "three-node": three_node,
+    "two-attractors": two_attractors,
     "jump": jump,
     "block-9": block_9,
     "block-33": block_33,
