@@ -6,6 +6,7 @@ import click
 
 import shakedown
 
+from .adversary import adversary
 from .critical import critical
 from .example import example
 from .import_problem import import_problem_command
@@ -29,5 +30,16 @@ def shakedown_bounds() -> None:
     """
 
 
-for command in (solve, critical, simulate, verify, map_command, sweep, import_problem_command, example):
+COMMANDS = (
+    solve,
+    critical,
+    simulate,
+    verify,
+    map_command,
+    sweep,
+    adversary,
+    import_problem_command,
+    example,
+)
+for command in COMMANDS:
     shakedown_bounds.add_command(command)

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from shakedown.designs.diagram import Region as Region
     from shakedown.designs.diagram import Sweep as Sweep
     from shakedown.designs.parameters import with_parameter as with_parameter
+    from shakedown.designs.smallest_cycle import SmallestCycle as SmallestCycle
+    from shakedown.designs.smallest_cycle import smallest_cycle as smallest_cycle
     from shakedown.designs.sweep import sweep as sweep
     from shakedown.designs.table_file import check_table as check_table
     from shakedown.energy.energy_ball import EnergyBall as EnergyBall
@@ -75,6 +77,7 @@ if TYPE_CHECKING:
     from shakedown.files.examples import example_names as example_names
     from shakedown.files.npz import load_initial_slip as load_initial_slip
     from shakedown.files.npz import load_problem as load_problem
+    from shakedown.files.npz import save_initial_slip as save_initial_slip
     from shakedown.files.npz import save_problem as save_problem
     from shakedown.friction.thresholds import FrictionThresholds as FrictionThresholds
     from shakedown.friction.thresholds import Threshold as Threshold
@@ -139,6 +142,7 @@ _HOMES = {
     "shakedown.designs.design_point": "DesignPoint Limit",
     "shakedown.designs.diagram": "Boundaries Region Sweep",
     "shakedown.designs.parameters": "with_parameter",
+    "shakedown.designs.smallest_cycle": "SmallestCycle smallest_cycle",
     "shakedown.designs.sweep": "sweep",
     "shakedown.designs.table_file": "check_table",
     "shakedown.energy.energy_ball": "EnergyBall energy_ball",
@@ -157,7 +161,7 @@ _HOMES = {
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",
     "shakedown.model.problem": "FloatArray Problem",
     "shakedown.files.atomic_write": "check_target",
-    "shakedown.files.npz": "load_initial_slip load_problem save_problem",
+    "shakedown.files.npz": "load_initial_slip load_problem save_initial_slip save_problem",
     "shakedown.condensation.condense": "Condensation condense condensed_stiffness",
     "shakedown.importing.import_model": "Import import_model import_problem",
     "shakedown.importing.contact_figure": "contact_picture",

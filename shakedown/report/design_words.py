@@ -1,4 +1,4 @@
-"""What a sweep over designs says, in words."""
+"""What a sweep over designs says, and what the search for the smallest cycle, in words."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from shakedown.designs.diagram import Sweep
+    from shakedown.designs.smallest_cycle import SmallestCycle
 
 # What is said of a region, and its name in a table.
 SHORT = {
@@ -24,6 +25,8 @@ SAID = {
     "never": "certain not to shake down with all nodes in contact",
 }
 BEST = {"universal": "λ_U (from every state)", "energy": "λ_E (from this state)", "upper": "λ_max"}
+SAME = 1e-4  # of λ_1: a cycle this near begins at it
+NOTHING = 1e-5  # of where the search began: no load factor at all
 
 
 def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
@@ -78,3 +81,73 @@ def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
         for run in runs
     ]
     return f"{sweep.parameters[0]} = {', '.join(texts)}"
+
+
+def cycle_in_words(found: "SmallestCycle") -> list[str]:
+    """Between which load factors the joint's true limit lies, and what that says of its bounds.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for sentence in cycle_in_words(shakedown.smallest_cycle(shakedown.example("three-node"), rounds=2)):
+    ...     print(sentence)
+    The load factor up to which the joint shakes down from every state lies between λ_U = 0.3096 (proved)
+    and λ_cycle = 2.444211 (a cycle was found).
+    In that cycle node 0 slips and returns to where it was every cycle.
+    It lies at 78.9% of the first collapse λ_1 = 3.096, which is no guarantee here.
+    """
+    from shakedown.long_term.outcome import cycles_in_words, nodes_in_words  # compiled code stands behind it
+
+    if found.state is None:
+        proved = found.universal.load_factor
+        known = f" Shakedown from every state is proved up to λ_U = {proved:.7g}." if proved > 0 else ""
+        return [f"No cycle was found in {found.tries} simulations.{known}"]
+    one = len(found.slipping_nodes) == 1
+    after = "gain slip" if found.state.drift.any() else "return to where they were"
+    after = (
+        after.replace("gain", "gains").replace("return", "returns").replace("they were", "it was")
+        if one
+        else after
+    )
+    who = f"In that cycle {nodes_in_words(found.slipping_nodes)} slip{'s' * one}"
+    return [
+        *([f"CONTRADICTION: {found.contradiction}, and yet:"] if found.contradiction else []),
+        _enclosed(found),
+        f"{who} and {after} every {cycles_in_words(found.period)}.",
+        *_against_first_collapse(found),
+    ]
+
+
+def _enclosed(found: "SmallestCycle") -> str:
+    """The interval in which the true limit lies."""
+    proved, cycle = found.interval
+    if proved > 0:
+        return (
+            "The load factor up to which the joint shakes down from every state lies between "
+            f"λ_U = {proved:.7g} (proved) and λ_cycle = {cycle:.7g} (a cycle was found)."
+        )
+    if cycle <= NOTHING * found.tried_up_to:
+        return (
+            "No load factor is proved safe from every state, nor can be: from some state the joint cycles at "
+            f"λ = {cycle:.1g} already."
+        )
+    return (
+        f"From some state the joint cycles at λ_cycle = {cycle:.7g}; below it no load factor is proved safe "
+        "from every state."
+    )
+
+
+def _against_first_collapse(found: "SmallestCycle") -> Iterator[str]:
+    """How the cycle stands to λ_1, where there is one."""
+    first, share = found.lower.load_factor, found.load_factor / (found.lower.load_factor or np.nan)
+    if not np.isfinite(share):
+        return
+    if found.below_first_collapse:
+        yield f"It lies at {share:.1%} of the first collapse λ_1 = {first:.7g}, which is no guarantee here."
+    elif share - 1.0 <= SAME:
+        yield (
+            f"It begins at the first collapse, λ_1 = {first:.7g}: no state was found that cycles below it, "
+            "and some do at once above it."
+        )
+    else:
+        yield f"It lies {share - 1.0:.1%} above the first collapse, λ_1 = {first:.7g}."

@@ -76,6 +76,7 @@ RESULTS = {  # one of every function that makes one
     "rows": lambda: shakedown.constraints(many()),
     "sweep": lambda: shakedown.sweep(two(), {"f": np.linspace(0.1, 0.4, 4)}, bounds=["upper"]),
     "point": lambda: made("sweep").points[0],
+    "cycle": lambda: shakedown.smallest_cycle(two(), states=8, rounds=1),
     "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
     "corner": lambda: shakedown.corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
     "case": lambda: shakedown.LoadCase(history=np.arange(1000.0), force=np.zeros(5000)),

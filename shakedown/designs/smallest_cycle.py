@@ -1,0 +1,335 @@
+"""The adversary: the smallest load factor at which a cycle is found, whatever the initial state."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite, nan
+from numbers import Integral
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.bounds.lower import LowerBound, lower_bound
+from shakedown.bounds.single_node_cycle import single_node_cycle
+from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.designs.attacking_states import AttackingStates
+from shakedown.designs.descent import SLIPPING, FoundCycle, Simulator, descended
+from shakedown.errors import UsageError
+from shakedown.long_term.many_states import checked_initial_slips, long_term_states
+from shakedown.long_term.outcome import Outcome, numbers
+from shakedown.long_term.state import LongTermState
+from shakedown.model.arguments import check_count, is_finite, require_problem
+from shakedown.model.constraints import constraints, step_loads
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
+from shakedown.model.status import Status
+from shakedown.shown_values import plain
+from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.universal.universal_bound import UniversalBound, universal_bound
+
+Progress = Callable[[int, int], None]
+
+FOUND, NONE_FOUND, CONTRADICTION = "found", "none found", "contradiction"
+ABOVE = 1.01  # of λ_max: there every state slips for ever, or opens
+DEPTHS = (0.02, 0.1, 0.3, 0.6, 0.9)  # how far down towards λ_U the rounds look, one after the other
+PROVED = (0.999, 0.9)  # of λ_U: where nothing may be found
+FOLLOWED = 3  # different cycles of a round that are followed down
+NEAR = 0.25  # share of a round's states about the best cycle
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SmallestCycle(Result):
+    """Result of :func:`smallest_cycle`.
+
+    Attributes
+    ----------
+    status
+        ``"found"``; ``"none found"``; ``"contradiction"``: a cycle below a load factor that is
+        proved to have none, an error of this toolkit or of its theory.
+    load_factor
+        λ_cycle, the smallest at which a cycle was found; inf where none was.
+    initial_slip : (n,)
+        A slip at the first load step from which the joint goes through that cycle [length].
+    period
+        Its period in cycles of the loading; 0 where none was found.
+    dissipation_per_cycle
+        What it takes per cycle [force × length].
+    slipping_nodes
+        The nodes that slip in it.
+    state
+        The long-term state from ``initial_slip`` at ``load_factor``; None where none was found.
+    universal
+        λ_U, below which shakedown from every state is proved.
+    lower
+        λ_1, with its ``guarantee``.
+    upper
+        λ_max.
+    tried_up_to
+        The load factor at which the search began.
+    below_first_collapse
+        Whether the cycle lies below λ_1, which then is no guarantee.
+    tries
+        How many long-term states were simulated.
+    seed
+        Of the random states.
+    contradiction
+        What is contradicted, in words; else empty.
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "status load_factor interval initial_slip outcome period dissipation_per_cycle slipping_nodes "
+        "below_first_collapse tried_up_to tries seed contradiction"
+    )
+    TABLE: ClassVar[str] = "initial_slip slip_per_cycle"
+
+    status: str
+    load_factor: float
+    initial_slip: FloatArray
+    period: int
+    dissipation_per_cycle: float
+    slipping_nodes: tuple[int, ...]
+    state: LongTermState | None = field(repr=False)
+    universal: UniversalBound = field(repr=False)
+    lower: LowerBound = field(repr=False)
+    upper: UpperBound = field(repr=False)
+    tried_up_to: float
+    below_first_collapse: bool
+    tries: int
+    seed: int
+    contradiction: str
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the largest load factor lies up to which every state shakes down: [λ_U, λ_cycle]."""
+        return self.universal.load_factor, self.load_factor
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Cyclic slip or ratchetting; None where no cycle was found."""
+        return None if self.state is None else self.state.outcome
+
+    @property
+    def slip_per_cycle(self) -> FloatArray:
+        """Σ|Δv| of every node over one period, (n,) [length]; NaN where no cycle was found."""
+        return np.full(len(self.initial_slip), nan) if self.state is None else self.state.slip_per_cycle
+
+    def to_dict(self) -> dict[str, Any]:
+        """The cycle as JSON knows it, with the bounds beside it as ``shakedown-bounds solve`` writes them."""
+        lower = {key: getattr(self.lower, key) for key in ("load_factor", "node", "guarantee")}
+        upper = {key: getattr(self.upper, key) for key in ("status", "load_factor")}
+        bounds = {**self.universal.document(), "lower": lower, "upper": upper}
+        return super().to_dict() | {word: plain(bounds[word]) for word in ("universal", "lower", "upper")}
+
+
+def smallest_cycle(
+    problem: Problem,
+    *,
+    states: int = 64,
+    rounds: int = 10,
+    seed: int = 0,
+    initial_slips: ArrayLike | None = None,
+    largest: float | None = None,
+    accuracy: float = 1e-6,
+    progress: Progress | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> SmallestCycle:
+    """The smallest load factor at which a cycle is found, sought over initial states and periods.
+
+    Every round draws initial slips that are admissible under the first load, extreme and
+    random, and simulates them at a load factor between λ_U and the smallest cycle known. What
+    cycles is followed down: of the sequence of contact states of a cycle the smallest load
+    factor follows from a linear program, and below it another sequence may go on. Two more
+    rounds are spent below λ_U, where nothing may be found. The smallest cycle is simulated
+    again from its own state. Transient load steps are left out: a cycle does not know of them.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading loop.
+    states
+        Initial slips per round.
+    rounds
+        Number of rounds.
+    seed
+        Of the random slips; the same seed gives the same answer.
+    initial_slips : (s, n), optional
+        Further slips to try [length].
+    largest
+        Where the search begins; by default a little above λ_max; where that is no positive
+        number, above λ_1, or that of the best zone of open nodes, or 1.
+    accuracy
+        To which the end of a sequence of contact states is approached, relative to λ.
+    progress
+        Called with (rounds done, rounds in all).
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    The first collapse is no guarantee of this joint: a node cycles from 2.4442 on.
+
+    >>> import shakedown
+    >>> found = smallest_cycle(shakedown.example("three-node"), rounds=2)
+    >>> round(found.load_factor, 4), found.slipping_nodes, found.below_first_collapse
+    (2.4442, (0,), True)
+    """
+    require_problem(problem)
+    check_count("states", states)
+    check_count("rounds", rounds)
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
+    if not (isinstance(seed, Integral) and seed >= 0):
+        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    joint = replace(problem, q_transient=None, p_transient=None)
+    limits = _limits(joint, tolerances)
+    top = _top(joint, limits, largest, tolerances)
+    known = [*_known_slips(joint, limits, tolerances), *_given(joint, initial_slips)]
+    simulator = Simulator(joint, tolerances)
+    attack = AttackingStates(joint, np.array(known), np.random.default_rng(seed), tolerances)
+    search = _Search(simulator, attack, accuracy, accuracy * top)
+    floor = limits.proved
+    levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
+    for done, level in enumerate(levels):
+        if progress is not None:
+            progress(done, len(levels))
+        if level is None:
+            highest = top if search.best is None else min(search.best.load_factor, top)
+            if highest <= floor * (1.0 + accuracy):
+                continue  # nothing lies between
+            level = highest - DEPTHS[done % len(DEPTHS)] * (highest - floor)
+        search.look_at(level, states)
+    if progress is not None:
+        progress(len(levels), len(levels))
+    return _result(search, limits, top, int(seed), tolerances)
+
+
+class _Limits(NamedTuple):
+    """What is known before the search."""
+
+    lower: LowerBound
+    upper: UpperBound
+    universal: UniversalBound
+
+    @property
+    def proved(self) -> float:
+        """λ_U; 0 where nothing is proved or everything is."""
+        return self.universal.load_factor if isfinite(self.universal.load_factor) else 0.0
+
+
+def _limits(joint: Problem, tolerances: Tolerances) -> _Limits:
+    lower = lower_bound(joint, certify=False, tolerances=tolerances)
+    upper = upper_bound(joint, certify=False, tolerances=tolerances)
+    universal = universal_bound(joint, first_collapse=lower, certify=False, tolerances=tolerances)
+    return _Limits(lower, upper, universal)
+
+
+def _top(joint: Problem, limits: _Limits, largest: float | None, tolerances: Tolerances) -> float:
+    """Where the search begins."""
+    if largest is not None:
+        if not (is_finite(largest) and largest > 0):
+            raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
+        return float(largest)
+    for found in (limits.upper.load_factor, limits.lower.load_factor):
+        if isfinite(found) and found > 0:
+            return ABOVE * found
+    if limits.upper.status == Status.INFEASIBLE and joint.C is not None:
+        zone = upper_bound(joint, open_nodes="auto", certify=False, tolerances=tolerances).load_factor
+        if isfinite(zone) and zone > 0:
+            return ABOVE * zone
+    return 1.0
+
+
+def _known_slips(joint: Problem, limits: _Limits, tolerances: Tolerances) -> Iterator[FloatArray]:
+    """Slips from which a cycle may well begin: of the bounds, and those of the joint itself."""
+    yield np.zeros(joint.n)
+    alone = single_node_cycle(joint, tolerances=tolerances)
+    swing = limits.universal.swing
+    found = [limits.lower.slip, limits.upper.slip, alone.slip]
+    found += [] if swing is None else [swing.forward_slip, swing.backward_slip]
+    yield from (slip for slip in found if np.isfinite(slip).all())
+    if joint.initial_slip is not None:
+        yield from joint.initial_slip
+
+
+def _given(joint: Problem, initial_slips: ArrayLike | None) -> FloatArray:
+    return np.empty((0, joint.n)) if initial_slips is None else checked_initial_slips(joint, initial_slips)
+
+
+@dataclass
+class _Search:
+    """The smallest cycle so far, and how others are sought."""
+
+    simulator: Simulator
+    attack: AttackingStates
+    accuracy: float
+    nothing: float
+    best: FoundCycle | None = None
+
+    def look_at(self, load_factor: float, count: int) -> None:
+        """Simulate a round of states at a load factor, and follow down what cycles."""
+        if self.best is not None and self.best.load_factor <= self.nothing:
+            return
+        near = 0 if self.best is None else int(NEAR * count)
+        starts = self.attack.drawn(load_factor, count - near)
+        if self.best is not None:
+            starts = np.vstack([starts, self.attack.near(self.best.slip, load_factor, near)])
+        ends = long_term_states(
+            self.simulator.problem, load_factor, starts, tolerances=self.simulator.tolerances
+        )
+        self.simulator.tries += len(ends)
+        cycling = np.flatnonzero(np.isin(ends.outcome, SLIPPING))
+        strongest = cycling[np.argsort(-ends.dissipation[cycling], kind="stable")]
+        _, first = np.unique(ends.signature[strongest], return_index=True)
+        for k in strongest[np.sort(first)][:FOLLOWED]:
+            cycle = self.simulator.cycle(load_factor, starts[k])
+            if cycle is not None:
+                self._take(descended(self.simulator, cycle, self.accuracy, self.nothing))
+
+    def _take(self, cycle: FoundCycle) -> None:
+        if self.best is None or cycle.load_factor < self.best.load_factor:
+            self.best = cycle
+
+
+def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances: Tolerances) -> SmallestCycle:
+    best, joint = search.best, search.simulator.problem
+    state = None if best is None else best.state
+    load_factor = inf if best is None else best.load_factor
+    sure = load_factor / (1.0 - tolerances.second_road)
+    contradiction = ""
+    if best is not None and _admissible(joint, best, tolerances):
+        if sure < limits.universal.load_factor:
+            contradiction = f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
+        elif limits.lower.guarantee == "proved" and sure < limits.lower.load_factor:
+            contradiction = f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
+    status = NONE_FOUND if best is None else CONTRADICTION if contradiction else FOUND
+    return SmallestCycle(
+        status=status,
+        load_factor=load_factor,
+        initial_slip=np.full(joint.n, nan) if best is None else best.slip,
+        period=0 if state is None else state.period,
+        dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
+        slipping_nodes=() if state is None else numbers(state.slip_per_cycle > 0),
+        state=state,
+        universal=limits.universal,
+        lower=limits.lower,
+        upper=limits.upper,
+        tried_up_to=top,
+        below_first_collapse=sure < limits.lower.load_factor,
+        tries=search.simulator.tries,
+        seed=seed,
+        contradiction=contradiction,
+    )
+
+
+def _admissible(joint: Problem, cycle: FoundCycle, tolerances: Tolerances) -> bool:
+    """Whether the slip at the first load step is one of all nodes closed, within their limits."""
+    rows = constraints(joint)
+    load = cycle.load_factor * step_loads(joint)[0]
+    terms = np.maximum(np.abs(rows.G) @ np.abs(cycle.slip), np.maximum(np.abs(load), np.abs(rows.g)))
+    excess = (rows.G @ cycle.slip + load - rows.g) / np.where(terms > 0, terms, 1.0)
+    return bool(excess.max() <= tolerances.feasibility)

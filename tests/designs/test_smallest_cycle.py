@@ -1,0 +1,172 @@
+"""The adversary: cycles that are there, none where there are none, exact ends of their patterns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.adversary import difficult_joint
+from benchmarks.problems import in_units, random_problem
+from shakedown.designs import smallest_cycle as search
+from shakedown.designs.cycle_pattern import cycle_pattern, first_load_slip
+from shakedown.errors import UsageError
+
+TWO, THREE = shakedown.example("two-node"), shakedown.example("three-node")
+QUICK = {"states": 16, "rounds": 3}
+
+
+def with_friction(name, f):
+    problem = shakedown.example(name)
+    return replace(problem, f=np.full(problem.n, f))
+
+
+@pytest.fixture(scope="module")
+def cycles():
+    """(problem, load factor, long-term state) of cycles with all nodes closed."""
+    found = []
+    for problem in (TWO, THREE, with_friction("block-9", 0.2), with_friction("block-9", 0.5)):
+        lower, upper = shakedown.lower_bound(problem), shakedown.upper_bound(problem)
+        starts = [(1.01 * upper.load_factor, upper.slip)]
+        starts += [(0.5 * (lower.load_factor + upper.load_factor), lower.slip)]
+        starts += [(2.6, problem.initial_slip[0])] if problem is THREE else []
+        for load_factor, slip in starts:
+            state = shakedown.long_term_state(problem, load_factor, slip)
+            if cycle_pattern(problem, state) is not None:
+                found.append((problem, load_factor, state))
+    assert len(found) >= 6
+    return found
+
+
+def test_the_end_of_a_pattern_is_no_higher_than_its_cycle_and_satisfies_every_row(cycles):
+    for problem, load_factor, state in cycles:
+        pattern = cycle_pattern(problem, state)
+        least = pattern.least()
+        assert 0.0 <= least.load_factor <= load_factor * (1 + 1e-9)
+        rows = shakedown.constraints(problem)
+        loop = shakedown.loading(problem)
+        first = np.stack([loop.q1[0] - problem.f * loop.p1[0], -loop.q1[0] - problem.f * loop.p1[0]], axis=1)
+        excess = rows.G @ least.slip + least.load_factor * first.ravel() - rows.g
+        assert excess.max() <= 1e-9 * np.abs(rows.g).max()
+
+
+def test_between_its_end_and_the_cycle_found_a_pattern_cycles_all_the_way(cycles):
+    for problem, load_factor, state in cycles:
+        least, start = cycle_pattern(problem, state).least(), first_load_slip(problem, state.history)
+        for share in (1e-3, 0.1, 0.7):
+            between = least.load_factor + share * (load_factor - least.load_factor)
+            if between == load_factor:
+                continue
+            slip = least.slip + share * (start - least.slip)
+            again = shakedown.long_term_state(problem, between, slip)
+            assert again.outcome == "cyclic-slip"
+            assert again.return_error < 1e-9
+            assert first_load_slip(problem, again.history) == pytest.approx(slip, abs=1e-9 * np.ptp(start))
+
+
+def test_a_cycle_of_one_node_ends_where_the_bound_for_one_node_says():
+    state = shakedown.long_term_state(THREE, 2.6, THREE.initial_slip[0])
+    least = cycle_pattern(THREE, state).least()
+    assert least.load_factor == pytest.approx(shakedown.single_node_cycle(THREE).load_factor, rel=1e-12)
+
+
+def test_the_counter_example_is_found_and_said():
+    found = shakedown.smallest_cycle(THREE, **QUICK)
+    assert found.status == "found"
+    assert found.load_factor == pytest.approx(2.4442105, rel=1e-6)
+    assert (found.slipping_nodes, found.period, found.below_first_collapse) == ((0,), 1, True)
+    again = shakedown.long_term_state(THREE, found.load_factor, found.initial_slip)
+    assert again.outcome == "cyclic-slip"
+    assert again.dissipation_per_cycle == found.dissipation_per_cycle > 0
+    low, high = found.interval
+    assert low == shakedown.universal_bound(THREE).load_factor < high == found.load_factor
+
+
+@pytest.mark.parametrize("problem", [TWO, shakedown.example("one-node"), shakedown.example("uncoupled")])
+def test_where_the_first_collapse_is_proved_a_cycle_begins_just_above_it(problem):
+    found = shakedown.smallest_cycle(problem, **QUICK)
+    assert (found.status, found.contradiction) == ("found", "")
+    assert found.load_factor == pytest.approx(found.lower.load_factor, rel=1e-5)
+    assert found.load_factor > found.universal.load_factor * (1 - 1e-9)
+    assert not found.below_first_collapse
+
+
+def test_a_first_collapse_of_zero_is_real():
+    found = shakedown.smallest_cycle(with_friction("block-9", 0.5), **QUICK)
+    assert found.lower.load_factor == 0.0
+    assert 0.0 < found.load_factor < 1e-4
+    assert shakedown.long_term_state(
+        with_friction("block-9", 0.5), found.load_factor, found.initial_slip
+    ).outcome == ("cyclic-slip")
+
+
+@pytest.mark.parametrize("band", ["weak", "below one", "strong", "star"])
+def test_nothing_cycles_below_what_is_proved(band):
+    generator = np.random.default_rng(7)
+    for _ in range(3):
+        problem = difficult_joint(generator, 3, band)
+        try:
+            found = shakedown.smallest_cycle(problem, **QUICK, accuracy=1e-4)
+        except UsageError:
+            continue
+        assert found.status != "contradiction", found.contradiction
+        assert found.load_factor >= found.universal.load_factor * (1 - 1e-7)
+
+
+def test_the_answer_is_repeatable_and_does_not_know_the_units():
+    problem = random_problem(4, 3)
+    one, other = (shakedown.smallest_cycle(problem, **QUICK, seed=5) for _ in range(2))
+    assert one == other
+    scaled = shakedown.smallest_cycle(in_units(problem, 2.0**20, 2.0**-7), **QUICK, seed=5)
+    assert scaled.load_factor == pytest.approx(one.load_factor, rel=1e-9)
+    assert scaled.initial_slip == pytest.approx(one.initial_slip * 2.0**-7, rel=1e-6)
+    assert (scaled.tries, scaled.slipping_nodes) == (one.tries, one.slipping_nodes)
+
+
+def test_transient_load_steps_are_left_out():
+    lifted = replace(TWO, q_transient=np.full((1, 2), 300.0), p_transient=np.full((1, 2), 3000.0))
+    assert shakedown.smallest_cycle(lifted, **QUICK).load_factor == pytest.approx(0.6573735, rel=1e-5)
+
+
+def test_a_cycle_below_what_is_called_proved_is_a_contradiction(monkeypatch):
+    real = search.universal_bound
+
+    def mistaken(*arguments, **options):
+        return replace(real(*arguments, **options), load_factor=3.0)
+
+    monkeypatch.setattr(search, "universal_bound", mistaken)
+    found = shakedown.smallest_cycle(THREE, states=64, rounds=4)
+    assert found.status == "contradiction"
+    assert "λ_U = 3 is called proved from every state" in found.contradiction
+    assert found.load_factor < 3.0
+
+
+def test_where_nothing_cycles_nothing_is_made_up():
+    found = shakedown.smallest_cycle(shakedown.example("jump"), **QUICK)
+    assert (found.status, found.load_factor, found.state, found.period) == ("none found", np.inf, None, 0)
+    assert np.isnan(found.initial_slip).all()
+    assert found.to_dict()["load_factor"] == "inf"
+
+
+def test_own_states_and_a_smaller_start_are_taken():
+    found = shakedown.smallest_cycle(THREE, states=8, rounds=1, largest=2.6, initial_slips=THREE.initial_slip)
+    assert found.load_factor == pytest.approx(2.4442105, rel=1e-6)
+    assert found.tried_up_to == 2.6
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"states": 0}, "states: expected at least 1"),
+        ({"rounds": 0}, "rounds: expected at least 1"),
+        ({"seed": -1}, "seed: expected a whole number >= 0"),
+        ({"seed": 0.5}, "seed: expected a whole number >= 0"),
+        ({"accuracy": 0.0}, "accuracy: expected a number between 0 and 1"),
+        ({"largest": 0.0}, "largest: expected a positive load factor"),
+        ({"largest": np.nan}, "largest: expected a positive load factor"),
+        ({"initial_slips": [[0.0]]}, r"initial slips: expected shape \(s, 2\)"),
+    ],
+)
+def test_bad_arguments_are_one_line(options, message):
+    with pytest.raises(UsageError, match=message):
+        shakedown.smallest_cycle(TWO, **options)
