@@ -8,8 +8,8 @@ and reactions between two events. An event is one of
     an open node closes,                              w = 0,
 
 and its time follows in closed form from the rates. Rates after an event are
-those of :mod:`shakedown.kernels.rate_search`. The reactions are computed afresh from v, w at every
-event, and v, w of the moving nodes are corrected to satisfy their equations, so
+those of :mod:`shakedown.kernels.rate_search`. The reactions are computed afresh from v, w after
+every few events, and v, w of the moving nodes are corrected at each to satisfy their equations, so
 that nothing accumulates. A limit that is overstepped before the end of the load
 step by no more than round-off is touched, not reached.
 
@@ -37,13 +37,23 @@ from shakedown.kernels.moving_state import (
     Record,
 )
 from shakedown.kernels.named_state import entered, inner
-from shakedown.kernels.quiet_steps import compute_elastic, has_room, note, quiet_steps, sign
+from shakedown.kernels.quiet_steps import (
+    MOST_FOLLOWED,
+    compute_elastic,
+    has_room,
+    note,
+    quiet_steps,
+    sign,
+)
 from shakedown.kernels.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
 from shakedown.kernels.run import Run
 from shakedown.model.problem import FloatArray
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)
 EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
+EVENT = (
+    MOST_FOLLOWED // 8
+)  # load steps that an event counts for: it adds more round-off to κ u than one of them
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
 
 
@@ -76,7 +86,7 @@ def follow(run: Run, passes: int, effort: int = EFFORT) -> int:
 @inner
 def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Course) -> int:
     """Carry the state from event to event to the end of its load step."""
-    path, step, welded, m = course.path, mo.step, rate.welded, 2 * act.n
+    path, step, welded, m, known = course.path, mo.step, rate.welded, 2 * act.n, False
     for j in range(m):
         welded[j] = path[(step + 1) * m + j] - path[step * m + j]
     while mo.crowd < 1000 + 100 * m:
@@ -85,7 +95,8 @@ def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Cour
         react(act, rate, mo, course)
         locate(act, rate, mo.u, mo.r, course.force, course.length)
         place_event(rate, mo.node, mo.kind)
-        solved = solve_rates(act, rate, course.rate)
+        solved = solve_rates(act, rate, course.rate, known)
+        known = True  # from here on to the next event
         mo.concerned = leaving_node(act, rate, solved)
         if not course.separable and mo.concerned >= 0:
             return LIFTS_OFF
@@ -118,7 +129,9 @@ def load_step(act: ActiveSet, rate: Rates, mo: Motion, rec: Record, course: Cour
 @inner
 def react(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
     """Reactions from the displacements and the load at the present time."""
-    compute_elastic(act, mo)
+    mo.followed += EVENT
+    if mo.followed > MOST_FOLLOWED:
+        compute_elastic(act, mo)
     time, start, r, welded = mo.time, mo.step * 2 * act.n, mo.r, rate.welded
     for k in range(2 * act.n):
         r[k] = course.path[start + k] + time * welded[k] + mo.elastic[k]
@@ -148,7 +161,7 @@ def leaving_node(act: ActiveSet, rate: Rates, solved: bool) -> int:
 @inner
 def settle(act: ActiveSet, rate: Rates, mo: Motion, settled: float) -> bool:
     """Correct u and r of the moving nodes to satisfy their equations to round-off."""
-    u, r, change = mo.u, mo.r, rate.change
+    u, r, elastic, change = mo.u, mo.r, mo.elastic, rate.change
     residual = largest_residual(act, r)
     for _ in range(3):
         if residual <= settled:
@@ -157,7 +170,11 @@ def settle(act: ActiveSet, rate: Rates, mo: Motion, settled: float) -> bool:
         mo.correction = larger(mo.correction, residual)
         for k in range(2 * act.n):
             u[k] += change[k]
+        for k in range(2 * act.n):
+            elastic[k] -= r[k]
         add_product(act, change, r)
+        for k in range(2 * act.n):
+            elastic[k] += r[k]
         residual = largest_residual(act, r)
     return residual <= 1e3 * settled
 
@@ -232,6 +249,7 @@ def follow_event(act: ActiveSet, rate: Rates, mo: Motion, node: int, kind: int) 
     n, t, tangent, delay, kappa = act.n, mo.parameters, mo.tangent, mo.delay, act.kappa
     if kind == CLOSES:
         mo.u[n + node] = 0.0
+        mo.followed = MOST_FOLLOWED
     if t == 0:
         return
     for c in range(t):
@@ -245,6 +263,8 @@ def follow_event(act: ActiveSet, rate: Rates, mo: Motion, node: int, kind: int) 
             side, f = (1.0 if kind == REACHES_BACKWARD_LIMIT else -1.0), act.f[node]
         guard_rate = f * rate.reaction[n + node] - side * rate.reaction[node]
         for j in range(2 * n):
+            if j >= n and act.state[j - n] != OPEN:
+                continue  # its gap stays closed
             x = (f * kappa[(n + node) * 2 * n + j] - side * kappa[node * 2 * n + j]) / guard_rate
             for c in range(t):
                 delay[c] -= x * tangent[j * t + c]

@@ -170,11 +170,8 @@ def next_state(act: ActiveSet, rate: Rates, i: int, zero_rate: float, zero_motio
 
 
 @inner
-def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
-    """Rates in the present states; sets ``wanted`` and returns how many nodes break their conditions.
-
-    WORN, and nothing set, where the inverse is too far from one and can be set up afresh.
-    """
+def compute_rates(act: ActiveSet, rate: Rates) -> bool:
+    """Rates of motion and reactions in the present states; whether they satisfy the equations."""
     worn = False
     motion, reaction, welded, change = rate.motion, rate.reaction, rate.welded, rate.change
     for k in range(2 * act.n):
@@ -187,10 +184,25 @@ def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
         worn = largest_residual(act, reaction) > REFINED * largest(reaction, 2 * act.n)
         if not worn:
             break
-    if worn and act.updates > 0:
+    return not worn
+
+
+@inner
+def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
+    """Rates in the present states; sets ``wanted`` and returns how many nodes break their conditions.
+
+    WORN, and nothing set, where the inverse is too far from one and can be set up afresh.
+    """
+    if not compute_rates(act, rate) and act.updates > 0:
         return WORN
-    zero_rate = rate_tol * larger(largest(reaction, 2 * act.n), largest(welded, 2 * act.n))
-    zero_motion = rate_tol * largest(motion, 2 * act.n)
+    return count_broken(act, rate, rate_tol)
+
+
+@inner
+def count_broken(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
+    """Set ``wanted`` from the rates; how many nodes break their conditions."""
+    zero_rate = rate_tol * larger(largest(rate.reaction, 2 * act.n), largest(rate.welded, 2 * act.n))
+    zero_motion = rate_tol * largest(rate.motion, 2 * act.n)
     wanted, states, count = rate.wanted, act.state, 0
     for i in range(act.n):
         wanted[i] = next_state(act, rate, i, zero_rate, zero_motion)
@@ -200,19 +212,25 @@ def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
 
 
 @inner
-def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float) -> bool:
+def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float, known: bool) -> bool:
     """States and rates after the instant whose places are set; False, and nothing changed, if none are found.
 
-    Block pivoting with Murty's rule as a safeguard, from the states held before.
+    Block pivoting with Murty's rule as a safeguard, from the states held before. ``known``:
+    whether the rates are those in the present states already.
     """
     before, wanted, states = rate.before, rate.wanted, act.state
     for i in range(act.n):
         before[i] = states[i]
         wanted[i] = admissible_start(rate.place[i], states[i])
+        known = known and wanted[i] == states[i]
     n, patience = act.n, 3
     fewest = n + 1
     for _ in range(20 + 10 * n):
-        count = broken_conditions(act, rate, rate_tol) if change_states(act, wanted) else WORN
+        if known:
+            count = count_broken(act, rate, rate_tol)
+        else:
+            count = broken_conditions(act, rate, rate_tol) if change_states(act, wanted) else WORN
+        known = False
         if count == WORN:
             if factorize(act) == 0:
                 break

@@ -27,6 +27,7 @@ from shakedown.model.arguments import (
 from shakedown.model.loading import transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.settling.path_check import Scale, path_check
 from shakedown.settling.period_map import period_map
 from shakedown.settling.search import (
@@ -101,6 +102,7 @@ class LongTermStates(Result):
         return len(self.outcome)
 
 
+@on_one_thread
 def long_term_states(
     problem: Problem,
     load_factor: float,

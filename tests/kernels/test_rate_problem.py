@@ -18,7 +18,7 @@ TOLERANCE = 1e-12
 @numba.njit
 def pivot(act, rate, tolerance):
     """Pivoting alone, which compiled loops call."""
-    return solve_rates(act, rate, tolerance)
+    return solve_rates(act, rate, tolerance, False)
 
 
 def violated_equations(act, reaction):
