@@ -9,10 +9,24 @@ from shakedown import SIDE_NAMES, Problem
 from shakedown.report.words import critical_in_words
 
 from .options import json_option, problem_argument, quiet_option
-from .output import echo_json, headline, number, paragraph, progress, remark, say, table
+from .output import (
+    echo_json,
+    headline,
+    node_table,
+    number,
+    paragraph,
+    progress,
+    remark,
+    say,
+    table,
+    with_unit,
+)
 
 
-@click.command(short_help="All critical load factors.")
+@click.command(
+    short_help="All critical load factors.",
+    epilog="Exit codes: 0 computed; 1 more subsets than the budget; 2 bad usage or bad input.",
+)
 @problem_argument
 @click.option(
     "--budget",
@@ -44,13 +58,13 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
     lines += [paragraph(sentence) for sentence in critical_in_words(result, result.total, bounds)]
     smallest = result.smallest_positive
     if smallest.rows:
-        limits = ", ".join(f"{node} {SIDE_NAMES[side]}" for node, side in smallest.rows)
+        limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
         lines += [
             "",
             paragraph(f"It is where these limits meet (node, limit): {limits}."),
         ]
-        rows = [[str(j), number(smallest.slip[j])] for j in range(problem.n)]
-        lines += ["", table(["node", "slip there"], rows)]
+        heading = with_unit("slip there", shakedown.units_of(problem)[1])
+        lines += ["", node_table(problem, {heading: [number(slip) for slip in smallest.slip]})]
     if list_all and result.load_factors is not None:
         rows = [[str(k), number(value, 10)] for k, value in enumerate(result.load_factors)]
         lines += ["", table(["", "critical load factors"], rows)]

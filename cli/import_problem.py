@@ -22,7 +22,11 @@ ROUND_OFF = 1e-9  # of the largest resultant
 WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", "notes")  # without --check
 
 
-@click.command("import", short_help="Make a problem file from finite-element output.")
+@click.command(
+    "import",
+    short_help="Make a problem file from finite-element output.",
+    epilog="Exit codes: 0 written, or shown; 2 bad usage or bad input.",
+)
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @click.option("--check", is_flag=True, help="Write nothing; show what has been read.")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import click
 
+import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import as_text
+from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
 from shakedown.visible_text import LONGEST_NAME, one_line, visible
 
@@ -72,6 +74,22 @@ def columns() -> int:
     if sys.stdout is None or not sys.stdout.isatty():
         return COLUMNS
     return max(shutil.get_terminal_size((COLUMNS, 24)).columns, 40)
+
+
+def node_table(problem: Problem, more: Mapping[str, Sequence[str]]) -> str:
+    """A table with one row per node: its number, its label where it has one, and columns by heading."""
+    named = {"node": list(map(str, range(problem.n)))} | label_column(problem) | dict(more)
+    return table(list(named), list(zip(*named.values(), strict=True)))
+
+
+def work_unit(problem: Problem) -> str:
+    """The unit of dissipation, empty where force or length has none."""
+    return shakedown.work_unit(*shakedown.units_of(problem))
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A heading with its unit, where that is known."""
+    return f"{name} [{unit}]" if unit else name
 
 
 def headline(problem: Problem) -> str:

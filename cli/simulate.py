@@ -9,6 +9,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import simulation_document
+from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.visible_text import shortened
 
 from .initial import initial_state
@@ -21,10 +22,25 @@ from .options import (
     quiet_option,
     refuse_overwriting_input,
 )
-from .output import echo_json, headline, listing, number, paragraph, say, table, tiny
+from .output import (
+    echo_json,
+    headline,
+    listing,
+    node_table,
+    number,
+    paragraph,
+    say,
+    tiny,
+    with_unit,
+    work_unit,
+)
 
 
-@click.command(short_help="Evolution from one initial state.")
+@click.command(
+    short_help="Evolution from one initial state.",
+    epilog="Exit codes: 0 a long-term state was found, whichever; 1 undecided after --cycles; "
+    "2 bad usage or bad input.",
+)
 @problem_argument
 @click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
 @click.option(
@@ -67,30 +83,36 @@ def simulate(
         context.exit(1)
 
 
-def _jump_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
+def _jump_facts(run: shakedown.Simulation, work: str) -> list[tuple[str, str, str]]:
     """Jumps of the long-term state, where it has any."""
     if not run.jumps_per_cycle > 0:
         return []
     return [
-        ("  by friction", number(run.friction_dissipation_per_cycle), ""),
-        ("  by damping in jumps", number(run.jump_dissipation_per_cycle), ""),
+        ("  by friction", number(run.friction_dissipation_per_cycle), work),
+        ("  by damping in jumps", number(run.jump_dissipation_per_cycle), work),
         ("jumps per cycle", number(run.jumps_per_cycle), ""),
     ]
 
 
-def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
+def _proof_facts(problem: Problem, run: shakedown.Simulation) -> list[tuple[str, str, str]]:
     """What is proved of a shakedown, and which nodes stay open."""
     facts = []
+    length = shakedown.units_of(problem)[1]
     if run.open_nodes:
-        facts.append(("open throughout", ", ".join(map(str, run.open_nodes)), "nodes"))
+        facts.append(("open throughout", open_in_words(tuple(run.open_nodes)), ""))
     if run.outcome == shakedown.Outcome.SHAKEDOWN:
         facts.append(("shakedown proved", "yes" if run.proved else "no", ""))
     if run.proved and run.long_term is not None:
-        facts.append(("one node may be off by", number(run.long_term.single_node_margin), "slip"))
+        facts.append(
+            ("one node may be off by", number(run.long_term.single_node_margin), f"{length} of slip".strip())
+        )
     return facts
 
 
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
+    work, length = work_unit(problem), shakedown.units_of(problem)[1]
+    none_of_slip, none_of_work = resolution(problem, run.load_factor)
+    (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]
     lines.append(
         paragraph(f"Load factor {run.load_factor:.10g}, initial state {shortened(initial)}: {run.outcome}")
@@ -100,21 +122,23 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     facts = [
         ("cycles simulated", str(run.cycles_simulated), ""),
         ("period", str(run.period) if run.period else "-", "cycles" if run.period > 1 else "cycle"),
-        ("dissipation per cycle", number(run.dissipation_per_cycle), ""),
-        *_jump_facts(run),
-        *_proof_facts(run),
+        ("dissipation per cycle", number(dissipation), work),
+        *_jump_facts(run, work),
+        *_proof_facts(problem, run),
         ("friction law residual", tiny(run.residual), "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]
     facts += [
-        (f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), "energy released")
+        (f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), f"{work} released".strip())
         for jump in run.jumps
     ]
     lines.append(listing(facts))
     lines.append("")
-    rows = [
-        [str(j), number(run.initial_slip[j]), number(run.final_slip[j]), number(run.slip_per_cycle[j])]
-        for j in range(problem.n)
-    ]
-    lines.append(table(["node", "initial slip", "final slip", "slip per period"], rows))
+    columns = {
+        "initial slip": run.initial_slip.tolist(),
+        "final slip": run.final_slip.tolist(),
+        "slip per period": without_round_off(run.slip_per_cycle, none_of_slip),
+    }
+    shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}
+    lines.append(node_table(problem, shown))
     return "\n".join(lines)

@@ -13,6 +13,7 @@ from shakedown.report.json_documents import (
     proved_document,
     quick_document,
 )
+from shakedown.report.node_words import node_in_words
 from shakedown.report.words import (
     bounds_in_words,
     certain_in_words,
@@ -25,14 +26,18 @@ from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
-from .output import echo_json, headline, listing, number, paragraph, say, table
+from .output import echo_json, headline, listing, node_table, number, paragraph, say, with_unit
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
-@click.command(short_help="Bounds, safe slip, friction thresholds.")
+@click.command(
+    short_help="Bounds, safe slip, friction thresholds.",
+    epilog="Exit codes: 0 computed, whatever the bounds are; 1 a solver found no answer; "
+    "2 bad usage or bad input.",
+)
 @problem_argument
 @click.option(
     "--initial",
@@ -100,13 +105,12 @@ def _say_quickly(
         echo_json(quick_document(problem, energy, upper))
         return
     lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(energy, None, upper)]
+    lines += [paragraph(sentence) for sentence in certain_in_words(energy, None, upper, problem)]
     if upper.open_nodes:
-        lines += [paragraph(sentence) for sentence in zone_in_words(upper)]
+        lines += [paragraph(sentence) for sentence in zone_in_words(upper, problem)]
     elif upper.status != "optimal":
         lines += [paragraph(f"{upper.status}: {upper.reason}.")]
-    rows = [[str(j), number(slip), _sides(upper, j)] for j, slip in enumerate(upper.slip)]
-    say("\n".join([*lines, "", table(["node", "safe slip", "active at λ_max"], rows)]))
+    say("\n".join([*lines, "", node_table(problem, _safe_columns(problem, upper))]))
 
 
 class Proved(NamedTuple):
@@ -125,21 +129,26 @@ def _text(
 ) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(*proved, upper)]
+    lines += [paragraph(sentence) for sentence in certain_in_words(*proved, upper, problem)]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     if problem.initial_slip is not None and not proved.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(bounds, proved)), ""]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(bounds)]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, proved.energy)]
     lines += [] if curve is None else [paragraph(curve_in_words(curve))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
-    rows = [
-        [str(j), number(upper.slip[j]), number(lower.slip[j]), _sides(upper, j), thresholds[j]]
-        for j in range(problem.n)
-    ]
-    headers = ["node", "safe slip", "witness", "active at λ_max", "f threshold"]
-    return "\n".join([*lines, "", table(headers, rows)])
+    safe, active = _safe_columns(problem, upper).items()
+    witness = with_unit("witness", shakedown.units_of(problem)[1]), [number(slip) for slip in lower.slip]
+    columns = dict([safe, witness, active, ("f threshold", thresholds)])
+    return "\n".join([*lines, "", node_table(problem, columns)])
+
+
+def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
+    """The safe slip of every node, and its limits that are reached at λ_max."""
+    heading = with_unit("safe slip", shakedown.units_of(problem)[1])
+    sides = [_sides(upper, node) for node in range(problem.n)]
+    return {heading: [number(slip) for slip in upper.slip], "active at λ_max": sides}
 
 
 def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str, str, str]]:
@@ -149,7 +158,10 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
     exactly = energy.certified
     certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
     least = upper.least_load_factor
-    collapse = f"collapse of node {lower.node}" if lower.node >= 0 else "no node collapses"
+    collapse = "no node collapses"
+    if lower.node >= 0:
+        labelled = lower.problem.label is not None
+        collapse = node_in_words(lower.problem, lower.node) if labelled else f"collapse of node {lower.node}"
     return [
         ("from this state λ_E", number(energy.load_factor, 10), f"{energy.status}{certified}"),
         ("from every state λ_U", number(universal.load_factor, 10), universal.argument),

@@ -10,6 +10,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import verification_document
+from shakedown.report.node_words import resolution, without_round_off
 from shakedown.report.words import (
     as_given_in_words,
     bounds_in_words,
@@ -29,10 +30,14 @@ from .options import (
     quiet_option,
     refuse_overwriting_input,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
+from .output import echo_json, headline, number, paragraph, progress, say, table, tiny, with_unit
 
 
-@click.command(short_help="Prediction against time integration; report.")
+@click.command(
+    short_help="Prediction against time integration; report.",
+    epilog="Exit codes: 0 prediction and simulation agree in every run; 1 they disagree, or a run "
+    "is left open; 2 bad usage or bad input.",
+)
 @problem_argument
 @click.option("-o", "--output", type=OutputFile(), help="Write the report (HTML) here, JSON beside it.")
 @click.option(
@@ -71,10 +76,7 @@ def verify(
     method: str,
     as_json: bool,
 ) -> None:
-    """Hold the bounds of FILE against time integration from several states.
-
-    Exit code 1 where anything disagrees or is left open.
-    """
+    """Hold the bounds of FILE against time integration from several states."""
     refuse_overwriting_input(context, output)
     if output is not None:
         shakedown.report_path(output)  # before the work, not after
@@ -102,21 +104,21 @@ def verify(
 
 
 def _text(problem: Problem, result: shakedown.Verification) -> str:
+    length = shakedown.units_of(problem)[1]
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
         lines += ["DISAGREEMENT" if result.disagreements else "OPEN"]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    proved = certain_in_words(result.energy, result.universal, result.bounds.upper)
+    proved = certain_in_words(result.energy, result.universal, result.bounds.upper, problem)
     lines += [
-        paragraph(sentence)
-        for sentence in (as_given_in_words(result.as_given, shakedown.units_of(problem)[1]), *proved)
+        paragraph(sentence) for sentence in (as_given_in_words(result.as_given, length, problem), *proved)
     ]
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds)]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds, result.energy)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
@@ -127,13 +129,20 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
             run.predicted,
             str(run.simulation.outcome),
             marks[run.agrees],
-            number(float(run.simulation.slip_per_cycle.max()), 4),
+            number(_largest_slip(problem, run.simulation), 4),
             tiny(run.simulation.residual),
         ]
         for run in result.runs
     ]
-    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", "slip", "residual"], rows)]
+    slip = with_unit("slip", length)
+    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", slip, "residual"], rows)]
     if not findings:
         judged = sum(run.agrees is not None for run in result.runs)
         lines += ["", f"Prediction and time integration agree in all {judged} runs with a prediction."]
     return "\n".join(lines)
+
+
+def _largest_slip(problem: Problem, run: shakedown.Simulation) -> float:
+    """The largest slip per period of a node, round-off shown as 0."""
+    slips = without_round_off(run.slip_per_cycle, resolution(problem, run.load_factor)[0])
+    return max(slips)

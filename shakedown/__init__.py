@@ -118,6 +118,7 @@ if TYPE_CHECKING:
     from shakedown.model.problem import Problem as Problem
     from shakedown.model.status import Status as Status
     from shakedown.model.units import units_of as units_of
+    from shakedown.model.units import work_unit as work_unit
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
     from shakedown.tolerances import Tolerances as Tolerances
@@ -137,7 +138,7 @@ if TYPE_CHECKING:
     from shakedown.verification.verify import verify as verify
 
 _HOMES = {
-    "shakedown.model.units": "units_of",
+    "shakedown.model.units": "units_of work_unit",
     "shakedown.model.status": "Status",
     "shakedown.designs.design_point": "DesignPoint Limit",
     "shakedown.designs.diagram": "Boundaries Region Sweep",

@@ -148,9 +148,10 @@ class LowerBound(Result):
             return "all safe slips vanish together at λ_max, before any node collapses"
         if self.load_factor != 0:
             return ""
+        node = f"node {self.problem.node_name(self.node)}"
         if self.problem.f[self.node] == 0:
-            return f"node {self.node} has no friction: it slips with every load"
-        return f"node {self.node} can be lifted off by locked-in slip at the mean load"
+            return f"{node} has no friction: it slips with every load"
+        return f"{node} can be lifted off by locked-in slip at the mean load"
 
 
 def lower_bound(

@@ -27,7 +27,7 @@ from shakedown.tolerances import DEFAULT, Tolerances
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
-ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, any load factor is safe"
+ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
 WEDGING = "wedging: slip along one direction raises the friction limits faster than any load factor needs"
 

@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.bounds.coupling import WEAK
+from shakedown.model.loading import loading
 from shakedown.model.status import Status
+from shakedown.report.node_words import node_in_words as node_in_words
+from shakedown.report.node_words import slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
 if TYPE_CHECKING:
@@ -26,10 +29,11 @@ if TYPE_CHECKING:
 LARGEST_USUAL_FRICTION = 5.0
 
 
-def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
+def bounds_in_words(bounds: ShakedownBounds, energy: EnergyBound | None = None) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
     Every sentence is about the joint with all nodes in contact, or names the open ones.
+    With the energy bound it is said on which side of λ_E the loading as given lies.
 
     Examples
     --------
@@ -42,14 +46,16 @@ def bounds_in_words(bounds: ShakedownBounds) -> list[str]:
     """
     lower, upper = bounds.lower, bounds.upper
     if upper.open_nodes:
-        return [_closed(lower), *zone_in_words(upper), *_reservations(bounds)]
+        return [_closed(lower), *zone_in_words(upper, lower.problem), *_reservations(bounds)]
     if upper.status == Status.INFEASIBLE:
         return [f"No load factor is safe with all nodes in contact: {upper.reason}."]
+    if _is_constant(lower.problem):
+        return [_constant(lower, upper), *_reservations(bounds)]
     if lower.status == Status.INFEASIBLE:
-        return [*_from_least(upper), _as_given(bounds), *_reservations(bounds)]
+        return [*_from_least(upper), _as_given(bounds, energy), *_reservations(bounds)]
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
-    between = [_between(lower)] if gap else []
-    return [_below(lower), *between, _above(upper), _as_given(bounds), *_reservations(bounds)]
+    between = [_between(lower, upper)] if gap else []
+    return [_below(lower), *between, _above(upper), _as_given(bounds, energy), *_reservations(bounds)]
 
 
 def down(value: float, digits: int = 7) -> str:
@@ -74,8 +80,12 @@ def _rounded(value: float, digits: int, rounding: str) -> str:
     return f"{float(Context(prec=digits, rounding=rounding).create_decimal_from_float(value)):.{digits}g}"
 
 
-def certain_in_words(energy: EnergyBound, universal: UniversalBound | None, upper: UpperBound) -> list[str]:
+def certain_in_words(
+    energy: EnergyBound, universal: UniversalBound | None, upper: UpperBound, problem: Problem | None = None
+) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
+
+    With the problem its open nodes are called by their labels.
 
     Examples
     --------
@@ -88,7 +98,7 @@ def certain_in_words(energy: EnergyBound, universal: UniversalBound | None, uppe
     state, closed and admissible, up to λ_U = 0.6573734 (two nodes); with all nodes in contact it
     cannot above λ_max = 0.7391456.
     """
-    parts = [_proved_from_here(energy)]
+    parts = [_proved_from_here(energy, problem)]
     if universal is not None:
         parts.append(_proved_from_everywhere(universal))
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
@@ -117,8 +127,10 @@ def hints_in_words(problem: Problem) -> list[str]:
     return hints
 
 
-def as_given_in_words(run: Run, unit: str = "") -> str:
+def as_given_in_words(run: Run, unit: str = "", problem: Problem | None = None) -> str:
     """The answer for the loading as given: what becomes of the joint at λ = 1, with the unit of slips.
+
+    With the problem its nodes are called by their labels.
 
     Examples
     --------
@@ -128,14 +140,14 @@ def as_given_in_words(run: Run, unit: str = "") -> str:
     At the loading as given (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
     slip, simulated.
     """
-    from shakedown.long_term.outcome import Outcome, nodes_in_words  # compiled code stands behind it
+    from shakedown.long_term.outcome import Outcome  # compiled code stands behind it
 
     state = run.simulation
     start = "slip zero" if run.initial == "zero" else "the given slip"
     here = f"At the loading as given (λ = 1), from {start}, the joint"
-    slipping = nodes_in_words(tuple(int(i) for i in np.flatnonzero(state.slip_per_cycle > 0)))
+    slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
-        kept = f" with {nodes_in_words(state.open_nodes)} open" if len(state.open_nodes) else ""
+        kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
         if state.proved and state.long_term is not None:
             margin = state.long_term.single_node_margin
             room = f"{margin:.3g} {unit}".rstrip() if np.isfinite(margin) else "any amount"
@@ -150,13 +162,13 @@ def as_given_in_words(run: Run, unit: str = "") -> str:
     return f"{here} {words[state.outcome]}"
 
 
-def _proved_from_here(energy: EnergyBound) -> str:
+def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
     closed = np.delete(energy.initial_slip, energy.open_nodes)
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"
     if energy.open_nodes:
-        start += f", with {open_in_words(energy.open_nodes)} open and in equilibrium,"
+        start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
     if energy.status == Status.INFEASIBLE:
         hint = "; a smaller distance may do" if energy.distance > 0 else "; a state after some cycles may do"
         return f"From {start} no load factor is proved ({energy.reason}{hint})"
@@ -218,10 +230,28 @@ def _from_least(upper: UpperBound) -> list[str]:
     return [*sentences, f"Safe slips exist from λ_lo up to λ_max = {upper.load_factor:.7g}.", _above(upper)]
 
 
-def _between(lower: LowerBound) -> str:
+def _is_constant(problem: Problem) -> bool:
+    """Whether the loading does not change over the period, so that the load factor multiplies nothing."""
+    loop = loading(problem)
+    return not (loop.q1.any() or loop.p1.any())
+
+
+def _constant(lower: LowerBound, upper: UpperBound) -> str:
+    """What the bounds mean where the load factor makes no difference."""
+    said = "The loading does not change over the period, so the load factor makes no difference: with all "
+    said += "nodes in contact there is a slip in which no node slips"
+    if upper.status == Status.UNBOUNDED and lower.load_factor == 0:
+        return f"{said}, but not every initial slip leads to one ({lower.reason})."
+    return f"{said}."
+
+
+def _between(lower: LowerBound, upper: UpperBound) -> str:
+    finite = upper.status == Status.OPTIMAL
+    where, safe = ("Between λ_1 and λ_max", "the") if finite else ("Above λ_1", "a")
+    node = node_in_words(lower.problem, lower.node)
     return (
-        "Between λ_1 and λ_max the initial state decides: from the safe slip the joint shakes down; from "
-        f"the witness, where node {lower.node} has lost its range of safe slips, it usually does not."
+        f"{where} the initial state decides: from {safe} safe slip the joint shakes down; from the witness, "
+        f"where {node} has lost its range of safe slips, it usually does not."
     )
 
 
@@ -231,7 +261,7 @@ def _above(upper: UpperBound) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down with all nodes in contact."
 
 
-def _as_given(bounds: ShakedownBounds) -> str:
+def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None) -> str:
     lower, upper = bounds.lower, bounds.upper
     if upper.least_load_factor > 1:
         place = "below λ_lo"
@@ -240,8 +270,22 @@ def _as_given(bounds: ShakedownBounds) -> str:
     elif upper.load_factor <= 1:
         place = "at or above λ_max"
     else:
-        place = "where safe slips exist" if lower.status == Status.INFEASIBLE else "between the bounds"
+        beyond = "λ_max" if upper.status == Status.OPTIMAL else "any load factor"
+        place = f"between λ_1 and {beyond}"
+        if lower.status == Status.INFEASIBLE:
+            place = "where safe slips exist"
+        place += _against_energy(energy)
     return f"The loading as given (λ = 1) lies {place}."
+
+
+def _against_energy(energy: EnergyBound | None) -> str:
+    """On which side of λ_E the loading as given lies, where every state does not do the same."""
+    if energy is None or energy.open_nodes:
+        return ""
+    start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
+    if energy.least_load_factor < 1 < energy.load_factor:
+        return f", and below λ_E: from {start} the joint is proved to shake down"
+    return f"; from {start} shakedown is not proved there"
 
 
 def _reservations(bounds: ShakedownBounds) -> list[str]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 from shakedown.model.status import Status
+from shakedown.report.node_words import open_in_words as open_in_words
 
 if TYPE_CHECKING:
     from shakedown.bounds.shakedown_bounds import UpperBound
+    from shakedown.model.problem import Problem
 
 
-def zone_in_words(upper: UpperBound) -> list[str]:
+def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str]:
     """Up to where a slip-free state of the zone exists, what is not said above, and where λ = 1 lies.
 
     Examples
@@ -24,7 +25,7 @@ def zone_in_words(upper: UpperBound) -> list[str]:
     Above it no slip-free state has exactly these nodes open and all others closed throughout; ...
     The loading as given (λ = 1) lies at or above λ_max of this zone.
     """
-    where = f"With {open_in_words(upper.open_nodes)} open and all others closed"
+    where = f"With {open_in_words(upper.open_nodes, problem)} open and all others closed"
     if upper.status == Status.INFEASIBLE:
         return [
             f"{where} no load factor is safe: no slip keeps every closed node within its friction "
@@ -49,18 +50,3 @@ def _place(upper: UpperBound) -> str:
     if upper.least_load_factor > 1:
         return "below λ_lo of this zone"
     return "where this zone has safe slips" if upper.load_factor > 1 else "at or above λ_max of this zone"
-
-
-def open_in_words(nodes: tuple[int, ...]) -> str:
-    """All nodes by number, neighbours in short.
-
-    Examples
-    --------
-    >>> open_in_words((3,)), open_in_words((0, 1, 2, 3, 7, 8))
-    ('node 3', 'nodes 0–3, 7, 8')
-    """
-    runs = [
-        [node for _, node in run] for _, run in groupby(enumerate(nodes), key=lambda pair: pair[1] - pair[0])
-    ]
-    listed = [f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
-    return f"node{'s' * (len(nodes) > 1)} {', '.join(listed)}"

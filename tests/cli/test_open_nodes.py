@@ -28,7 +28,7 @@ def test_nodes_may_be_named_or_none():
     assert document("solve", "receding-block", "--open", "none")["upper"]["status"] == "infeasible"
     assert document("solve", "receding-block", "--open", "16")["upper"]["open_nodes"] == [16]
     text = " ".join(run("solve", "receding-block", "--open", "16")[1].split())
-    assert "With node 16 open and all others closed no load factor is safe" in text
+    assert "With node 16 (FE 144) open and all others closed no load factor is safe" in text
     named = ",".join(map(str, [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]))
     found = document("solve", "receding-block", "--open", named)["upper"]
     assert found["load_factor"] == document("solve", "receding-block")["upper"]["load_factor"]

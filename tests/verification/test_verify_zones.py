@@ -44,7 +44,7 @@ def test_a_wrong_zone_is_reported_not_believed():
     result = verify(RECEDING, random_states=0, open_nodes=[16])
     assert result.bounds.upper.status == "infeasible"
     assert all(one.agrees is None for one in result.runs)
-    assert "With node 16 open and all others closed no load factor is safe" in " ".join(
+    assert "With node 16 (FE 144) open and all others closed no load factor is safe" in " ".join(
         bounds_in_words(result.bounds)
     )
 

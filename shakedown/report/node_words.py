@@ -1,0 +1,95 @@
+"""Nodes and their numbers as text shows them: by number, by label where they have one, without round-off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from shakedown.evolution.contact_law import scales
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.visible_text import shortened
+
+MOST_LABELS = 4  # that are listed beside the numbers
+LONGEST_LABEL = 16  # characters of a label in a table
+
+
+def node_in_words(problem: Problem | None, node: int) -> str:
+    """One node, with its label in the model where it has one.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> node_in_words(shakedown.example("press-fit"), 1), node_in_words(None, 1)
+    ('node 1 (FE 37/1)', 'node 1')
+    """
+    return f"node {node if problem is None else problem.node_name(node)}"
+
+
+def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str:
+    """All of some nodes by number, neighbours in short, with the labels of a few.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> open_in_words((3,)), open_in_words((0, 1, 2, 3, 7, 8))
+    ('node 3', 'nodes 0–3, 7, 8')
+    >>> open_in_words((0, 1, 8), shakedown.example("press-fit"))
+    'nodes 0, 1, 8 (FE 36/0, 37/1, 44/8)'
+    """
+    if len(nodes) == 1:
+        return node_in_words(problem, nodes[0])
+    runs = [
+        [node for _, node in run] for _, run in groupby(enumerate(nodes), key=lambda pair: pair[1] - pair[0])
+    ]
+    listed = [f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
+    text, labels = f"nodes {', '.join(listed)}", None if problem is None else problem.label
+    if labels is None or len(nodes) > MOST_LABELS:
+        return text
+    return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
+
+
+def label_column(problem: Problem) -> dict[str, list[str]]:
+    """The column of a table of nodes that names them in the model; none where they have no labels.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> label_column(shakedown.example("press-fit"))["FE"][:2], label_column(shakedown.example("two-node"))
+    (['36/0', '37/1'], {})
+    """
+    labels = problem.label
+    return {} if labels is None else {"FE": [shortened(label, LONGEST_LABEL) for label in labels]}
+
+
+def slipping_nodes(slip: FloatArray, tolerances: Tolerances = DEFAULT) -> tuple[int, ...]:
+    """Nodes that slip, by more than what counts as none beside the largest slip (``steadiness``).
+
+    Examples
+    --------
+    >>> slipping_nodes(np.array([0.0, 2.0, 1e-15]))
+    (1,)
+    """
+    return tuple(int(i) for i in np.flatnonzero(slip > tolerances.steadiness * slip.max(initial=0.0)))
+
+
+def without_round_off(values: Sequence[float] | FloatArray, resolution: float) -> list[float]:
+    """Values for people: what lies within the resolution of a result is zero.
+
+    Examples
+    --------
+    >>> without_round_off([5.6e-15, 2.0, float("nan")], 1e-10)
+    [0.0, 2.0, nan]
+    """
+    return [0.0 if abs(value) <= resolution else float(value) for value in values]
+
+
+def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> tuple[float, float]:
+    """The slip [length] and the work [force × length] per period that count as none in a long-term state.
+
+    They are ``periodicity`` times the scales of the joint at that load factor.
+    """
+    scale = scales(problem, load_factor)
+    return tolerances.periodicity * scale.length, tolerances.periodicity * scale.length * scale.force

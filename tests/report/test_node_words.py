@@ -1,0 +1,72 @@
+"""Nodes by their labels, zeros without round-off, and where the loading as given lies."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.report.node_words import label_column, node_in_words, open_in_words, slipping_nodes
+from shakedown.report.words import bounds_in_words
+
+NAMED = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
+
+
+def said(problem, energy: bool = True) -> str:
+    bound = shakedown.energy_bound(problem) if energy else None
+    return " ".join(bounds_in_words(shakedown.shakedown_bounds(problem), bound))
+
+
+def test_a_node_is_called_the_same_everywhere():
+    assert node_in_words(NAMED, 1) == "node 1 (FE 4712/13)"
+    assert "where node 1 (FE 4712/13) has lost its range of safe slips" in said(NAMED)
+    assert open_in_words((0, 1), NAMED) == "nodes 0, 1 (FE 4711/12, 4712/13)"
+    assert open_in_words(tuple(range(9)), shakedown.example("press-fit")) == "nodes 0–8"
+    assert label_column(NAMED) == {"FE": ["4711/12", "4712/13"]}
+
+
+def test_round_off_is_no_slip():
+    assert slipping_nodes(np.array([1e-16, 0.0])) == (0,)  # alone it is all there is
+    assert slipping_nodes(np.array([1e-16, 1.0])) == (1,)
+    assert slipping_nodes(np.zeros(2)) == ()
+
+
+def test_a_constant_load_has_no_load_factor_to_speak_of():
+    text = said(shakedown.example("jump"))
+    assert "the load factor makes no difference" in text
+    for contradiction in (
+        "no load factor is safe",
+        "any load factor is safe",
+        "lies between",
+        "from the safe slip",
+    ):
+        assert contradiction not in text
+
+
+def scaled(factor: float):
+    """The two-node system with its periodic part multiplied: λ = 1 moves along the bounds."""
+    joint, loop = shakedown.example("two-node"), shakedown.loading(shakedown.example("two-node"))
+    q, p = loop.at(factor)
+    return dataclasses.replace(joint, q_w=q, p_w=p, q_mean=loop.q0, p_mean=loop.p0)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (0.5, "lies below λ_1."),
+        (
+            0.659,
+            "lies between λ_1 and λ_max, and below λ_E: from slip zero the joint is proved to shake down.",
+        ),
+        (0.7, "lies between λ_1 and λ_max; from slip zero shakedown is not proved there."),
+        (0.8, "lies at or above λ_max."),
+    ],
+)
+def test_the_loading_as_given_lies_where_it_lies(factor, words):
+    assert words in said(scaled(factor))
+
+
+def test_an_unlimited_upper_bound_is_no_end_of_an_interval():
+    text = said(shakedown.example("one-node-separation"))
+    assert "Above λ_1 the initial state decides: from a safe slip" in text
+    assert "Between λ_1 and λ_max" not in text
