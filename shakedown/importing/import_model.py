@@ -1,11 +1,13 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.errors import ProblemError
@@ -18,7 +20,7 @@ from shakedown.importing.load_section import (
     load_section,
     static_run,
 )
-from shakedown.importing.model_section import model_section
+from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.stiffness_section import stiffness_section
 from shakedown.importing.toml_table import Table, read_toml
 from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
@@ -57,6 +59,8 @@ class Import(Result):
         SHA-256 of the configuration and of every file that was read.
     notes : tuple of str
         What a user should know about the import.
+    path : str
+        The configuration.
     """
 
     problem: Problem
@@ -69,6 +73,7 @@ class Import(Result):
     loads: tuple[LoadEvidence, ...]
     sources: dict[str, str]
     notes: tuple[str, ...]
+    path: str
 
     def to_dict(self) -> dict[str, Any]:
         """What ``shakedown-bounds import --check --json`` writes."""
@@ -124,7 +129,13 @@ def import_problem(config_path: str | os.PathLike[str]) -> Problem:
     return import_model(config_path).problem
 
 
-def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> Import:
+def import_model(
+    config_path: str | os.PathLike[str],
+    *,
+    command: str = "",
+    changes: Mapping[str, float] | None = None,
+    before: Import | None = None,
+) -> Import:
     """Read finite-element output as a TOML configuration says, and condense it.
 
     The problem keeps what leads back to the model: labels, coordinates, normals and, where
@@ -194,6 +205,13 @@ def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> I
         The TOML file; paths in it are relative to its folder.
     command
         What was typed, for ``source``.
+    changes
+        Dotted key → number that takes the place of the configuration's; tables of a list and
+        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``.
+    before
+        The import of the same configuration as it stands: where the changes touch only
+        friction, load steps, loads without prescribed displacements or the gap, the matrix is
+        neither read nor condensed again.
 
     Raises
     ------
@@ -202,7 +220,8 @@ def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> I
     """
     if not isinstance(config_path, str | os.PathLike):
         raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
-    root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
+    kept = before if before is not None and all(map(_keeps_stiffness, changes or {})) else None
+    root, files = read_toml(config_path, changes), InputFiles(Path(config_path).parent)
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
     f = _friction(root)
     sections = {key: root.table(key) for key in ("stiffness", "contact")}
@@ -210,25 +229,24 @@ def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> I
     tables = root.tables("load")
     root.done()
     stiffness_file = sections["stiffness"].content.get("file")
-    model = model_section(sections["model"], files)
+    model = model_section(sections["model"], files) if kept is None else Model(kept.mesh)
     contact = contact_section(sections["contact"], model, files)
-    stiffness = stiffness_section(sections["stiffness"], contact, model, files)
+    if kept is None:
+        stiffness = stiffness_section(sections["stiffness"], contact, model, files)
+    else:
+        stiffness = kept.stiffness
     context = ImportContext(stiffness, contact, model, files, steps)
     loads = [load_section(table, context) for table in tables]
-    reduced = condensed_stiffness(
-        stiffness.K,
-        stiffness.dofs,
-        contact.labels,
-        contact.normals,
-        fixed=held_rows(sections["supports"], context, loads),
-        axes=contact.axes,
-        free_out_of_plane=contact.free_out_of_plane,
-        allow_sparse=stiffness.superelement,  # checked as a whole when it was read
-    )
-    difference = static_run(sections["check"], reduced, context, str(stiffness_file))
+    if kept is None:
+        held = held_rows(sections["supports"], context, loads)
+        reduced = _condensed(stiffness, contact, held)
+        difference = static_run(sections["check"], reduced, context, str(stiffness_file))
+    else:
+        reduced, difference = kept.condensation, kept.static_run
     cases = [load.case for load in loads]
     bare = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
-    sources = {Path(config_path).name: sha256(config_path), **files.sources}
+    sources = {**({} if kept is None else kept.sources), **files.sources}
+    sources = {Path(config_path).name: sha256(config_path), **sources}
     area, without = positive_areas(contact)
     problem = replace(
         bare,
@@ -238,7 +256,7 @@ def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> I
         tangent=in_space(reduced.frame.tangents, contact.axes),
         node_area=area,
         load_names=load_names(cases, root.where),
-        source=source_text(config_path, sources, command),
+        source=source_text(config_path, sources, _with_changes(command, changes)),
     )
     return Import(
         problem=problem,
@@ -251,6 +269,33 @@ def import_model(config_path: str | os.PathLike[str], *, command: str = "") -> I
         loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
         sources=sources,
         notes=(*reduced.notes, *_relative(contact, model.mesh), *without, *_tension(problem)),
+        path=os.fspath(config_path),
+    )
+
+
+def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:
+    """What was typed, and what was changed."""
+    return " ".join([*([command] if command else []), *(f"{k}={v!r}" for k, v in (changes or {}).items())])
+
+
+def _keeps_stiffness(key: str) -> bool:
+    """Whether a change at a key leaves the matrix, the held rows and the contact nodes as they are."""
+    table, *more = key.split(".")
+    if table == "load":
+        return len(more) > 1 and more[1] != "displacements"
+    return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
+
+
+def _condensed(stiffness: Stiffness, contact: ContactSection, held: NDArray[np.intp]) -> Condensation:
+    return condensed_stiffness(
+        stiffness.K,
+        stiffness.dofs,
+        contact.labels,
+        contact.normals,
+        fixed=held,
+        axes=contact.axes,
+        free_out_of_plane=contact.free_out_of_plane,
+        allow_sparse=stiffness.superelement,  # checked as a whole when it was read
     )
 
 

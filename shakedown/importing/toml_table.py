@@ -3,6 +3,7 @@
 import math
 import os
 import tomllib
+from collections.abc import Mapping
 from typing import Any
 
 from shakedown.errors import ProblemError
@@ -12,23 +13,63 @@ MOST_BYTES = 16 << 20  # of a configuration
 _LARGEST_LABEL = 2**62
 
 
-def read_toml(path: str | os.PathLike[str]) -> "Table":
-    """The root table of a TOML file.
+def read_toml(path: str | os.PathLike[str], changes: Mapping[str, float] | None = None) -> "Table":
+    """The root table of a TOML file, with some of its numbers changed.
+
+    Parameters
+    ----------
+    path
+        The file.
+    changes
+        Dotted key → number; a table of a list of tables, or an entry of a list, is named by
+        its place from 1: ``"load.2.history.harmonics.1.sin"``.
 
     Raises
     ------
     ProblemError
-        If the file is missing, unreadable or not TOML.
+        If the file is missing, unreadable or not TOML, or has no number at such a key.
     """
     name, raw = os.fspath(path), read_bytes(path)
     if len(raw) > MOST_BYTES:
         raise ProblemError(f"{name}: expected a TOML file of at most {MOST_BYTES >> 20} MiB, found more")
     try:
-        return Table(tomllib.loads(raw.decode("utf-8")), name)
+        content = tomllib.loads(raw.decode("utf-8"))
     except RecursionError:
         raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
         raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
+    for key, value in (changes or {}).items():
+        _change(content, key, value, name)
+    return Table(content, name)
+
+
+def _change(content: dict[str, Any], key: str, value: float, name: str) -> None:
+    """Put a number in the place of another one, or at a key that a table lacks."""
+    *way, last = key.split(".")
+    place: Any = content
+    for part in way:
+        place = _inside(place, part, f"{name}: {key}")
+    old = place.get(last) if isinstance(place, dict) else _inside(place, last, f"{name}: {key}")
+    if old is not None and not _is_number(old):
+        raise ProblemError(f"{name}: {key}: expected the key of a number, found {shown(old)}")
+    new = int(value) if isinstance(old, int) and float(value).is_integer() else float(value)
+    if isinstance(place, dict):
+        place[last] = new
+    else:
+        place[int(last) - 1] = new
+
+
+def _inside(place: Any, part: str, where: str) -> Any:
+    """What a table has at a key, or a list at a place from 1."""
+    if isinstance(place, dict) and part in place:
+        return place[part]
+    if isinstance(place, list) and part.isascii() and part.isdigit() and 1 <= int(part[:9]) <= len(place):
+        return place[int(part) - 1]
+    if isinstance(place, dict):
+        raise ProblemError(f"{where}: expected one of {', '.join(map(quoted, place))}, found {quoted(part)}")
+    if isinstance(place, list):
+        raise ProblemError(f"{where}: expected a number from 1 to {len(place)}, found {quoted(part)}")
+    raise ProblemError(f"{where}: expected a table or a list before {quoted(part)}, found {shown(place)}")
 
 
 class Table:
