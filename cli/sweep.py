@@ -15,13 +15,32 @@ from shakedown.report.json_documents import plain, problem_document
 from shakedown.visible_text import shortened
 
 from .initial import initial_state
-from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
+from .options import (
+    INPUT,
+    OutputFile,
+    ProblemFile,
+    json_option,
+    quiet_option,
+    refuse_overwriting_input,
+)
 from .output import echo_json, headline, number, paragraph, progress, say, table
 from .pictures import PictureFile, write_picture
 
 BOUNDS = ("lower", "universal", "energy", "transient", "upper")
 COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
 MOST_VALUES = 1_000_000
+LONGEST_HEADING = 14
+
+
+class Joint(ProblemFile):
+    """A problem file, the name of a built-in problem, or an import configuration (.toml)."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, str) and value.lower().endswith(".toml"):
+            if ctx is not None:
+                ctx.meta[INPUT] = value
+            return shakedown.import_model(value)
+        return super().convert(value, param, ctx)
 
 
 class Vary(click.ParamType):
@@ -85,14 +104,14 @@ class TableFile(OutputFile):
 
 
 @click.command(short_help="The limits over one or two parameters.")
-@problem_argument
+@click.argument("joint", metavar="FILE", type=Joint())
 @click.option(
     "--vary",
     type=Vary(),
     multiple=True,
     required=True,
     help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean, phase, "
-    "stiffness or coupling. May be given twice.",
+    "stiffness or coupling, or a key of CONFIG.toml. May be given twice.",
 )
 @click.option(
     "--bounds",
@@ -134,7 +153,7 @@ class TableFile(OutputFile):
 @click.pass_context
 def sweep(
     context: click.Context,
-    problem: Problem,
+    joint: Problem | shakedown.Import,
     vary: tuple[tuple[str, FloatArray], ...],
     bounds: tuple[str, ...],
     load_factors: tuple[float, ...],
@@ -152,7 +171,10 @@ def sweep(
 
     f is the friction coefficient; friction, amplitude, mean, stiffness and coupling are
     factors on what the file has; phase, in periods, moves the tangential loads along
-    against the normal ones. Exit code 1 where limits contradict each other.
+    against the normal ones. FILE may also be the CONFIG.toml of an import: then its
+    numbers are parameters too, by keys like contact.gap or load.2.history.harmonics.1.sin
+    (tables and entries of lists are counted from 1). Exit code 1 where limits contradict
+    each other.
     """
     refuse_overwriting_input(context, output)
     if len({name for name, _ in vary}) < len(vary):
@@ -161,9 +183,10 @@ def sweep(
         raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    problem = joint if isinstance(joint, Problem) else joint.problem
     with progress("points") as update:
         found = shakedown.sweep(
-            problem,
+            joint,
             dict(vary),
             bounds=bounds,
             load_factors=load_factors,
@@ -176,6 +199,8 @@ def sweep(
             resume=resume,
             progress=update,
         )
+    if not any(point.exists for point in found.points):
+        raise click.UsageError(f"--vary: no value makes a joint: {found.points[0].reason}")
     spoken = load_factors[0] if load_factors else 1.0
     if output is not None:
         found.save(output)
@@ -197,7 +222,11 @@ def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
         lines += ["CONTRADICTION", *(paragraph(f"- {text}", "  ") for text in found.contradictions), ""]
     lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
     shown = [name for name in COLUMNS if name in found.bounds]
-    headers = [*found.parameters, *(COLUMNS[name] for name in shown), f"at λ = {load_factor:g}"]
+    headers = [
+        *(shortened(name, LONGEST_HEADING) for name in found.parameters),
+        *(COLUMNS[name] for name in shown),
+        f"at λ = {load_factor:g}",
+    ]
     regions = found.regions(load_factor).ravel()
     digits = 7 - len(found.parameters)
     rows = [

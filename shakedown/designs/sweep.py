@@ -14,8 +14,9 @@ from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.designs.design_point import LIMITS, DesignPoint, Question, design_point
 from shakedown.designs.diagram import Sweep
-from shakedown.designs.variation import ProblemOf, Variation, checked_variation
+from shakedown.designs.variation import Configured, ProblemOf, Variation, checked_variation
 from shakedown.errors import ShakedownError, UsageError
+from shakedown.importing.import_model import Import
 from shakedown.model.arguments import check_load_factor, real_array
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -24,7 +25,7 @@ Progress = Callable[[int, int], None]
 
 
 def sweep(
-    joint: Problem | ProblemOf,
+    joint: Problem | Import | ProblemOf,
     vary: Mapping[str, ArrayLike],
     *,
     bounds: Sequence[str] = LIMITS,
@@ -47,7 +48,9 @@ def sweep(
     Parameters
     ----------
     joint
-        A joint, of which named parameters are varied (:func:`with_parameter`); or a function
+        A joint, of which named parameters are varied (:func:`with_parameter`). One from
+        :func:`import_model`: also the numbers of its configuration, by dotted keys, tables and
+        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``). Or a function
         problem(parameter) or problem(parameter, parameter) that returns one, whose arguments
         may have any names in ``vary``.
     vary
@@ -154,10 +157,10 @@ class _Points:
 
     def header(self) -> dict[str, str]:
         """All that the points depend on."""
-        joint = self.variation.joint
-        initial = self.question.initial_slip
+        base, initial = self.variation.base, self.question.initial_slip
         return {
-            "joint": fingerprint(joint) if isinstance(joint, Problem) else _named(joint),
+            "joint": _named(self.variation.joint) if base is None else fingerprint(base),
+            "configuration": _sources(self.variation),
             "values": repr(
                 dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))
             ),
@@ -167,7 +170,12 @@ class _Points:
         }
 
 
-def _named(joint: ProblemOf) -> str:
+def _sources(variation: Variation) -> str:
+    """SHA-256 of what an imported joint was made from."""
+    return repr(variation.joint.made.sources) if isinstance(variation.joint, Configured) else ""
+
+
+def _named(joint: object) -> str:
     """What tells one function from another."""
     return f"{getattr(joint, '__module__', '')}.{getattr(joint, '__qualname__', repr(joint))}"
 

@@ -63,7 +63,11 @@ def _best(sweep: "Sweep") -> Iterator[str]:
         if name not in sweep.bounds or len(sweep.points) < 2:
             continue
         values = sweep.load_factors(name)
-        if np.isfinite(values).any() and not np.isinf(values).any():
+        if not np.isfinite(values).any() or np.isinf(values).any():
+            continue
+        if np.nanmax(values) == 0.0:
+            yield f"{text} is 0 everywhere."
+        else:
             place = np.unravel_index(np.nanargmax(values), sweep.shape)
             pairs = zip(sweep.parameters, sweep.values, place, strict=True)
             at = ", ".join(f"{parameter} = {v[k]:.6g}" for parameter, v, k in pairs)

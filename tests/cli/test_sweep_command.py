@@ -90,6 +90,7 @@ def test_points_without_a_joint_are_counted_and_said():
         (("--vary", "f=0.3", "-o", "table.xlsx"), "ends in .csv or .parquet"),
         (("--vary", "f=0.3", "-o", "no/such/folder.csv"), "cannot be written"),
         (("--vary", "f=0.3", "--picture", "a.txt"), "ends in .png, .svg or .pdf"),
+        (("--vary", "f=-0.3,-0.2"), "--vary: no value makes a joint: key 'f': expected friction"),
         (("--vary", "f=0.3", "--workers", "0"), "0 is not in the range x>=1"),
         (("--vary", "f=0.1,0.3", "--vary", "mean=1", "--picture", "a.png"), "expected two values or more"),
     ],
@@ -100,3 +101,20 @@ def test_bad_words_are_one_line(tmp_path, words, message):
     assert message in err
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_numbers_of_a_configuration_are_parameters(tmp_path):
+    shakedown.write_import_example(tmp_path / "punch")
+    config = str(tmp_path / "punch" / "import.toml")
+    force = "load.2.forces.1.3"
+    result = document("sweep", config, "--vary", f"{force}=5,10", "--bounds", "upper")
+    first, second = (point["upper"]["load_factor"] for point in result["points"])
+    as_given = shakedown.upper_bound(shakedown.import_problem(config)).load_factor
+    assert second == pytest.approx(as_given, rel=1e-9)
+    assert first > second
+    assert max(map(len, run("sweep", config, "--vary", f"{force}=5,10", "--quick")[1].splitlines())) <= 80
+    code, out, err = run("sweep", config, "--vary", "load.9.history=1", cwd=tmp_path)
+    assert (code, out) == (2, "")
+    assert "load.9.history: expected a number from 1 to 3, found '9'" in err
+    code, out, err = run("sweep", config, "--vary", "f=0.3", "-o", config.replace("toml", "csv"))
+    assert code == 0

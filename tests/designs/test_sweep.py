@@ -191,7 +191,7 @@ def test_the_document_is_plain_and_the_text_short(found):
         (TWO, {"f": 0.3}, {"load_factors": [-1.0]}, "load factor: expected a number >= 0"),
         (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open_nodes: expected 'auto' or 'none'"),
         (TWO, {"f": 0.3}, {"workers": 0}, "workers: expected at least 1"),
-        ("two-node", {"f": 0.3}, {}, "expected a Problem or a function that makes one, found str"),
+        ("two-node", {"f": 0.3}, {}, "expected a Problem, an Import or a function that makes one, found str"),
     ],
 )
 def test_bad_arguments_are_one_line(joint, vary, options, message):
@@ -208,3 +208,18 @@ def test_a_state_of_the_wrong_length_is_said_at_every_point():
     found = shakedown.sweep(TWO, {"f": [0.3]}, initial_slip=[0.0], bounds=["energy", "upper"])
     assert found.status("energy").tolist() == [Status.UNDECIDED]
     assert "initial slip: expected shape (2,)" in found.points[0].limits["energy"].remark
+
+
+def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
+    shakedown.write_import_example(tmp_path / "punch")
+    made = shakedown.import_model(tmp_path / "punch" / "import.toml")
+    force, harmonic = "load.2.forces.1.3", "load.3.history.harmonics.1.cos"
+    vary = {force: [5.0, 10.0], harmonic: [0.5, 1.0]}
+    found = shakedown.sweep(made, vary, bounds=["upper"])
+    assert found.upper[1, 1] == shakedown.upper_bound(made.problem, certify=False).load_factor
+    afresh = shakedown.import_model(made.path, changes={force: 5.0, harmonic: 0.5})
+    assert found.upper[0, 0] == shakedown.upper_bound(afresh.problem, certify=False).load_factor
+    both = shakedown.sweep(made, {"f": [0.3, 0.4], harmonic: [1.0]}, bounds=["upper"], workers=2)
+    assert both.upper[0, 0] == pytest.approx(found.upper[1, 1], rel=1e-12)
+    wrong = shakedown.sweep(made, {"load.1.name": [1.0]})
+    assert "load.1.name: expected the key of a number, found 'pressed down'" in wrong.points[0].reason
