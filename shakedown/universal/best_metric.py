@@ -1,14 +1,15 @@
 """The metric in which forward and backward slip of every node are farthest apart."""
 
+import clarabel
 import numpy as np
-from scipy.sparse import block_array, coo_array, csr_array, eye_array, kron
+from scipy.sparse import block_array, coo_array, csc_array, csr_array, eye_array, kron, vstack
 
 from shakedown.model.problem import FloatArray
 from shakedown.universal.admissible_states import AdmissibleStates
 from shakedown.universal.shrinking_box import LimitBox
 
-SIMPLEX_UP_TO = 12  # nodes; beyond, the interior point method of HiGHS is much quicker
 LEAST_WIDTH = 1e-6  # of the widest side: a side of the box below this does not set a scale
+ACCURACY = 1e-7  # of the program: its P is checked by other programs, and the gap that it seeks is larger
 
 
 def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
@@ -20,7 +21,8 @@ def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
         sup_forward P_i·v − inf_backward P_i·v ≤ −δ for every node i,   |P_ij| ≤ 1 in units of the box.
 
     P need not be definite, as the box bounds the potential ½ vᵀPv − zᵀv; and P_is is free for a
-    node s that stands, because z may depend on where it stands. None where the program does not end.
+    node s that stands, because z may depend on where it stands. What comes out is a proposal, to be
+    checked. None where the program finds no gap.
     """
     n, (low, high, lower, upper) = states.n, box.within
     width = np.maximum(upper - lower, LEAST_WIDTH * (upper - lower).max())
@@ -33,25 +35,40 @@ def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
     moving = [int(i) for i in np.flatnonzero(~box.standing)]
     number = _unknowns(n, moving)
     above = dual.rows(len(moving), _selection(n, moving, number))
-    least, most = _bounds(n, moving, len(number))
-    cost = np.zeros(above.shape[1])
-    cost[-1] = -1.0
-    from scipy.optimize import linprog  # a third of a second that other arguments need not pay
-
-    found = linprog(
-        cost,
-        A_ub=above,
-        b_ub=np.zeros(above.shape[0]),
-        bounds=np.column_stack([least, most]),
-        method="highs" if n <= SIMPLEX_UP_TO else "highs-ipm",
-    )
-    if found.x is None:
+    x = _widest_gap(above, *_bounds(n, moving, len(number)))
+    if not x[-1] > 0.0:
         return None
     start = above.shape[1] - 1 - len(number)
     P = np.zeros((n, n))
     for (i, j), place in number.items():
-        P[i, j] = P[j, i] = found.x[start + place] / (width[i] * width[j])
+        P[i, j] = P[j, i] = x[start + place] / (width[i] * width[j])
     return P
+
+
+def _widest_gap(above: csr_array, least: FloatArray, most: FloatArray) -> FloatArray:
+    """The columns that make the last one, δ, the largest, subject to all rows ≤ 0 and bounds of the columns.
+
+    Sparse, with as many as a thousand columns per node: by interior points without a vertex.
+    """
+    columns = eye_array(above.shape[1], format="csr")
+    below, beyond = np.isfinite(least), np.isfinite(most)
+    matrix = vstack([above, -columns[below], columns[beyond]])
+    right = np.concatenate([np.zeros(above.shape[0]), -least[below], most[beyond]])
+    cost = np.zeros(above.shape[1])
+    cost[-1] = -1.0
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = ACCURACY
+    found = clarabel.DefaultSolver(
+        csc_array((len(cost), len(cost))),
+        cost,
+        csc_array(matrix),
+        right,
+        [clarabel.NonnegativeConeT(len(right))],
+        settings,
+    ).solve()
+    return np.array(found.x)
 
 
 class _Dual:

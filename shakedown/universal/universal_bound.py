@@ -19,8 +19,7 @@ from shakedown.universal.closing_box import ClosingBox, closing_box
 from shakedown.universal.sharpened_swing import SharpenedSwing, sharpened_swing
 from shakedown.universal.swing_bound import SwingBound, swing_bound
 
-SHARPENED_UP_TO = 12  # nodes up to which the sharpening takes seconds
-INTERVALS = 12
+INTERVALS = {12: 12, 20: 6, 40: 2}  # by default up to so many nodes, so that it takes a few seconds at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,8 +107,9 @@ def universal_bound(
     first_collapse
         λ_1, where it has been computed already.
     intervals
-        How many intervals of load factors the sharpened swing may try, 0 for none; by default
-        a dozen for up to twelve nodes (seconds), else none.
+        The effort: how many intervals of load factors the sharpened swing may try, 0 for none. By
+        default twelve for up to 12 nodes (about a second), six for up to 20, two for up to 40 (a few
+        seconds), else none; each costs a few seconds for 40 nodes, a minute for 70.
     certify
         Whether to prove the swing bound in exact arithmetic; by default where that is quick.
     tolerances
@@ -131,7 +131,7 @@ def universal_bound(
     """
     require_problem(problem)
     if intervals is None:
-        intervals = INTERVALS if problem.n <= SHARPENED_UP_TO else 0
+        intervals = next((effort for most, effort in INTERVALS.items() if problem.n <= most), 0)
     if not isinstance(intervals, Integral) or intervals < 0:
         raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
     if not isinstance(first_collapse, LowerBound | None):

@@ -171,6 +171,18 @@ def test_sharpened_swing_reaches_the_first_collapse_of_a_block():
     assert ends[-1] == bound.load_factor
 
 
+@pytest.mark.parametrize("coupling", [0.5, 1.5])
+def test_joints_of_more_than_a_dozen_nodes_are_sharpened(coupling):
+    problem = random_problem(14, 3, m=8, coupling=coupling)
+    bound = shakedown.universal_bound(problem, intervals=2)
+    assert bound.argument == "swing with box"
+    rest = bound.first_collapse - bound.swing.load_factor
+    assert bound.swing.load_factor + 0.6 * rest < bound.load_factor <= bound.first_collapse
+    assert (
+        shakedown.long_term_state(problem, bound.load_factor, np.linspace(-2, 2, 14)).outcome == "shakedown"
+    )
+
+
 def test_every_interval_can_be_checked_again():
     """Box and metric of each interval, by SciPy: forward and backward slip are apart in them."""
     problem = random_problem(3, 5, coupling=1.2)
