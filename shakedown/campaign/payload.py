@@ -31,6 +31,12 @@ def unpacked(piece: bytes) -> dict[str, NDArray[Any]]:
         return {key: archive[key] for key in archive.files}
 
 
+def unpacked_array(piece: bytes, key: str) -> NDArray[Any]:
+    """One of the arrays that :func:`packed` put together."""
+    with np.load(BytesIO(piece), allow_pickle=False) as archive:
+        return np.asarray(archive[key])
+
+
 def fingerprint(problem: Problem) -> str:
     """SHA-256 of all arrays of a problem: what a recorded campaign is compared by.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.journal import Journal
-from shakedown.campaign.payload import unpacked
+from shakedown.campaign.payload import unpacked, unpacked_array
 from shakedown.files.atomic_write import atomic_write
 
 Columns = dict[str, NDArray[Any]]
@@ -40,7 +40,7 @@ def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, setting
             if key == "load_factor" and single:
                 _write(archive, key, np.array(single[0]))
             else:
-                pieces = (unpacked(piece)[key] for piece in journal.pieces())
+                pieces = (unpacked_array(piece, key) for piece in journal.pieces())
                 _write_column(archive, key, (rows, *sample.shape[1:]), sample.dtype, pieces)
         _write(archive, "settings", np.array(json.dumps(settings, ensure_ascii=False)))
 

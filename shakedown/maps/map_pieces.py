@@ -11,7 +11,7 @@ from shakedown.maps.samplers import BLOCK, Sampling
 from shakedown.model.arguments import check_count
 from shakedown.tolerances import DEFAULT, Tolerances
 
-LITTLE = 1 << 13  # states times nodes: a few seconds at most
+LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 COLUMNS = (  # what is kept of every state
     "initial_slip",
     "final_slip",
@@ -47,7 +47,7 @@ class MapPieces:
     @property
     def size(self) -> int:
         """States in one piece: about a second of work."""
-        return BLOCK * max(1, 16 // self.samplings[0].problem.n)
+        return BLOCK * max(1, 256 // self.samplings[0].problem.n)
 
     @property
     def count(self) -> int:
@@ -57,7 +57,8 @@ class MapPieces:
     @property
     def little(self) -> bool:
         """Whether other processes would take longer to start than this one to be done."""
-        return self.count * self.size * self.samplings[0].problem.n < LITTLE
+        first = self.samplings[0]
+        return len(self.samplings) * first.states * first.problem.n**2 < LITTLE
 
     @property
     def _per_load_factor(self) -> int:

@@ -149,7 +149,8 @@ def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> l
     for mask, colour, _ in kinds:
         draw(axes, points, np.ma.masked_array(np.ones(len(points)), mask=~mask), ListedColormap([colour]))
     if colours.count():
-        scale = Normalize(0.0, float(colours.max()) or 1.0)
+        least, most = float(colours.min()), float(colours.max())
+        scale = Normalize(0.0 if resting.any() or least == most else least, most or 1.0)
         shown = draw(axes, points, colours, DISSIPATION, scale)
         axes.figure.colorbar(shown, ax=axes, label=label)
     return [Patch(fc=colour, label=name) for mask, colour, name in kinds if mask.any()]

@@ -84,7 +84,7 @@ def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatc
 
 def test_another_map_is_not_gone_on_with(tmp_path):
     path, partial = tmp_path / "map.npz", tmp_path / "map.npz.partial"
-    script = f"import shakedown; shakedown.initial_state_map(shakedown.example('two-node'), 0.7, states=30000, path={str(path)!r})"
+    script = f"import shakedown; shakedown.initial_state_map(shakedown.example('two-node'), 0.7, states=120000, path={str(path)!r})"
     run = subprocess.Popen([sys.executable, "-c", script])
     while not partial.exists() and run.poll() is None:
         time.sleep(0.01)
@@ -93,9 +93,9 @@ def test_another_map_is_not_gone_on_with(tmp_path):
     run.wait()
     assert partial.exists()
     with pytest.raises(shakedown.UsageError, match="unfinished run is recorded there; resume it, or remove"):
-        mapped(path, 30000)
+        mapped(path, 120000)
     with pytest.raises(shakedown.UsageError, match="recorded with seed = 0, not 1"):
-        mapped(path, 30000, seed=1, resume=True)
-    with pytest.raises(shakedown.UsageError, match="recorded with states = 30000, not 64"):
+        mapped(path, 120000, seed=1, resume=True)
+    with pytest.raises(shakedown.UsageError, match="recorded with states = 120000, not 64"):
         mapped(path, 64, resume=True)
     assert not path.exists()
