@@ -23,6 +23,7 @@ STUDIES: tuple[str, ...] = (
     "energy_bounds",
     "evolution",
     "growth",
+    "initial_states",
     "long_term",
     "reaction_planes",
     "receding",

@@ -90,6 +90,16 @@ def _mapped(file: IO[bytes]) -> NDArray[Any]:
     return np.memmap(file, dtype=dtype, mode="r", offset=file.tell(), shape=shape)
 
 
+def finished_map(path: str | os.PathLike[str], settings: Mapping[str, Any]) -> Columns | None:
+    """The columns of a file that holds the map with these settings; None of any other or none."""
+    try:
+        columns = mapped_columns(path)
+        found = json.loads(str(columns["settings"]))
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        return None
+    return columns if found == json.loads(json.dumps(settings)) else None
+
+
 def joined_columns(journal: Journal) -> Columns:
     """The columns of all pieces in memory."""
     pieces = [unpacked(piece) for piece in journal.pieces()]

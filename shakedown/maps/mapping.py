@@ -19,7 +19,7 @@ from shakedown.errors import UsageError
 from shakedown.files.atomic_write import check_target
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.maps.basin_map import InitialStateMap, InitialStateMaps, basin_map
-from shakedown.maps.map_file import Columns, joined_columns, mapped_columns, write_map
+from shakedown.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
 from shakedown.maps.map_pieces import MapPieces, Search
 from shakedown.maps.samplers import Sampler, sampling
 from shakedown.model.arguments import check_load_factor, require_problem
@@ -119,7 +119,7 @@ def initial_state_map(
         then stay on the disk, so that memory does not grow with the number of states,
         apart from eight bytes of each while quartiles are taken.
     resume
-        Whether to go on with what is recorded there.
+        Whether to go on with what is recorded there; a map that is whole already is read.
     workers, scheduler
         Who works: see :class:`Crew`. None is one process for a little work, else all cores.
     max_cycles, longest_period
@@ -191,18 +191,20 @@ def _columns(
 ) -> Columns:
     """All states of all load factors, done now or before; on the disk where they have a file."""
     settings = _settings(work)
-    header = {key: json.dumps(value) for key, value in settings.items()}
-    header |= {"piece": str(work.size), "tolerances": json.dumps(asdict(work.search.tolerances))}
+    header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
+    record = None if target is None else target.with_name(target.name + PARTIAL)
+    if resume and target is not None and record is not None and not record.exists():
+        finished = finished_map(target, settings)
+        if finished is not None:
+            return finished
     with ExitStack() as stack:
-        record = None if target is None else target.with_name(target.name + PARTIAL)
         journal = stack.enter_context(journal_at(record, header, resume=resume))
         run_campaign(work, work.count, journal, crew, progress)
         if target is None:
             return joined_columns(journal)
         write_map(target, journal, len(work.samplings) * work.samplings[0].states, settings)
         journal.remove()
-    columns = mapped_columns(target)
-    return {key: column for key, column in columns.items() if column.ndim}
+    return mapped_columns(target)
 
 
 def _settings(work: MapPieces) -> dict[str, Any]:
@@ -218,5 +220,6 @@ def _settings(work: MapPieces) -> dict[str, Any]:
         "reach": first.reach,
         "max_cycles": work.search.max_cycles,
         "longest_period": work.search.longest_period,
+        "tolerances": asdict(work.search.tolerances),
         "version": version("shakedown-bounds"),
     }

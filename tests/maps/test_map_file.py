@@ -44,6 +44,22 @@ def test_the_file_holds_every_state(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
 
 
+def test_a_map_that_is_whole_is_not_made_again(tmp_path, monkeypatch):
+    path = tmp_path / "map.npz"
+    before, bytes_before = mapped(path, 70), path.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr("shakedown.maps.mapping.run_campaign", None)
+        after = mapped(path, 70, resume=True)
+        np.testing.assert_array_equal(after.final_slip, before.final_slip)
+        with pytest.raises(TypeError):
+            mapped(path, 70, resume=True, seed=1)
+    (tmp_path / "map.npz.partial").unlink()
+    assert mapped(path, 71, resume=True).initial_slip.shape == (71, 2)
+    path.write_bytes(b"something else")
+    mapped(path, 70, resume=True)
+    assert path.read_bytes() == bytes_before
+
+
 def test_several_load_factors_are_rows_below_each_other(tmp_path):
     path = tmp_path / "map.npz"
     maps = shakedown.initial_state_map(JOINT, [0.7, 0.8], states=65, path=path)
@@ -99,3 +115,21 @@ def test_another_map_is_not_gone_on_with(tmp_path):
     with pytest.raises(shakedown.UsageError, match="recorded with states = 120000, not 64"):
         mapped(path, 64, resume=True)
     assert not path.exists()
+
+
+def test_on_a_cluster_with_a_worker_killed_the_bytes_are_the_same(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    states, killed = 40_000, []
+    mapped(tmp_path / "whole.npz", states)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+    ) as cluster:
+
+        def kill_one(done, _):
+            if done == 1 and not killed:
+                killed.append(next(iter(cluster.workers.values())).process.pid)
+                os.kill(killed[0], signal.SIGKILL)
+
+        mapped(tmp_path / "cluster.npz", states, scheduler=cluster.scheduler_address, progress=kill_one)
+    assert killed
+    assert digest(tmp_path / "cluster.npz") == digest(tmp_path / "whole.npz")
