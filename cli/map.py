@@ -20,7 +20,7 @@ from .options import (
     quiet_option,
     refuse_overwriting_input,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table
+from .output import echo_json, headline, number, paragraph, progress, say, table, with_unit, work_unit
 from .pictures import PictureFile, write_picture
 
 if TYPE_CHECKING:  # they load what computes
@@ -58,7 +58,11 @@ class LoadFactors(click.ParamType):
             self.fail(f"expected a number or FIRST:LAST:COUNT like 0.5:1:11, found {value!r}", param, ctx)
 
 
-@click.command("map", short_help="Long-term states from many initial states.")
+@click.command(
+    "map",
+    short_help="Long-term states from many initial states.",
+    epilog="Exit codes: 0 computed; 1 states are undecided after --cycles; 2 bad usage or bad input.",
+)
 @problem_argument
 @click.option(
     "--load-factor", type=LoadFactors(), required=True, help="Load factor λ ≥ 0, or FIRST:LAST:COUNT."
@@ -120,8 +124,6 @@ def map_command(
 ) -> None:
     """What becomes of FILE from many initial states: the share that shakes
     down, the dissipation of the others, their limit cycles.
-
-    Exit code 1 where a state is undecided.
     """
     for file in (output, picture):
         refuse_overwriting_input(context, file)
@@ -186,7 +188,7 @@ def _text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str:
 
 def _one(found: InitialStateMap) -> list[str]:
     """Everything about one load factor."""
-    states, unit = len(found), _unit(found)
+    states, unit = len(found), work_unit(found.problem)
     interval = f" (95 %: {_interval(found)})" if _interval(found) != "-" else ""
     lines = [
         paragraph(
@@ -201,7 +203,7 @@ def _one(found: InitialStateMap) -> list[str]:
     least, first, median, third, most = (number(float(value), 5) for value in found.dissipation_quartiles)
     lines.append(
         paragraph(
-            f"Dissipation per cycle{unit} over all states: from {least} to {most}; "
+            f"{with_unit('Dissipation per cycle', unit)} over all states: from {least} to {most}; "
             f"quartiles {first}, {median}, {third}."
         )
     )
@@ -246,11 +248,6 @@ def _percent(share: float) -> str:
 def _interval(found: InitialStateMap) -> str:
     low, high = found.interval
     return "-" if low != low else f"{100 * low:.1f}–{100 * high:.1f} %"
-
-
-def _unit(found: InitialStateMap) -> str:
-    force, length = shakedown.units_of(found.problem)
-    return f" [{force} {length}]" if force and length else ""
 
 
 def _nodes(nodes: tuple[int, ...], most: int = 6) -> str:

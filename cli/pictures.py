@@ -16,14 +16,16 @@ ENDINGS = (".png", ".svg", ".pdf")
 
 
 class PictureFile(click.Path):
-    """A picture to write, found to be writable before the work starts."""
+    """A picture to write, or a film, found to be writable before the work starts."""
 
-    def __init__(self) -> None:
+    def __init__(self, endings: tuple[str, ...] = ENDINGS) -> None:
         super().__init__(path_type=Path)
+        self.endings = endings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not str(value).lower().endswith(ENDINGS):
-            raise shakedown.UsageError(f"{value}: expected a name that ends in .png, .svg or .pdf")
+        if not str(value).lower().endswith(self.endings):
+            known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
+            raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
         shakedown.check_target(value)
         return super().convert(value, param, ctx)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
+import numpy as np
 
 import shakedown
 from shakedown import Problem
@@ -34,6 +35,9 @@ from .output import (
     with_unit,
     work_unit,
 )
+from .pictures import PictureFile
+
+FILMED = 3.0  # cycles
 
 
 @click.command(
@@ -52,6 +56,12 @@ from .output import (
 @cycles_option
 @method_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
+@click.option(
+    "--animation",
+    type=PictureFile((".gif",)),
+    help="Film of the first three cycles (GIF): the slip of two nodes, else the load of the node "
+    "that slips most.",
+)
 @json_option
 @quiet_option
 @click.pass_context
@@ -63,6 +73,7 @@ def simulate(
     cycles: int,
     method: str,
     output: Path | None,
+    animation: Path | None,
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
@@ -70,17 +81,28 @@ def simulate(
     if initial is None:
         initial = "zero" if problem.initial_slip is None else "given"
     start = initial_state(problem, load_factor, initial)
-    run = shakedown.simulate(
-        problem, load_factor, start, cycles=cycles, method=method, record=output is not None
-    )
+    wanted = output is not None or animation is not None
+    run = shakedown.simulate(problem, load_factor, start, cycles=cycles, method=method, record=wanted)
     if output is not None:
         shakedown.save_history(output, run)
+    if animation is not None:
+        _animate(problem, run, animation)
     if as_json:
         echo_json(simulation_document(run, problem))
     else:
         say(_text(problem, run, initial))
     if run.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
+
+
+def _animate(problem: Problem, run: shakedown.Simulation, path: Path) -> None:
+    from shakedown import plot  # matplotlib is wanted only here
+
+    if problem.n == 2:
+        plot.animate_slip_space(run, problem, path, longest=FILMED)
+    else:
+        most = int(np.nan_to_num(run.slip_per_cycle).argmax())
+        plot.animate_reactions(run, problem, path, most, longest=FILMED)
 
 
 def _jump_facts(run: shakedown.Simulation, work: str) -> list[tuple[str, str, str]]:

@@ -7,7 +7,7 @@ Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``
 loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
 slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
 guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins`` (maps of
-initial states).
+initial states), ``motion`` (one instant, and animations).
 """
 
 from shakedown.plot.basins import basin, shakedown_share
@@ -15,11 +15,14 @@ from shakedown.plot.contact_line import dissipation_along, friction_use, pressur
 from shakedown.plot.joint import contact, loads_along, loads_in_time
 from shakedown.plot.load_factors import guarantee, interaction, load_factor_scale, slip_per_cycle
 from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
+from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
 from shakedown.plot.planes import reaction_space, slip_space
 from shakedown.plot.regions import regions
 from shakedown.plot.zone_map import zones
 
 __all__ = [
+    "animate_reactions",
+    "animate_slip_space",
     "basin",
     "contact",
     "dissipation_along",
@@ -33,6 +36,7 @@ __all__ = [
     "loads_in_time",
     "pressure",
     "reaction_space",
+    "reactions_at",
     "reactions_in_time",
     "regions",
     "shakedown_share",
@@ -40,5 +44,6 @@ __all__ = [
     "slip_per_cycle",
     "slip_range",
     "slip_space",
+    "slip_space_at",
     "zones",
 ]

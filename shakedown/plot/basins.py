@@ -13,8 +13,8 @@ from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 
 from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, axes_for, labelled
+from shakedown.model.units import units_of, work_unit
+from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, axes_for, labelled, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
@@ -107,7 +107,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     force, length = units_of(found.problem)
     pair = list(found.plane.coordinates)
     points = np.asarray(found.initial_slip)[:, pair]
-    handles = _draw_states(axes, found, points, labelled("dissipation per cycle", _work(force, length)))
+    handles = _draw_states(axes, found, points, labelled("dissipation per cycle", work_unit(force, length)))
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, BEYOND * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
@@ -123,16 +123,12 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     }
     handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=5, **centre)
     axes.set(
-        xlabel=labelled(f"initial slip of node {pair[0]}", length),
-        ylabel=labelled(f"initial slip of node {pair[1]}", length),
+        xlabel=labelled(f"initial slip of {node_name(pair[0], found.problem)}", length),
+        ylabel=labelled(f"initial slip of {node_name(pair[1], found.problem)}", length),
     )
     axes.set_title(f"λ = {found.load_factor:.6g}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
-
-
-def _work(force: str, length: str) -> str:
-    return f"{force} {length}" if force and length else ""
 
 
 def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:

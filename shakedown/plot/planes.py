@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
+from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory, EventKind
@@ -82,9 +83,8 @@ def slip_space(
     for k, (name, path) in enumerate(paths.items()):
         _draw_path(axes, path, style_of(name, k, styles))
     points = [region, *(path.v for path in paths.values())]
-    low, high = _window(np.vstack([*points, np.zeros((0, 2))]))
-    for i in range(len(rows.g)):
-        _draw_row(axes, rows, i, load_factor)
+    low, high = window(np.vstack([*points, np.zeros((0, 2))]))
+    draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=labelled("slip of node 0", length), ylabel=labelled("slip of node 1", length))
@@ -113,22 +113,24 @@ def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:
     axes.plot(*path.v[-1], "s", label=style["label"], **end)
 
 
-def _draw_row(axes: Axes, rows: Constraints, i: int, load_factor: float) -> None:
-    """The line on which row i is active."""
-    normal, limit = rows.G[i], rows.g[i] - load_factor * rows.d[i]
-    size = float(normal @ normal)
-    if size == 0.0:
-        return
-    foot = normal * limit / size
-    side = int(rows.side[i])
-    axes.axline(
-        foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
-        color=ROW_COLOURS[rows.node[i]], ls="-" if side == BACKWARD else "--", lw=1.0, zorder=1,
-        label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
-    )  # fmt: skip
+def draw_rows(
+    axes: Axes, rows: Constraints, limits: FloatArray, active: NDArray[np.bool_] | None = None
+) -> None:
+    """The lines G v = limit of the rows of a two-node joint; thick where a row is active."""
+    for i, (normal, limit) in enumerate(zip(rows.G, limits, strict=True)):
+        size, side = float(normal @ normal), int(rows.side[i])
+        if size == 0.0:
+            continue
+        foot = normal * limit / size
+        axes.axline(
+            foot, foot + [-normal[1], normal[0]] / np.sqrt(size) * (np.linalg.norm(foot) or 1.0),
+            color=ROW_COLOURS[rows.node[i]], ls="-" if side == BACKWARD else "--", zorder=1,
+            lw=2.5 if active is not None and active[i] else 1.0,
+            label=f"node {rows.node[i]}, {SIDE_NAMES[side]} limit",
+        )  # fmt: skip
 
 
-def _window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lower and upper ends of both axes, a little wider than the points."""
     if len(points) == 0:
         return np.array([-1.0, -1.0]), np.array([1.0, 1.0])
@@ -173,7 +175,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
     path, axes = path_of(result), axes_for(ax, (6.4, 5.2))
-    force = _loads_felt(problem, path, node)
+    force = loads_felt(problem, path, node)
     _colour_path(axes, force, path.state[:, node])
     size = 0.25 * float(np.ptp(force, axis=0).max() or 1.0)
     low, high = force.min(axis=0) - size, force.max(axis=0) + size
@@ -191,7 +193,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     return axes
 
 
-def _loads_felt(problem: Problem, path: EventHistory, node: int) -> FloatArray:
+def loads_felt(problem: Problem, path: EventHistory, node: int) -> FloatArray:
     """Load of one node as if the others belonged to it, (s, 2) [force]."""
     v, w = path.v[:, node], path.w[:, node]
     q = path.q[:, node] - v * problem.A[node, node]

@@ -150,3 +150,13 @@ def test_ctrl_c_is_one_line_and_keeps_what_is_done(tmp_path):
     code, out, err = run(*MAP, "--states", str(STATES), "-o", "map.npz", cwd=tmp_path)
     assert (code, out) == (2, "")
     assert "unfinished run is recorded there; resume it, or remove that file" in err
+
+
+def test_a_film_of_a_simulation(tmp_path):
+    path, words = tmp_path / "film.gif", ["simulate", "one-node", "--load-factor", "1", "--animation"]
+    code, _, err = run(*words, str(path))
+    assert (code, err) == (0, "")
+    assert path.read_bytes()[:6] == b"GIF89a"
+    code, _, err = run(*words, str(tmp_path / "film.png"))
+    assert code == 2
+    assert "expected a name that ends in .gif" in err

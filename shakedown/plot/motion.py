@@ -1,0 +1,256 @@
+"""One instant of a motion, and animations: rows that sweep the slip, a stick sector that moves with it."""
+
+import os
+from collections.abc import Callable
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from shakedown.errors import UsageError
+from shakedown.evolution.event_history import EventHistory
+from shakedown.files.atomic_write import atomic_write
+from shakedown.model.arguments import check_count
+from shakedown.model.constraints import BACKWARD, constraints
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.units import units_of
+from shakedown.plot.planes import draw_rows, loads_felt, window
+from shakedown.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    RED,
+    STATES,
+    Recorded,
+    axes_for,
+    labelled,
+    node_name,
+    path_of,
+)
+from shakedown.programs.polygon import corners
+
+FRAMES = 60
+PER_SECOND = 12
+PALETTE = 64  # colours of an animation: few enough for a small file
+DOTS_PER_INCH = 80
+INSTANT = (5.6, 5.0)  # inches
+COLOURS = {0: BLACK, 1: RED, -1: BLUE, 2: PURPLE}  # of the contact states
+
+
+def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes | None = None) -> Axes:
+    """The slip plane of a two-node joint at one instant: its rows, the slips that stick, the way so far.
+
+    The rows move with the load. Where one of them touches the slip, that node is at its
+    limit (thick line) and is pushed along (thesis figs 4.13–4.15).
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution.
+    problem
+        A joint of two nodes.
+    cycle
+        The time in cycles.
+    ax
+        Where to draw.
+
+    Raises
+    ------
+    UsageError
+        If the joint has another number of nodes, or no events were recorded.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("two-node")
+    >>> axes = plot.slip_space_at(shakedown.evolve(joint, 0.9, cycles=2), joint, 1.25)
+    >>> axes.get_title()
+    't = 1.25 cycles'
+    """
+    if problem.n != 2:
+        raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
+    path, rows = path_of(result), constraints(problem)
+    axes, now = axes_for(ax, INSTANT), path.at(np.array([cycle]))
+    slip, state = now.v[0], now.state[0]
+    # The limits that the load and the gaps leave at this instant: f p − side q at v, row by row.
+    limits = problem.f[rows.node] * now.p[0][rows.node] - rows.side * now.q[0][rows.node] + rows.G @ slip
+    region = corners(rows.G, limits)  # empty where no slip of both nodes sticks
+    axes.fill(*region.T, fc=GREEN, alpha=0.25, lw=0, label="both stick")
+    draw_rows(axes, rows, limits, active=state[rows.node] == np.where(rows.side == BACKWARD, 1, -1))
+    way = path.v[path.cycle <= cycle]
+    axes.plot(*np.vstack([way, slip]).T, color=GREY, lw=1.2, zorder=2, label="way so far")
+    axes.plot(*slip, "o", color=BLACK, ms=6, zorder=4, label="slip")
+    low, high = window(path.v)
+    margin = 0.6 * np.max(high - low)
+    _, length = units_of(problem)
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+    axes.set(
+        xlabel=labelled(f"slip of {node_name(0, problem)}", length),
+        ylabel=labelled(f"slip of {node_name(1, problem)}", length),
+    )
+    _finish(axes, cycle)
+    return axes
+
+
+def reactions_at(
+    result: Recorded, problem: Problem, cycle: float, node: int = 0, *, ax: Axes | None = None
+) -> Axes:
+    """The load that one node feels at one instant, and its stick sector (thesis figs 4.2–4.9, 5.1–5.3).
+
+    As :func:`reaction_space`; the sector is that of the present slip.
+
+    Parameters
+    ----------
+    result, problem, cycle, ax
+        As for :func:`slip_space_at`, for any number of nodes.
+    node
+        The node to show.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, or there is no such node.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("one-node")
+    >>> axes = plot.reactions_at(shakedown.long_term_state(joint, 1.1), joint, 0.25)
+    >>> axes.get_xlabel()
+    'F₁ = q_w'
+    """
+    if not 0 <= node < problem.n:
+        raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
+    path = path_of(result)
+    axes, now = axes_for(ax, INSTANT), path.at(np.array([cycle]))
+    force, here = loads_felt(problem, path, node), loads_felt(problem, now, node)[0]
+    closed = path.state[:, node] != 2
+    apexes = -path.v[closed, node, None] * np.array([problem.A[node, node], problem.B[node, node]])
+    shown = np.vstack([force, apexes])
+    margin = 0.15 * float(np.ptp(shown, axis=0).max() or 1.0)
+    low, high = shown.min(axis=0) - margin, shown.max(axis=0) + margin
+    kind = int(now.state[0, node])
+    apex = -now.v[0, node] * np.array([problem.A[node, node], problem.B[node, node]])
+    friction, reach = problem.f[node], 3.0 * float(np.max(high - low))
+    sector = apex + reach * np.array([[0.0, 0.0], [friction, 1.0], [-friction, 1.0]])
+    shown = sector if kind != 2 else sector[:0]
+    axes.fill(*shown.T, fc=GREEN, alpha=0.25, lw=0, label="sticks")
+    axes.plot(*shown[:1].T, "^", color=GREEN, ms=7, zorder=3)
+    axes.plot(*force.T, color=GREY, lw=0.8, zorder=1, label="whole way")
+    for state, colour in COLOURS.items():
+        place = here if state == kind else np.full(2, np.nan)
+        axes.plot(*place, "o", color=colour, ms=7, zorder=4, label=STATES[state][0])
+    unit, _ = units_of(problem)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set(xlabel=labelled("F₁ = q_w", unit), ylabel=labelled("F₂ = p_w", unit))
+    _finish(axes, cycle)
+    return axes
+
+
+def _finish(axes: Axes, cycle: float) -> None:
+    axes.set_title(f"t = {cycle:.2f} cycles", fontsize="medium")
+    axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=4)
+
+
+def animate_slip_space(
+    result: Recorded,
+    problem: Problem,
+    path: str | os.PathLike[str],
+    *,
+    longest: float = 3.0,
+    frames: int = FRAMES,
+) -> None:
+    """Write the motion of :func:`slip_space_at` as an animation (GIF), whole or not at all.
+
+    Parameters
+    ----------
+    result, problem
+        As for :func:`slip_space_at`.
+    path
+        Where to write.
+    longest
+        How many cycles to show, from the beginning of what is recorded.
+    frames
+        Number of pictures, shown at twelve a second.
+
+    Raises
+    ------
+    UsageError
+        As for :func:`slip_space_at`, or if the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib, shakedown
+    >>> from shakedown import plot
+    >>> joint, target = shakedown.example("two-node"), pathlib.Path(tempfile.mkdtemp()) / "slip.gif"
+    >>> plot.animate_slip_space(shakedown.long_term_state(joint, 0.9), joint, target, frames=3)
+    >>> target.read_bytes()[:6]
+    b'GIF89a'
+    """
+
+    def draw(cycle: float, axes: Axes) -> None:
+        slip_space_at(result, problem, cycle, ax=axes)
+
+    _animate(path_of(result), draw, path, longest, frames)
+
+
+def animate_reactions(
+    result: Recorded,
+    problem: Problem,
+    path: str | os.PathLike[str],
+    node: int = 0,
+    *,
+    longest: float = 3.0,
+    frames: int = FRAMES,
+) -> None:
+    """Write the motion of :func:`reactions_at` as an animation (GIF), whole or not at all.
+
+    Parameters as for :func:`animate_slip_space`; ``node`` is the one to show.
+    """
+
+    def draw(cycle: float, axes: Axes) -> None:
+        reactions_at(result, problem, cycle, node, ax=axes)
+
+    _animate(path_of(result), draw, path, longest, frames)
+
+
+def _animate(
+    history: EventHistory,
+    draw: Callable[[float, Axes], None],
+    path: str | os.PathLike[str],
+    longest: float,
+    frames: int,
+) -> None:
+    check_count("frames", frames)
+    first = float(history.cycle[0])
+    last = min(float(history.cycle[-1]), first + longest)
+    figure = Figure(figsize=INSTANT, dpi=DOTS_PER_INCH, layout="constrained")
+    axes = figure.subplots()
+    pictures = []
+    for cycle in _times(first, last, frames):
+        axes.clear()
+        draw(float(cycle), axes)
+        pictures.append(_picture(figure))
+        figure.set_layout_engine("none")  # that of the first picture stays
+    with atomic_write(path) as file:
+        pictures[0].save(
+            file, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // PER_SECOND, loop=0
+        )
+
+
+def _times(first: float, last: float, frames: int) -> FloatArray:
+    """Evenly spaced; without the last where the motion begins again there."""
+    return np.linspace(first, last, frames, endpoint=False) if frames > 1 else np.array([first])
+
+
+def _picture(figure: Figure) -> Image.Image:
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    whole = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    return whole.quantize(PALETTE, dither=Image.Dither.NONE)
