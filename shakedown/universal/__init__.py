@@ -1,9 +1,10 @@
 """Proofs of shakedown from every initial state.
 
 Reading order: ``admissible_states`` (the states a closed joint can be in, and extremes over
-them), ``swing_bound`` (n linear programs), ``exact_swing`` (the same in exact arithmetic),
-``closing_box`` (one linear system, for weak coupling), ``shrinking_box`` (where every motion
-ends up), ``best_metric`` (in which it settles), ``sharpened_swing`` (both together),
-``universal_bound`` (the largest load factor that any argument proves). The theorems and
-their proofs stand in ``docs/universal.md``.
+them), ``limit_multipliers`` (bounds on A v by one limit per node), ``swing_lines`` (what follows
+for every load factor), ``swing_bound`` (where they meet first), ``exact_swing`` (the same in
+exact arithmetic), ``closing_box`` (one linear system, for weak coupling), ``shrinking_box``
+(where every motion ends up), ``best_metric`` (in which it settles), ``sharpened_swing`` (both
+together), ``universal_bound`` (the largest load factor that any argument proves). The theorems
+and their proofs stand in ``docs/universal.md``.
 """

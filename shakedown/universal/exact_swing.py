@@ -8,8 +8,9 @@ import numpy as np
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.integer_algebra import enclosure
-from shakedown.programs.linear_program import Solution
 from shakedown.universal.admissible_states import different_steps
+from shakedown.universal.limit_multipliers import limits_used
+from shakedown.universal.swing_lines import SwingLines
 
 if TYPE_CHECKING:
     from flint import fmpq
@@ -17,34 +18,35 @@ if TYPE_CHECKING:
 Line = tuple["fmpq", "fmpq"]  # value at λ = 0, slope
 
 
-def proved_swing(problem: Problem, ends: list[tuple[Solution, Solution]]) -> float | None:
+def proved_swing(problem: Problem, lines: SwingLines) -> float | None:
     """A load factor below which forward and backward slip of every node are apart, without round-off.
 
-    The rows that a float solution ended on are taken as equalities and solved exactly for the
-    multipliers. Where these have the right signs and balance every column, they bound (A v)_i by
+    The limits that carry the multipliers of a line are taken as equalities and solved exactly for
+    them. Where these have the right signs and balance every column, they bound (A v)_i by
     a line in λ, for every λ; forward and backward line of a node meet in a rational number.
 
     Parameters
     ----------
     problem
         The problem as stored: every float is a rational number.
-    ends
-        Per node, how the programs of its forward and of its backward slip ended.
+    lines
+        The lines of all nodes in floats.
 
     Returns
     -------
-        The largest float that is proved, or None where some program did not end in multipliers
-        that are exactly right.
+        The largest float that is proved, or None where some multipliers are not exactly right.
     """
     exact, proved = ExactStates(problem), None
-    for node, pair in enumerate(ends):
-        lines = [exact.line(2 * node + 1, -1, pair[0]), exact.line(2 * node, 1, pair[1])]
-        if lines[0] is None or lines[1] is None:
+    for node, multipliers in enumerate(lines.multipliers):
+        found = [exact.line(2 * node + 1, 1, multipliers[0]), exact.line(2 * node, -1, multipliers[1])]
+        if found[0] is None or found[1] is None:
             return None
-        value, slope = lines[0][0] + lines[1][0], lines[0][1] + lines[1][1]
-        if slope < 0:
+        value, slope = found[0][0] + found[1][0], found[0][1] + found[1][1]
+        if slope > 0:
             meet = -value / slope
             proved = meet if proved is None or meet < proved else proved
+        elif value >= 0:
+            return 0.0
     if proved is None:
         return None
     low, _ = enclosure(int(proved.p), int(proved.q))
@@ -66,37 +68,25 @@ class ExactStates:
         self.g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * n)
         self.S = np.stack([q - f * p, -q - f * p], axis=2).reshape(len(q), 2 * n)[taken].T
 
-    def line(self, row: int, sign: int, end: Solution) -> Line | None:
-        """A line in λ below sign · (A v)_i over the states with one row of node i active."""
-        n, k = self.n, self.S.shape[1]
-        active, free = [int(i) for i in end.active], [int(j) for j in end.free]
-        if end.status != "optimal" or len(active) != len(free) or n + k in free:
-            return None
-        columns = {j: self._column(j) for j in range(n + k)}
-        cost = [sign * x for x in self.A[row // 2]]
+    def line(self, row: int, sign: int, multipliers: FloatArray) -> Line | None:
+        """A line in λ above sign · (A v)_i over the states with one row of node i active."""
+        node = row // 2
+        rows = limits_used(multipliers)
+        rows[node] = row
         fmpq_mat = self._flint.fmpq_mat
-        square = fmpq_mat([[columns[j][i] for i in active] for j in free])
+        square = fmpq_mat(self.G[rows].T.tolist())
         try:
-            solved = square.solve(fmpq_mat([[cost[j] if j < n else self._zero] for j in free]))
+            y = square.solve(fmpq_mat([[sign * x] for x in self.A[node]])).entries()
         except ZeroDivisionError:
             return None
-        y = dict(zip(active, solved.entries(), strict=True))
-        if any(weight > 0 for i, weight in y.items() if i != row):
+        if any(weight < 0 for i, weight in zip(rows, y, strict=True) if i != row):
             return None
-        for j in set(range(n + k)) - set(free):
-            reduced = (cost[j] if j < n else self._zero) - sum(
-                (w * columns[j][i] for i, w in y.items()), self._zero
-            )
-            if reduced < 0 or (j < n and reduced != 0):
-                return None
-        value = sum((weight * self.g[i] for i, weight in y.items() if i < 2 * n), self._zero)
-        return value, y.get(2 * n, self._zero)
-
-    def _column(self, j: int) -> list["fmpq"]:
-        """A column of the program, its last row Σ α ≤ λ."""
-        if j < self.n:
-            return [*self.G[:, j], self._zero]
-        return [*self.S[:, j - self.n], self._zero + 1]
+        value = sum((weight * self.g[i] for i, weight in zip(rows, y, strict=True)), self._zero)
+        adds = [
+            -sum((weight * self.S[i, k] for i, weight in zip(rows, y, strict=True)), self._zero)
+            for k in range(self.S.shape[1])
+        ]
+        return value, max([self._zero, *adds])
 
     @property
     def _zero(self) -> "fmpq":

@@ -1,10 +1,10 @@
 """The swing bound: below it every motion with all nodes closed shakes down, by linear programs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.upper import upper_bound
 from shakedown.model.problem import FloatArray, Problem
@@ -15,11 +15,12 @@ from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import (
     AdmissibleStates,
     StateProgram,
-    Swing,
     admissible_states,
     first_overlap,
 )
 from shakedown.universal.exact_swing import proved_swing
+from shakedown.universal.limit_multipliers import limit_multipliers
+from shakedown.universal.swing_lines import SwingLines, known_lines, meeting_states
 
 CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is quick enough not to be asked for
 
@@ -45,7 +46,7 @@ class SwingBound(Result):
     certified
         Whether the load factor was proved in exact arithmetic.
     programs
-        How many programs in two states were needed beside the 2n in one.
+        How many linear programs in two states were needed, because a bound by multipliers was not sharp.
     """
 
     status: str
@@ -101,78 +102,86 @@ def swing_bound(
     (0.6035788, 1, True)
     """
     states = admissible_states(problem)
-    order = _by_own_swing(states)
-    load_factor, forward, backward = first_overlap(states, order[0], problem.A[order[0]])
-    node, programs = int(order[0]), 1
-    extremes: dict[int, Swing] = {}
-    half = StateProgram(states, nested=True)
-    _hold(half, load_factor)
-    for i in order[1:]:
-        if load_factor == 0.0:
-            break
-        extremes[int(i)] = pair = half.swing(int(i), problem.A[i])
-        if pair.apart(tolerances.feasibility):
-            continue
-        programs += 1
-        found, *slips = first_overlap(states, int(i), problem.A[i])
-        if found < load_factor:
-            load_factor, node, (forward, backward) = found, int(i), slips
-            _hold(half, load_factor)
-    if load_factor > 0.0:
-        for i in range(problem.n):
-            if i not in extremes or not extremes[i].apart(tolerances.feasibility):
-                extremes[i] = half.swing(i, problem.A[i])
+    lines = known_lines(states, limit_multipliers(problem, tolerances))
+    found = _first(problem, states, lines, tolerances)
+    if np.isnan(lines.values).any() and found.load_factor > 0.0:
+        lines = _completed(problem, states, lines, found.load_factor)
     rigid = rigid_motions(problem, tolerances)
-    if rigid.shape[1] and load_factor > 0.0:
+    if rigid.shape[1] and found.load_factor > 0.0:
         held = upper_bound(problem, certify=False, tolerances=tolerances).load_factor
-        limited = min(_held_rigidly(half, problem.A, rigid, load_factor), held)
-        if limited < load_factor:
-            load_factor, node = limited, -1
-    return _result(problem, load_factor, node, (forward, backward), extremes, programs, certify)
+        limited = min(_held_rigidly(lines, rigid, found.load_factor), held)
+        if limited < found.load_factor:
+            found = found._replace(load_factor=limited, node=-1)
+    return _result(problem, found, lines, certify)
 
 
-def _result(
-    problem: Problem,
-    load_factor: float,
-    node: int,
-    slips: tuple[FloatArray, FloatArray],
-    extremes: dict[int, Swing],
-    programs: int,
-    certify: bool | None,
-) -> SwingBound:
-    n, proved = problem.n, None
-    if (n <= CERTIFIED_UP_TO if certify is None else certify) and 0.0 < load_factor < inf and node >= 0:
-        proved = proved_swing(
-            problem, [(extremes[i].forward.end, extremes[i].backward.end) for i in range(n)]
-        )
-    multipliers = np.full((n, 2, 2 * n), np.nan)
-    for i, pair in extremes.items():
-        multipliers[i] = [e.multipliers for e in pair]
-    missing = np.full(n, np.nan)
-    forward, backward = slips if node >= 0 and load_factor < inf else (missing, missing)
+class _Found(NamedTuple):
+    """The smallest load factor at which a node can slip both ways at the same A v, and where."""
+
+    load_factor: float
+    node: int
+    forward: FloatArray
+    backward: FloatArray
+    programs: int
+
+
+def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolerances: Tolerances) -> _Found:
+    """The nodes in the order in which their lines meet: once that is later than what is found, all are apart.
+
+    A meeting point is exact where the states on which the two lines rest are admissible; else,
+    and where lines are missing, a program in two states decides.
+    """
+    nowhere = np.full(problem.n, np.nan)
+    found, half = _Found(inf, -1, nowhere, nowhere, 0), None
+    meetings = lines.meetings()
+    for i in np.argsort(meetings).tolist():
+        meeting = float(meetings[i])
+        if meeting >= found.load_factor or found.load_factor == 0.0:
+            break
+        pair = meeting_states(states, lines, i, meeting, tolerances)
+        if pair is not None:
+            return found._replace(load_factor=meeting, node=i, forward=pair[0], backward=pair[1])
+        if meeting == -inf and found.load_factor < inf:
+            half = half or StateProgram(states, nested=True)
+            half.set_load_factors(found.load_factor, found.load_factor)
+            if half.swing(i, problem.A[i]).apart(tolerances.feasibility):
+                continue
+        overlap, forward, backward = first_overlap(states, i, problem.A[i])
+        if overlap < found.load_factor:
+            found = _Found(overlap, i, forward, backward, found.programs)
+        found = found._replace(programs=found.programs + 1)
+    return found
+
+
+def _completed(
+    problem: Problem, states: AdmissibleStates, lines: SwingLines, load_factor: float
+) -> SwingLines:
+    """Lines that are missing, from linear programs: tangents at one load factor."""
+    half = StateProgram(states, nested=True)
+    if load_factor < inf:
+        half.set_load_factors(load_factor, load_factor)
+    multipliers, unbounded = lines.multipliers.copy(), np.zeros(lines.values.shape, dtype=bool)
+    for i in np.flatnonzero(np.isnan(lines.values).any(axis=1)).tolist():
+        for side, extreme in enumerate(half.swing(i, problem.A[i])):
+            multipliers[i, side], unbounded[i, side] = -extreme.multipliers, extreme.value == -inf
+    known = known_lines(states, multipliers)
+    return replace(known, values=np.where(unbounded, inf, known.values))
+
+
+def _result(problem: Problem, found: _Found, lines: SwingLines, certify: bool | None) -> SwingBound:
+    load_factor, proved = found.load_factor, None
+    certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify
+    if certify and 0.0 < load_factor < inf and found.node >= 0:
+        proved = proved_swing(problem, lines)
     return SwingBound(
         status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
         load_factor=load_factor if proved is None else min(proved, load_factor),
-        node=node if load_factor < inf else -1,
-        forward_slip=forward,
-        backward_slip=backward,
-        multipliers=multipliers,
+        node=found.node,
+        forward_slip=found.forward,
+        backward_slip=found.backward,
+        multipliers=-lines.multipliers,
         certified=proved is not None,
-        programs=programs,
-    )
-
-
-def _by_own_swing(states: AdmissibleStates) -> NDArray[np.intp]:
-    """Nodes in the order of the load factors at which they would slip to and fro on their own, B = 0."""
-    room = states.g[::2] + states.g[1::2]
-    swing = states.loads.max(axis=1)
-    swing = swing[::2] + swing[1::2]
-    return np.argsort(np.divide(room, swing, out=np.full(states.n, inf), where=swing > 0))
-
-
-def _hold(half: StateProgram, load_factor: float) -> None:
-    half.set_load_factors(
-        load_factor if load_factor < inf else 0.0, load_factor if load_factor < inf else INF
+        programs=found.programs,
     )
 
 
@@ -182,34 +191,18 @@ def rigid_motions(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatAr
     return vectors[:, values <= tolerances.zero_mode * max(values[-1], 0.0)]
 
 
-def _held_rigidly(half: StateProgram, A: FloatArray, rigid: FloatArray, load_factor: float) -> float:
-    """Largest λ at which some z in the range of A lies between all forward and backward slips.
+def _held_rigidly(lines: SwingLines, rigid: FloatArray, most: float) -> float:
+    """Largest λ at which some z in the range of A lies between the lines of all forward and backward slips.
 
-    Each extreme is bounded by its tangent at one load factor, for all others; the largest load
-    factor that these lines allow is proved, and the tangents there allow a larger one.
+    A node without a line for one side, as no state lets it slip that way, puts no condition there.
     """
-    n, proved = len(A), 0.0
-    for _ in range(MOST_TANGENTS):
-        rows, right = [], []
-        for i in range(n):
-            for extreme, sign in zip(half.swing(i, A[i]), (-1.0, 1.0), strict=True):
-                if np.isinf(extreme.value) and extreme.value > 0:
-                    continue
-                if np.isinf(extreme.value):
-                    return 0.0
-                row = np.zeros(n + 1)  # sign · z_i ≤ value + slope (λ − λ₀)
-                row[i], row[-1] = sign, -extreme.slope
-                rows.append(row)
-                right.append(extreme.value - extreme.slope * load_factor)
-        reached = _largest_load_factor(np.array(rows), np.array(right), rigid, load_factor)
-        if reached <= proved:
-            break
-        proved = load_factor = reached
-        _hold(half, load_factor)
-    return proved
-
-
-MOST_TANGENTS = 20  # each set of tangents ends on the next vertex of a piecewise linear function
+    if np.isinf(lines.values).any():
+        return 0.0
+    node, side = np.nonzero(np.isfinite(lines.values))
+    rows = np.zeros((len(node), len(rigid) + 1))
+    rows[np.arange(len(node)), node] = np.where(side == 0, -1.0, 1.0)
+    rows[:, -1] = lines.slopes[node, side]
+    return _largest_load_factor(rows, -lines.values[node, side], rigid, most)
 
 
 def _largest_load_factor(rows: FloatArray, right: FloatArray, rigid: FloatArray, most: float) -> float:

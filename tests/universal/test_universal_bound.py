@@ -240,7 +240,7 @@ def test_units_do_not_matter(force, length):
 
 
 def test_nodes_may_be_renumbered():
-    problem = built_in("block-9", 0.2)
+    problem = random_problem(9, 2, coupling=1.5)
     order = np.random.default_rng(0).permutation(9)
     square = np.ix_(order, order)
     other = shakedown.Problem(

@@ -1,0 +1,74 @@
+"""How far A v can go in forward and in backward slip of every node: two lines in the load factor each."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.model.problem import FloatArray
+from shakedown.tolerances import Tolerances
+from shakedown.universal.admissible_states import AdmissibleStates
+from shakedown.universal.limit_multipliers import limits_used
+
+AT_MEAN = -1  # in place of a load step
+
+
+@dataclass(frozen=True)
+class SwingLines:
+    """±(A v)_i ≤ value + λ slope in forward (+) and backward (−) slip of node i, for every λ ≥ 0.
+
+    Attributes
+    ----------
+    multipliers : (n, 2, 2n)
+        Y with Yᵀ G = ± A_i, ≥ 0 but in the active row, from which the lines follow.
+    values, slopes : (n, 2)
+        Y · g, and the most that a load of the loop adds to it [force]; NaN where not known.
+    steps : (n, 2)
+        The column of the loads that adds most; :data:`AT_MEAN` where none adds anything.
+    """
+
+    multipliers: FloatArray
+    values: FloatArray
+    slopes: FloatArray
+    steps: NDArray[np.intp]
+
+    def meetings(self) -> FloatArray:
+        """Load factors below which forward and backward slip of each node are apart (n,); −inf if unknown."""
+        value, slope = self.values.sum(axis=1), self.slopes.sum(axis=1)
+        meeting = np.divide(-value, slope, out=np.full(len(value), inf), where=slope > 0)
+        return np.where(np.isnan(value), -inf, np.where(value < 0, meeting, 0.0))
+
+
+def known_lines(states: AdmissibleStates, multipliers: FloatArray) -> SwingLines:
+    """The lines that follow from multipliers."""
+    adds = -multipliers @ states.loads
+    slopes = adds.max(axis=2)
+    steps = np.where(slopes > 0, adds.argmax(axis=2), AT_MEAN)
+    return SwingLines(multipliers, multipliers @ states.g, np.maximum(slopes, 0.0), steps)
+
+
+def meeting_states(
+    states: AdmissibleStates, lines: SwingLines, node: int, load_factor: float, tolerances: Tolerances
+) -> tuple[FloatArray, FloatArray] | None:
+    """The forward and the backward slip on which the lines of a node rest, if both are admissible.
+
+    Then the node can slip both ways at the same A v where its lines meet, by duality.
+    """
+    if not load_factor > -inf:
+        return None
+    pair: list[FloatArray] = []
+    for side in (0, 1):
+        rows = limits_used(lines.multipliers[node, side])
+        rows[node] = 2 * node + 1 - side
+        step = int(lines.steps[node, side])
+        room = states.g if step == AT_MEAN else states.g - load_factor * states.loads[:, step]
+        try:
+            slip = np.linalg.solve(states.G[rows], room[rows])
+        except np.linalg.LinAlgError:
+            return None
+        sizes = np.maximum((np.abs(states.G) * np.abs(slip)).max(axis=1), np.abs(states.g))
+        if not np.all(states.G @ slip - room <= tolerances.feasibility * sizes):
+            return None
+        pair.append(np.asarray(slip))
+    return pair[0], pair[1]
