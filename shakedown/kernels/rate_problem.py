@@ -171,7 +171,10 @@ def next_state(act: ActiveSet, rate: Rates, i: int, zero_rate: float, zero_motio
 
 @inner
 def compute_rates(act: ActiveSet, rate: Rates) -> bool:
-    """Rates of motion and reactions in the present states; whether they satisfy the equations."""
+    """Rates of motion and reactions in the present states.
+
+    False where the inverse is too far from one and can be set up afresh.
+    """
     worn = False
     motion, reaction, welded, change = rate.motion, rate.reaction, rate.welded, rate.change
     for k in range(2 * act.n):
@@ -184,7 +187,7 @@ def compute_rates(act: ActiveSet, rate: Rates) -> bool:
         worn = largest_residual(act, reaction) > REFINED * largest(reaction, 2 * act.n)
         if not worn:
             break
-    return not worn
+    return not worn or act.updates == 0
 
 
 @inner
@@ -193,9 +196,7 @@ def broken_conditions(act: ActiveSet, rate: Rates, rate_tol: float) -> int:
 
     WORN, and nothing set, where the inverse is too far from one and can be set up afresh.
     """
-    if not compute_rates(act, rate) and act.updates > 0:
-        return WORN
-    return count_broken(act, rate, rate_tol)
+    return count_broken(act, rate, rate_tol) if compute_rates(act, rate) else WORN
 
 
 @inner
@@ -226,15 +227,11 @@ def solve_rates(act: ActiveSet, rate: Rates, rate_tol: float, known: bool) -> bo
     n, patience = act.n, 3
     fewest = n + 1
     for _ in range(20 + 10 * n):
-        if known:
-            count = count_broken(act, rate, rate_tol)
-        else:
-            count = broken_conditions(act, rate, rate_tol) if change_states(act, wanted) else WORN
-        known = False
-        if count == WORN:
+        if not known and not (change_states(act, wanted) and compute_rates(act, rate)):
             if factorize(act) == 0:
                 break
-            count = broken_conditions(act, rate, rate_tol)
+            compute_rates(act, rate)
+        known, count = False, count_broken(act, rate, rate_tol)
         if count == 0:
             if act.sign > 0:
                 return True

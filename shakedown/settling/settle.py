@@ -3,6 +3,7 @@
 from shakedown.kernels.event_loop import DONE, PAUSED, RECORD_FULL, follow
 from shakedown.kernels.moving_state import begin
 from shakedown.kernels.named_state import entered, inner
+from shakedown.kernels.run import Run
 from shakedown.settling.leaps import (
     after_confirmation,
     after_leap,
@@ -48,7 +49,9 @@ def settle(se, starts, answers, effort):  # type: ignore[no-untyped-def]
             if se.phase == WALK and se.cycles >= se.most_cycles:
                 se.verdict = UNDECIDED
             elif se.phase <= CONFIRM:
-                spent += follow_cycle(se)
+                run = run_of_phase(se)
+                after_call(se, run, follow(run, 1))
+                spent += run.active.effort + 100 * run.course.steps
             else:
                 decide(se)
         if se.verdict == LIMIT_WANTED:
@@ -82,8 +85,8 @@ def take_limit(se, decaying, contraction):  # type: ignore[no-untyped-def]
 
 
 @inner
-def follow_cycle(se: Search) -> int:
-    """One cycle, or as much of it as is done at one go; the effort that it took."""
+def run_of_phase(se: Search) -> Run:
+    """The run through the next cycle, at its beginning, or where the loop has returned from it."""
     run = se.cyclic
     if se.cycles == 0:
         run = se.first
@@ -93,22 +96,22 @@ def follow_cycle(se: Search) -> int:
         begin(run.motion)
         if se.phase == CONFIRM and se.done == 0:
             begin_confirmation(se)
-    status = follow(run, 1)
-    if se.phase == CONFIRM:
-        check_rows(se.check, run.active, run.record, run.course, se.done)
-    se.resumed = status in (PAUSED, RECORD_FULL)
-    if status == DONE:
-        se.cycles += 1
-        se.done += 1
-        after_cycle(se)
-    elif not se.resumed:
-        se.verdict = HANDED_OVER
-    return run.active.effort + 100 * run.course.steps
+    return run
 
 
 @inner
-def after_cycle(se: Search) -> None:
-    """What follows from a cycle."""
+def after_call(se: Search, run: Run, status: int) -> None:
+    """What follows from a cycle, or from as much of it as has been done at one go."""
+    if se.phase == CONFIRM:
+        check_rows(se.check, run.active, run.record, run.course, se.done)
+    se.resumed = status in (PAUSED, RECORD_FULL)
+    if se.resumed:
+        return
+    if status != DONE:
+        se.verdict = HANDED_OVER
+        return
+    se.cycles += 1
+    se.done += 1
     if se.phase == WALK:
         after_walk(se)
     elif se.phase == MAP:
