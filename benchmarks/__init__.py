@@ -25,6 +25,7 @@ STUDIES: tuple[str, ...] = (
     "growth",
     "initial_states",
     "long_term",
+    "many_states",
     "reaction_planes",
     "receding",
     "receding_zones",
