@@ -25,7 +25,7 @@ from shakedown.plot.style import (
 
 
 def pressure(
-    result: Recorded,
+    result: Recorded | EventHistory,
     problem: Problem,
     *,
     cycles: Sequence[float] | None = None,
@@ -73,7 +73,11 @@ def pressure(
 
 
 def friction_use(
-    result: Recorded, problem: Problem, *, cycles: Sequence[float] | None = None, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    cycles: Sequence[float] | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """How much of the friction each node uses, q / f p, along the contact at chosen instants.
 
@@ -141,7 +145,7 @@ def slip_along(
     return _finished(axes, problem)
 
 
-def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
+def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
     Of nodes that are never closed nothing is drawn. Parameters as for :func:`pressure`.
@@ -164,7 +168,11 @@ def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) ->
 
 
 def dissipation_along(
-    result: Recorded, problem: Problem, *, node_area: FloatArray | None = None, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    node_area: FloatArray | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """What friction takes at each node along a path, along the contact; per area where areas are known.
 
