@@ -1,6 +1,11 @@
 """How close is close enough: the tolerances that decide answers. Guards of one algorithm stand with it."""
 
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
+
+from shakedown.errors import UsageError
+
+LARGEST = 1e300  # of a tolerance; a larger number, or none, is a slip of the pen
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,6 +71,11 @@ class Tolerances:
     box_gain
         Share of its width by which a box must still shrink, or of its target by which a
         proved load factor must still rise, for another round of programs to be worth while.
+
+    Raises
+    ------
+    UsageError
+        If one is not a number ≥ 0.
     """
 
     symmetry: float = 1e-8
@@ -90,6 +100,17 @@ class Tolerances:
     same_cycle: float = 1e-7
     box_gain: float = 0.005
     equilibration_sweeps: int = 4
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value: object = getattr(self, each.name)
+            whole = each.name == "equilibration_sweeps"
+            kind = Integral if whole else Real
+            # an int above all floats compares all the same
+            if isinstance(value, kind) and not isinstance(value, bool) and 0 <= value <= LARGEST:  # type: ignore[operator]
+                continue
+            expected = "a whole number" if whole else "a number"
+            raise UsageError(f"tolerances: {each.name}: expected {expected} >= 0, found {value!r}")
 
     def __repr__(self) -> str:
         changed = [

@@ -11,12 +11,13 @@ from shakedown.bounds.coupling import coupling
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import upper_bound
 from shakedown.errors import UsageError
+from shakedown.model.arguments import checked, real_array
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -62,6 +63,7 @@ class GuaranteeCurve(Result):
     invariant: bool
 
 
+@checked
 def guarantee_curve(
     problem: Problem,
     radii: ArrayLike,
@@ -104,7 +106,7 @@ def guarantee_curve(
     rows = constraints(problem)
     try:
         radius = np.atleast_1d(np.asarray(radii, dtype=float))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UsageError(f"radii: expected numbers >= 0, found {radii!r}") from None
     if radius.ndim != 1 or not np.all(radius >= 0):
         raise UsageError(f"radii: expected numbers >= 0, found {radius}")
@@ -140,8 +142,8 @@ def _centre(problem: Problem, tolerances: Tolerances) -> FloatArray:
 
 
 def _vector(name: str, values: ArrayLike, n: int) -> FloatArray:
-    vector = np.asarray(values, dtype=float)
-    if vector.shape != (n,) or not np.all(np.isfinite(vector)):
+    vector = real_array(name, values)
+    if vector.shape != (n,):
         raise UsageError(f"{name}: expected {n} finite numbers, found shape {vector.shape}")
     return vector
 

@@ -12,6 +12,7 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
+from shakedown.model.arguments import checked, node_numbers
 from shakedown.model.constraints import GAP, Constraints, constraints, step_loads
 from shakedown.model.contact_zone import contact_zone
 from shakedown.model.problem import FloatArray, Problem
@@ -56,6 +57,7 @@ class ConicBound(Result):
     reduced_accuracy: bool = False
 
 
+@checked
 def conic_upper_bound(
     problem: Problem,
     *,
@@ -122,6 +124,7 @@ def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances
         taken |= violated
 
 
+@checked
 def conic_lower_bound(
     problem: Problem,
     *,
@@ -159,7 +162,7 @@ def conic_lower_bound(
     if start.status != Status.OPTIMAL or _unsafe(rows, start, tolerances):
         return _nothing(Status.INFEASIBLE, rows.n, start.solver)
     found = [_bound(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
-    for node in range(problem.n) if nodes is None else nodes:
+    for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
         sign = np.where(rows.node == node, -1.0, 1.0)
         end = _bound(matrix * sign[:, None], rows.g * sign, +1.0, solver, tolerances)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])

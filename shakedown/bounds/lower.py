@@ -24,12 +24,13 @@ from shakedown.bounds.collapse_programs import (
 )
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
+from shakedown.model.arguments import checked
 from shakedown.model.constraints import constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import Solution
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.load_factor import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -154,6 +155,7 @@ class LowerBound(Result):
         return f"{node} can be lifted off by locked-in slip at the mean load"
 
 
+@checked
 def lower_bound(
     problem: Problem,
     *,

@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from shakedown.model.arguments import check_load_factor
+from shakedown.model.arguments import check_load_factor, checked
 from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
-from shakedown.programs.row_programs import widest
+from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -54,6 +54,7 @@ class SafeSlip(Result):
     open_nodes: tuple[int, ...] = ()
 
 
+@checked
 def safe_slip(
     problem: Problem,
     load_factor: float,

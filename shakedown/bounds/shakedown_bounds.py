@@ -7,6 +7,7 @@ from typing import Any, Literal
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -42,6 +43,7 @@ class ShakedownBounds(Result):
         return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))
 
 
+@checked
 def shakedown_bounds(
     problem: Problem,
     *,

@@ -6,7 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.model.arguments import require_problem
+from shakedown.model.arguments import checked, require_problem
 from shakedown.model.constraints import Constraints, constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
@@ -35,6 +35,7 @@ class SingleNodeCycle:
     slip: FloatArray
 
 
+@checked
 def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> SingleNodeCycle:
     """A lower bound on every cycle in which one node slips to and fro and all others stick.
 

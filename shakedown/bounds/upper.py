@@ -14,6 +14,7 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
+from shakedown.model.arguments import checked
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
@@ -21,7 +22,8 @@ from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
 from shakedown.programs.linear_program import INF, Solution
-from shakedown.programs.row_programs import load_factor_program, widest
+from shakedown.programs.load_factor import load_factor_program
+from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
@@ -101,6 +103,7 @@ class UpperBound(Result):
     open_nodes: tuple[int, ...] = ()
 
 
+@checked
 def upper_bound(
     problem: Problem,
     *,

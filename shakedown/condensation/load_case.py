@@ -196,7 +196,7 @@ def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:
 def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ProblemError(f"{label}: expected real numbers, found {type(value).__name__}") from None
     if array.ndim not in dimensions:
         raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")

@@ -18,7 +18,7 @@ from shakedown.errors import UsageError
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
 from shakedown.long_term.outcome import Outcome, numbers
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import check_count, is_finite, require_problem
+from shakedown.model.arguments import check_count, checked, is_finite, require_problem
 from shakedown.model.constraints import constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -121,6 +121,7 @@ class SmallestCycle(Result):
         return super().to_dict() | {word: plain(bounds[word]) for word in ("universal", "lower", "upper")}
 
 
+@checked
 def smallest_cycle(
     problem: Problem,
     *,

@@ -17,13 +17,14 @@ from shakedown.designs.diagram import Sweep
 from shakedown.designs.variation import Configured, ProblemOf, Variation, checked_variation
 from shakedown.errors import ShakedownError, UsageError
 from shakedown.importing.import_model import Import
-from shakedown.model.arguments import check_load_factor, real_array
+from shakedown.model.arguments import check_load_factor, checked, real_array
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
 Progress = Callable[[int, int], None]
 
 
+@checked
 def sweep(
     joint: Problem | Import | ProblemOf,
     vary: Mapping[str, ArrayLike],

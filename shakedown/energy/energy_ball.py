@@ -13,14 +13,20 @@ from shakedown.energy.energy_rows import EnergyRows, check_resolved, without_mar
 from shakedown.energy.farthest import end_of
 from shakedown.energy.zone_rows import zone_rows
 from shakedown.errors import UsageError
-from shakedown.model.arguments import check_load_factor, checked_initial_slip, real_array, require_problem
+from shakedown.model.arguments import (
+    check_load_factor,
+    checked,
+    checked_initial_slip,
+    real_array,
+    require_problem,
+)
 from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import typical_size
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
-from shakedown.programs.row_programs import widest
+from shakedown.programs.widest import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"
@@ -130,6 +136,7 @@ class EnergyBall(Result):
         return slips if self.zone is None else slips[..., list(self.zone.closed_nodes)]
 
 
+@checked
 def energy_ball(
     problem: Problem,
     load_factor: float,

@@ -16,7 +16,7 @@ from shakedown.energy.exact_check import ExactBall
 from shakedown.energy.farthest import Farthest, contradiction, end_of, widest_room
 from shakedown.energy.zone_rows import zone_rows
 from shakedown.errors import UsageError
-from shakedown.model.arguments import checked_initial_slip, require_problem
+from shakedown.model.arguments import checked, checked_initial_slip, require_problem
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -119,6 +119,7 @@ class EnergyBound(Result):
         return None if self.certificate is None else self.certificate.load_factor
 
 
+@checked
 def energy_bound(
     problem: Problem,
     initial_slip: ArrayLike | None = None,

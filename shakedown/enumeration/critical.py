@@ -12,7 +12,7 @@ import numpy as np
 from shakedown.enumeration.findings import BATCH, NONE, Candidate, Piece, batch_piece, in_batches, joined
 from shakedown.enumeration.intersection import Intersection, intersection, scaled_rows, solve_subsets
 from shakedown.errors import BudgetExceeded, UsageError
-from shakedown.model.arguments import check_count
+from shakedown.model.arguments import check_count, checked
 from shakedown.model.constraints import Constraints, constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -88,6 +88,7 @@ def subset_count(n: int) -> int:
     return comb(2 * n, n + 1)
 
 
+@checked
 def critical_load_factors(
     problem: Problem,
     *,
@@ -146,6 +147,7 @@ def critical_load_factors(
     return _report(problem, rows, joined(found), values)
 
 
+@checked
 def load_factors_above(
     problem: Problem, cut: float, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
 ) -> Iterator[FloatArray]:
@@ -174,6 +176,7 @@ def load_factors_above(
             yield piece.load_factors
 
 
+@checked
 def collapse_by_enumeration(
     problem: Problem, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
 ) -> Intersection:

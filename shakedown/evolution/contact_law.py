@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.model.arguments import check_load_factor, checked
 from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -25,6 +26,7 @@ class Scales(Result):
     length: float
 
 
+@checked
 def scales(problem: Problem, load_factor: float) -> Scales:
     """Force and length scale of a problem at a load factor.
 
@@ -34,12 +36,14 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     >>> scales(shakedown.example("one-node"), 1.0)
     Scales(force=2.8, length=2.8)
     """
+    check_load_factor(load_factor)
     parts = [*loading(problem).at(load_factor), transient_path(problem)]
     force = max(float(np.abs(part).max(initial=0.0)) for part in parts) or 1.0
     stiffness = np.diag(problem.A)[np.diag(problem.A) > 0]
     return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
 
 
+@checked
 def reactions(
     problem: Problem, q_w: FloatArray, p_w: FloatArray, v: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

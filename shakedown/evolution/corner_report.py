@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.linalg import eigvals
 
 from shakedown.errors import UsageError
 from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.model.arguments import checked_damping, real_array, require_problem
+from shakedown.model.arguments import checked, checked_damping, real_array, require_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 
@@ -131,6 +132,7 @@ class _Pair:
         return self.A - (np.array(self.sides) * self.f)[:, None] * self.B
 
 
+@checked
 def corner_report(
     problem: Problem,
     q_w: ArrayLike,
@@ -214,8 +216,7 @@ def _checked_pair(
 ) -> tuple[_Pair, tuple[int, int]]:
     require_problem(problem)
     n = problem.n
-    if len(nodes) != 2 or len({*nodes}) != 2 or not all(node in range(n) for node in nodes):
-        raise UsageError(f"nodes: expected two different nodes of 0 to {n - 1}, found {nodes}")
+    _check_pair(nodes, n)
     if len(sides) != 2 or not all(side in (-1, 1) for side in sides):
         raise UsageError(f"sides: expected two of +1 (backward) and -1 (forward), found {sides}")
     loads = [real_array(name, values) for name, values in (("q_w", q_w), ("p_w", p_w))]
@@ -313,6 +314,13 @@ def _gaps_without_contact(pair: _Pair) -> FloatArray:
         return np.full(2, np.nan)
 
 
+def _check_pair(nodes: Sequence[int], n: int) -> None:
+    whole = all(isinstance(node, Integral) and 0 <= node < n for node in nodes)
+    if len(nodes) != 2 or not whole or nodes[0] == nodes[1]:
+        raise UsageError(f"nodes: expected two different nodes of 0 to {n - 1}, found {nodes}")
+
+
+@checked
 def pair_thresholds(problem: Problem, nodes: Sequence[int] = (0, 1)) -> FloatArray:
     """Friction coefficients at which the slip of two nodes loses its stiffness, all eight of them (6.47).
 
@@ -343,8 +351,7 @@ def pair_thresholds(problem: Problem, nodes: Sequence[int] = (0, 1)) -> FloatArr
     array([0.3557, 0.4078, 4.301 , 4.9312])
     """
     n = problem.n
-    if len(nodes) != 2 or len({*nodes}) != 2 or not all(node in range(n) for node in nodes):
-        raise UsageError(f"nodes: expected two different nodes of 0 to {n - 1}, found {nodes}")
+    _check_pair(nodes, n)
     block = np.ix_(list(nodes), list(nodes))
     A, B = problem.A[block], problem.B[block]
     roots: list[float] = []

@@ -12,7 +12,7 @@ from shakedown.evolution.cycle_record import CycleRecord, Stop
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
-from shakedown.model.arguments import check_arguments, checked_damping
+from shakedown.model.arguments import check_arguments, checked, checked_damping
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -51,6 +51,7 @@ class EvolutionResult(Result):
         return self.history.columns()
 
 
+@checked
 def evolve(
     problem: Problem,
     load_factor: float,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.evolution.contact_law import scales
-from shakedown.model.arguments import checked_initial_slip
+from shakedown.model.arguments import check_load_factor, checked, checked_initial_slip
 from shakedown.model.loading import loading, ramp_start, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -68,6 +68,7 @@ class Scene(Result):
         return out
 
 
+@checked
 def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike | None = None) -> Scene:
     """Leave out of a problem what cannot happen at a load factor from an initial slip.
 
@@ -85,6 +86,7 @@ def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike 
     >>> scene.moving, scene.separable
     (array([ True,  True]), array([ True, False]))
     """
+    check_load_factor(load_factor)
     start = checked_initial_slip(problem, initial_slip)
     states = _States(problem, load_factor, start)
     closed, fixed = np.ones(problem.n, dtype=bool), np.ones(problem.n, dtype=bool)

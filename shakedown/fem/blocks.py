@@ -10,9 +10,11 @@ from shakedown.fem.classical import cylinder_on_flat, press_fit
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
+from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 
 
+@checked
 def receding_block(
     refinement: int = 2,
     *,
@@ -82,6 +84,7 @@ def receding_block(
     return contact_problem(body, "bottom", f, name=name, units="h, p_max")
 
 
+@checked
 def cantilevered_block(
     refinement: int = 1,
     *,

@@ -10,11 +10,13 @@ from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Displacement, Traction
 from shakedown.fem.mesh import block_mesh
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 
 HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 
 
+@checked
 def press_fit(
     refinement: int = 1,
     *,
@@ -70,6 +72,7 @@ def press_fit(
     )  # fmt: skip
 
 
+@checked
 def press_fit_pressure(interference: float, young: float = 200e3, poisson: float = 0.3) -> float:
     """Lamé's pressure between the shaft and the hub of :func:`press_fit` [force/length²].
 
@@ -104,6 +107,7 @@ RADIUS, CANDIDATE, FAR = (
 )  # of the cylinder; half-widths of the candidate contact, of the bodies
 
 
+@checked
 def cylinder_on_flat(
     refinement: int = 1,
     *,
@@ -210,6 +214,7 @@ class Hertz:
         return f * (self.pressure(x) - self.peak * self.stick / self.half_width * inner)
 
 
+@checked
 def hertz(normal: float, shear: float = 0.0, f: float = 0.3, poisson: float = 0.3) -> Hertz:
     """The classical solution for :func:`cylinder_on_flat`, E* = E / 2(1 − ν²)."""
     modulus = 1.0 / (2 * (1 - poisson**2))

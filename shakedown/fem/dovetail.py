@@ -11,11 +11,13 @@ from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Traction
 from shakedown.fem.mesh import block_mesh
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 
 OUTER = 2.5  # half-width of the slot's walls; the root is 2 wide at the bottom and 1 high
 
 
+@checked
 def dovetail(
     refinement: int = 1,
     *,

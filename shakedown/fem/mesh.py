@@ -12,9 +12,11 @@ import numpy as np
 from skfem import Mesh, MeshQuad, MeshTri
 
 from shakedown.errors import ProblemError
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray
 
 
+@checked
 def block_mesh(
     width: float,
     height: float,

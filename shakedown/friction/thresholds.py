@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from shakedown.friction.wedging import Wedging, wedging_threshold
-from shakedown.model.arguments import require_problem
+from shakedown.model.arguments import checked, require_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -91,6 +91,7 @@ class FrictionThresholds(Result):
         return plain(known | {"unit": "factor on f" if self.factor else "friction coefficient"})
 
 
+@checked
 @on_one_thread
 def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> FrictionThresholds:
     """Friction coefficients at which a single node, all nodes together or a wedged state make trouble.

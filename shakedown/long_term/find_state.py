@@ -10,11 +10,12 @@ from shakedown.evolution.evolve import expanded_history, require_closed
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
 from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import check_arguments, check_count
+from shakedown.model.arguments import check_arguments, check_count, checked
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
+@checked
 def long_term_state(
     problem: Problem,
     load_factor: float,

@@ -20,6 +20,7 @@ from shakedown.long_term.state import LongTermState
 from shakedown.model.arguments import (
     check_arguments,
     check_count,
+    checked,
     checked_initial_slip,
     real_array,
     require_problem,
@@ -102,6 +103,7 @@ class LongTermStates(Result):
         return len(self.outcome)
 
 
+@checked
 @on_one_thread
 def long_term_states(
     problem: Problem,

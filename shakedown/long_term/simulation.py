@@ -19,7 +19,7 @@ from shakedown.long_term.limit_search import LimitSearch
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
-from shakedown.model.arguments import check_arguments
+from shakedown.model.arguments import check_arguments, checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.shown_values import short
@@ -166,6 +166,7 @@ class Simulation(Result):
         return self.settled.residual
 
 
+@checked
 def simulate(
     problem: Problem,
     load_factor: float,

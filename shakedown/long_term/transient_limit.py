@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from shakedown.errors import UsageError
 from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.outcome import Outcome
-from shakedown.model.arguments import check_count, checked_initial_slip, is_finite
+from shakedown.model.arguments import check_count, checked, checked_initial_slip, is_finite
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -86,6 +86,7 @@ class TransientLimit(Result):
         return self.proved, self.cycling
 
 
+@checked
 @on_one_thread
 def transient_limit(
     problem: Problem,

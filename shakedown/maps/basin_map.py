@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,14 @@ from shakedown.maps.map_pieces import Search
 from shakedown.maps.samplers import Sampler, Sampling
 from shakedown.maps.slip_plane import SlipPlane, admissible, slip_plane
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
+from shakedown.shown_values import plain
 
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True, repr=False)
-class InitialStateMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialStateMap(Result):
     """What becomes of a joint from many initial states at one load factor.
 
     Attributes
@@ -142,7 +144,7 @@ class InitialStateMap:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""
-        return {
+        document = {
             "load_factor": self.load_factor,
             "states": len(self),
             "sampler": str(self.sampling.sampler),
@@ -155,10 +157,11 @@ class InitialStateMap:
             "unique": self.unique,
             "evidence": self.evidence,
         }
+        return {word: plain(value) for word, value in document.items()}
 
 
-@dataclass(frozen=True)
-class InitialStateMaps:
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialStateMaps(Result):
     """Maps of initial states over a range of load factors.
 
     Attributes
@@ -166,6 +169,8 @@ class InitialStateMaps:
     maps
         One for each load factor, in the order asked for.
     """
+
+    TABLE: ClassVar[str] = "load_factors shakedown_fraction interval"
 
     maps: tuple[InitialStateMap, ...]
 

@@ -14,6 +14,7 @@ from shakedown.long_term.outcome import Outcome
 from shakedown.maps.map_file import Columns
 from shakedown.maps.map_pieces import Search
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 
 Rows = NDArray[np.intp]  # numbers of states
 
@@ -21,8 +22,8 @@ AT_ONCE = 1 << 16  # states looked at together
 STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
 
-@dataclass(frozen=True)
-class LimitCycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitCycle(Result):
     """A limit cycle that initial states lead to, or a continuum of them.
 
     Attributes

@@ -22,7 +22,7 @@ from shakedown.maps.basin_map import InitialStateMap, InitialStateMaps, basin_ma
 from shakedown.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
 from shakedown.maps.map_pieces import MapPieces, Search
 from shakedown.maps.samplers import Sampler, sampling
-from shakedown.model.arguments import check_load_factor, require_problem
+from shakedown.model.arguments import check_load_factor, checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -71,6 +71,7 @@ def initial_state_map(
 ) -> InitialStateMaps: ...
 
 
+@checked
 def initial_state_map(
     problem: Problem,
     load_factor: float | Sequence[float],

@@ -102,7 +102,7 @@ def slip_reach(problem: Problem, load_factor: float) -> FloatArray:
     --------
     >>> import shakedown
     >>> slip_reach(shakedown.example("two-node"), 0.7).round(3)
-    array([1.547, 5.454])
+    array([1.546, 5.326])
     """
     q_w, p_w = loading(problem).at(load_factor)
     force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)

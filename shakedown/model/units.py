@@ -1,5 +1,6 @@
 """The units of a problem, as far as its text names them."""
 
+from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 
 FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
@@ -14,6 +15,7 @@ PASCALS = {
 }
 
 
+@checked
 def units_of(problem: Problem | None) -> tuple[str, str]:
     """Units of force and of length, from texts like "N, mm"; empty where the text names none.
 

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of, work_unit
 from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, axes_for, labelled, node_name
@@ -81,6 +82,7 @@ class MappedRange(Protocol):
     def interval(self) -> FloatArray: ...
 
 
+@checked
 def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
 
@@ -202,6 +204,7 @@ def _draw_outlines(axes: Axes, plane: Outlines) -> list[Any]:
     return handles
 
 
+@checked
 def shakedown_share(found: MappedRange, *, ax: Axes | None = None) -> Axes:
     """The share of initial states that shakes down against the load factor, with its confidence interval.
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from shakedown.evolution.event_history import EventHistory
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import stress_unit, units_of, work_unit
 from shakedown.plot.loops import friction_work
@@ -24,8 +25,9 @@ from shakedown.plot.style import (
 )
 
 
+@checked
 def pressure(
-    result: Recorded | EventHistory,
+    result: Recorded,
     problem: Problem,
     *,
     cycles: Sequence[float] | None = None,
@@ -72,12 +74,9 @@ def pressure(
     return _finished(axes, problem)
 
 
+@checked
 def friction_use(
-    result: Recorded | EventHistory,
-    problem: Problem,
-    *,
-    cycles: Sequence[float] | None = None,
-    ax: Axes | None = None,
+    result: Recorded, problem: Problem, *, cycles: Sequence[float] | None = None, ax: Axes | None = None
 ) -> Axes:
     """How much of the friction each node uses, q / f p, along the contact at chosen instants.
 
@@ -107,6 +106,7 @@ def friction_use(
     return _finished(axes, problem)
 
 
+@checked
 def slip_along(
     slips: Mapping[str, FloatArray],
     problem: Problem,
@@ -145,7 +145,8 @@ def slip_along(
     return _finished(axes, problem)
 
 
-def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | None = None) -> Axes:
+@checked
+def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
     Of nodes that are never closed nothing is drawn. Parameters as for :func:`pressure`.
@@ -167,12 +168,9 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     return _finished(axes, problem)
 
 
+@checked
 def dissipation_along(
-    result: Recorded | EventHistory,
-    problem: Problem,
-    *,
-    node_area: FloatArray | None = None,
-    ax: Axes | None = None,
+    result: Recorded, problem: Problem, *, node_area: FloatArray | None = None, ax: Axes | None = None
 ) -> Axes:
     """What friction takes at each node along a path, along the contact; per area where areas are known.
 

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
+from shakedown.model.arguments import checked
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import stress_unit, units_of
@@ -14,6 +15,7 @@ LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
 
 
+@checked
 def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The contact nodes with their normals, and the loads on them as arrows.
 
@@ -88,6 +90,7 @@ def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, tuple[
     return problem.coordinates[:, plane], problem.normal[:, plane], problem.tangent[:, plane], named
 
 
+@checked
 def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Welded reactions along the contact: their mean, and the range of their values over a period.
 
@@ -128,6 +131,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
     return axes
 
 
+@checked
 def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Sums of the welded reactions of all nodes over one period.
 

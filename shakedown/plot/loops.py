@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
+from shakedown.model.arguments import checked
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of, work_unit
@@ -23,8 +24,9 @@ from shakedown.plot.style import (
 MOST_LOOPS = 4
 
 
+@checked
 def hysteresis(
-    result: Recorded | EventHistory,
+    result: Recorded,
     problem: Problem | None = None,
     *,
     nodes: Iterable[int] | None = None,
@@ -66,7 +68,6 @@ def hysteresis(
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
     axes.set(xlabel=labelled("slip v", length), ylabel=labelled("tangential reaction q", force))
     axes.grid(alpha=0.3)
-    axes.ticklabel_format(scilimits=(-2, 3))
     axes.legend(title="dissipation", fontsize="small")
     return axes
 
@@ -78,9 +79,8 @@ def friction_work(path: EventHistory) -> FloatArray:
     return np.asarray(np.where(closed, work, 0.0).sum(axis=0))
 
 
-def reactions_in_time(
-    result: Recorded | EventHistory, problem: Problem, node: int = 0, *, ax: Axes | None = None
-) -> Axes:
+@checked
+def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
     """Tangential reaction of one node over time, between its friction limits ±f p.
 
     Where it runs along a limit the node slips, or is about to.
@@ -129,6 +129,7 @@ def _checked(nodes: Iterable[int], n: int) -> list[int]:
     return chosen
 
 
+@checked
 def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """The loading of one node: welded reactions (q_w, p_w) over a period, with the friction cone.
 

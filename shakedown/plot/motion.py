@@ -12,7 +12,7 @@ from PIL import Image
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write
-from shakedown.model.arguments import check_count
+from shakedown.model.arguments import check_count, checked
 from shakedown.model.constraints import BACKWARD, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
@@ -41,6 +41,7 @@ INSTANT = (5.6, 5.0)  # inches
 COLOURS = {0: BLACK, 1: RED, -1: BLUE, 2: PURPLE}  # of the contact states
 
 
+@checked
 def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes | None = None) -> Axes:
     """The slip plane of a two-node joint at one instant: its rows, the slips that stick, the way so far.
 
@@ -97,6 +98,7 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     return axes
 
 
+@checked
 def reactions_at(
     result: Recorded, problem: Problem, cycle: float, node: int = 0, *, ax: Axes | None = None
 ) -> Axes:

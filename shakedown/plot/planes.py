@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory, EventKind
+from shakedown.model.arguments import checked
 from shakedown.model.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
@@ -34,6 +35,7 @@ ROW_COLOURS = (SKY, ORANGE)
 SECTORS = 4  # stick sectors drawn, at most
 
 
+@checked
 def slip_space(
     problem: Problem,
     load_factor: float,
@@ -140,6 +142,7 @@ def window(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low - 0.12 * span, high + 0.12 * span
 
 
+@checked
 def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
     """The load that one node feels, with its stick sector where it moves to (appendix A, thesis 4.2–4.9).
 

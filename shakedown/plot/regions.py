@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
-from shakedown.model.arguments import check_load_factor
+from shakedown.model.arguments import check_load_factor, checked
 from shakedown.model.problem import FloatArray
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
 
@@ -96,6 +96,7 @@ class Diagram(Protocol):
         """One limit at every point."""
 
 
+@checked
 def regions(
     diagram: Diagram, *, load_factor: float = 1.0, contours: str | None = None, ax: Axes | None = None
 ) -> Axes:

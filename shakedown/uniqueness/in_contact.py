@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from shakedown.model.arguments import require_problem
+from shakedown.model.arguments import checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -40,6 +40,7 @@ class Uniqueness(Result):
         return self.unique is True
 
 
+@checked
 def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> Uniqueness:
     """Whether every principal minor of A + S f B is positive for every diagonal S of signs ±1.
 

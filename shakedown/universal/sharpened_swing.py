@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -55,6 +56,7 @@ class SharpenedSwing(Result):
     limited_by: str
 
 
+@checked
 def sharpened_swing(
     problem: Problem, start: float, target: float, *, intervals: int = 20, tolerances: Tolerances = DEFAULT
 ) -> SharpenedSwing:

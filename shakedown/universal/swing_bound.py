@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.upper import upper_bound
+from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -69,6 +70,7 @@ class SwingBound(Result):
         return np.sum(self.multipliers @ states.g + load_factor * worst, axis=1)
 
 
+@checked
 def swing_bound(
     problem: Problem, *, certify: bool | None = None, tolerances: Tolerances = DEFAULT
 ) -> SwingBound:

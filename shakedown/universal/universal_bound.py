@@ -9,7 +9,7 @@ from shakedown.bounds.coupling import WEAK, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.errors import UsageError
-from shakedown.model.arguments import require_problem
+from shakedown.model.arguments import checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -86,6 +86,7 @@ class _Found(NamedTuple):
     limited_by: str
 
 
+@checked
 def universal_bound(
     problem: Problem,
     *,

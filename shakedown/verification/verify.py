@@ -19,6 +19,7 @@ from shakedown.friction.thresholds import FrictionThresholds, friction_threshold
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
+from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -219,6 +220,7 @@ class Verification(Result):
         return not self.disagreements and not self.open_questions
 
 
+@checked
 @on_one_thread
 def verify(
     problem: Problem,

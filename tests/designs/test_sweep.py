@@ -177,7 +177,7 @@ def test_the_document_is_plain_and_the_text_short(found):
     [
         (TWO, {}, {}, "expected one or two parameters by name"),
         (TWO, {"f": [0.1], "mean": [1], "phase": [0]}, {}, "expected one or two parameters by name"),
-        (TWO, "f", {}, "expected one or two parameters by name"),
+        (TWO, "f", {}, "vary: expected a dictionary, found 'f'"),
         (TWO, {"friktion": [0.1]}, {}, "expected one of f, friction, .* found 'friktion'"),
         (TWO, {"f": []}, {}, "expected one value or more, found shape"),
         (TWO, {"f": [[0.1, 0.2]]}, {}, "expected one value or more, found shape"),

@@ -1,0 +1,162 @@
+"""Arguments of a wrong kind, to every public function: one line, never a traceback, never a wrong answer."""
+
+import inspect
+import warnings
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import ShakedownError, Tolerances, UsageError, plot
+
+JOINT = shakedown.example("two-node")
+GIVEN = {
+    "problem": JOINT,
+    "joint": JOINT,
+    "load_factor": 0.5,
+    "radii": [0.5],
+    "initial_slips": np.zeros((2, 2)),
+    "q_w": JOINT.q_w[0],
+    "p_w": JOINT.p_w[0],
+    "node": 0,
+    "vary": {"f": [0.2, 0.3]},
+}
+HUGE = 10**400
+ODD = {
+    "none": None,
+    "huge": HUGE,
+    "huge, negative": -HUGE,
+    "huge, listed": [HUGE],
+    "nan": float("nan"),
+    "text": "x",
+    "ragged": [[1.0], [1.0, 2.0]],
+    "flags": np.ones(2, dtype=bool),
+    "object": object(),
+}
+SLOW = {"verify", "sweep", "initial_state_map", "smallest_cycle", "transient_limit", "long_term_states"}
+
+
+def functions(module):
+    return {n: f for n in module.__all__ if inspect.isfunction(f := getattr(module, n))}
+
+
+FUNCTIONS = functions(shakedown)
+CALLABLE = {
+    name: f
+    for name, f in FUNCTIONS.items()
+    if all(
+        p.default is not inspect.Parameter.empty or p.name in GIVEN
+        for p in inspect.signature(f).parameters.values()
+    )
+}
+
+
+def line_of(function, arguments) -> str | None:
+    """The one line with which a call is refused; None where it is answered."""
+    line = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            function(**arguments)
+        except ShakedownError as error:
+            line = str(error)
+    assert line is None or "\n" not in line
+    return line
+
+
+def arguments_of(name):
+    parameters = inspect.signature(FUNCTIONS[name]).parameters.values()
+    return {p.name: GIVEN[p.name] for p in parameters if p.default is inspect.Parameter.empty}
+
+
+def parameters_with(test):
+    for name, function in CALLABLE.items():
+        for parameter in inspect.signature(function).parameters.values():
+            if test(parameter):
+                yield name, parameter.name
+
+
+WITH_TOLERANCES = list(parameters_with(lambda p: p.name == "tolerances"))
+FLAGS = list(parameters_with(lambda p: p.annotation in (bool, bool | None)))
+ANY = [
+    pair
+    for pair in parameters_with(lambda p: p.name not in ("path", "progress", "journal"))
+    if pair[0] not in SLOW
+]
+
+
+@pytest.mark.parametrize("name", [name for name, _ in WITH_TOLERANCES])
+@pytest.mark.parametrize("value", [None, "tight", 1e-9, {"limit": 1e-9}], ids=str)
+def test_tolerances_are_tolerances(name, value):
+    line = line_of(FUNCTIONS[name], arguments_of(name) | {"tolerances": value})
+    assert line is not None
+    assert line.startswith("tolerances: expected a Tolerances, found ")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [None, "1e-9", float("nan"), -1e-9, float("inf"), HUGE, True, np.ones(2), 1j],
+    ids=lambda v: repr(v)[:12],
+)
+@pytest.mark.parametrize("name", ["feasibility", "limit"])
+def test_a_tolerance_is_a_number(name, value):
+    with pytest.raises(UsageError, match=f"tolerances: {name}: expected a number >= 0, found "):
+        Tolerances(**{name: value})
+
+
+@pytest.mark.parametrize("value", [1.5, -1, None, "4"])
+def test_sweeps_are_counted(value):
+    with pytest.raises(UsageError, match="equilibration_sweeps: expected a whole number >= 0"):
+        Tolerances(equilibration_sweeps=value)
+
+
+@pytest.mark.parametrize(("name", "flag"), FLAGS)
+@pytest.mark.parametrize(
+    "value", [np.ones(2), np.ones(2, dtype=bool), "yes", 2, 0.5], ids=lambda v: repr(v)[:12]
+)
+def test_flags_are_true_or_false(name, flag, value):
+    line = line_of(FUNCTIONS[name], arguments_of(name) | {flag: value})
+    assert line is not None
+    assert line.startswith(f"{flag.replace('_', ' ')}: expected true or false")
+
+
+@pytest.mark.parametrize(("name", "argument"), ANY)
+def test_odd_values_are_answered_or_refused_in_one_line(name, argument):
+    for value in ODD.values():
+        line_of(FUNCTIONS[name], arguments_of(name) | {argument: value})
+
+
+PICTURES = functions(plot)
+FITTING = ("problem", ["problem"]), ("simulation", ["runs"])
+
+
+@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("kind", ["simulation", "problem", "bounds", "none", "text", "huge"])
+def test_a_picture_of_the_wrong_thing_is_refused(name, kind):
+    wrong = {
+        "simulation": lambda: shakedown.simulate(JOINT, 0.5),
+        "problem": lambda: JOINT,
+        "bounds": lambda: shakedown.shakedown_bounds(JOINT),
+        "none": lambda: None,
+        "text": lambda: "x",
+        "huge": lambda: HUGE,
+    }[kind]()
+    required = [
+        p.name
+        for p in inspect.signature(PICTURES[name]).parameters.values()
+        if p.default is inspect.Parameter.empty
+    ]
+    line = line_of(PICTURES[name], dict.fromkeys(required, wrong))
+    assert line is not None or (kind, required) in FITTING
+
+
+def test_the_message_names_argument_and_kind():
+    assert (
+        line_of(plot.load_loop, {"problem": shakedown.simulate(JOINT, 0.5)})
+        == "problem: expected a Problem, found Simulation"
+    )
+
+
+def test_a_load_case_takes_no_number_beyond_all_floats():
+    with pytest.raises(ShakedownError, match="expected real numbers"):
+        shakedown.LoadCase(history=HUGE, force=[1.0])
