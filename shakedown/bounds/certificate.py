@@ -13,10 +13,11 @@ from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_ve
 from shakedown.programs.exact_rows import ExactRows, exact_rows
 from shakedown.programs.integer_algebra import enclosure
 from shakedown.programs.linear_program import Solution
+from shakedown.programs.verified_vertex import verified_vertex
 from shakedown.programs.vertex import without_round_off
 from shakedown.tolerances import Tolerances
 
-UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, about a second
+UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
 
 NO_VERTEX = "exact arithmetic found no vertex from where the float solution ended"
@@ -82,7 +83,8 @@ def certified_upper(
     """
     rows = exact_rows(problem)
     program = _upper_program(rows)
-    end = exact_vertex(program, *_start(program, outcome))
+    start = _start(program, outcome)
+    end = verified_vertex(program, *start) or exact_vertex(program, *start)
     if end is None:
         return NoCertificate(NO_VERTEX)
     return _accepted(_certificate(program, end, rows), problem, outcome, tolerances)

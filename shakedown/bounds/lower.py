@@ -30,7 +30,7 @@ from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import Solution
-from shakedown.programs.load_factor import load_factor_program
+from shakedown.programs.row_programs import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 
 

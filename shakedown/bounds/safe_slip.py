@@ -13,7 +13,7 @@ from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
-from shakedown.programs.widest import widest
+from shakedown.programs.row_programs import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 

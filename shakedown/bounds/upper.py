@@ -22,8 +22,7 @@ from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.best_zone import chosen_zone
 from shakedown.programs.linear_program import INF, Solution
-from shakedown.programs.load_factor import load_factor_program
-from shakedown.programs.widest import widest
+from shakedown.programs.row_programs import load_factor_program, widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"

@@ -26,7 +26,7 @@ from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import typical_size
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
-from shakedown.programs.widest import widest
+from shakedown.programs.row_programs import widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from shakedown.energy.energy_metric import EnergyMetric, energy_metric, spreads
 from shakedown.errors import UsageError
 from shakedown.model.constraints import GAP, constraints
+from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -64,7 +65,7 @@ class EnergyRows:
 
 
 def energy_rows(problem: Problem, *, transient: bool = True, tolerances: Tolerances = DEFAULT) -> EnergyRows:
-    """The 2n extremal rows of a problem, and 2n more for its transient load steps.
+    """The 2n extremal rows of a problem, and 2n more for its transient load steps; built once per problem.
 
     Parameters
     ----------
@@ -81,6 +82,19 @@ def energy_rows(problem: Problem, *, transient: bool = True, tolerances: Toleran
     >>> rows.G.shape, (rows.spread / np.abs(rows.G).max()).round(3)
     ((4, 2), array([0.176, 0.176, 0.101, 0.101]))
     """
+    known, which = _known_rows(problem), (transient, tolerances)
+    if which not in known:
+        known[which] = _rows(problem, transient, tolerances)
+    return known[which]
+
+
+@once_per_problem
+def _known_rows(problem: Problem) -> dict[tuple[bool, Tolerances], EnergyRows]:
+    """Rows of one problem that exist already: each is an eigenvalue problem, and serves all load factors."""
+    return {}
+
+
+def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRows:
     rows = constraints(problem)
     metric = energy_metric(problem.A, problem.B, tolerances=tolerances)
     spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()

@@ -7,7 +7,7 @@ Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``
 loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
 slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
 guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins`` (maps of
-initial states), ``motion`` (one instant, and animations).
+initial states), ``motion`` (one instant, and animations), ``inline_svg`` (pictures inside a page).
 """
 
 from shakedown.plot.basins import basin, shakedown_share

@@ -27,7 +27,7 @@ from shakedown.plot.style import (
 
 @checked
 def pressure(
-    result: Recorded,
+    result: Recorded | EventHistory,
     problem: Problem,
     *,
     cycles: Sequence[float] | None = None,
@@ -76,7 +76,11 @@ def pressure(
 
 @checked
 def friction_use(
-    result: Recorded, problem: Problem, *, cycles: Sequence[float] | None = None, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    cycles: Sequence[float] | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """How much of the friction each node uses, q / f p, along the contact at chosen instants.
 
@@ -146,7 +150,7 @@ def slip_along(
 
 
 @checked
-def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) -> Axes:
+def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | None = None) -> Axes:
     """How far each node slips back and forth in contact, max v − min v over a path, along the contact.
 
     Of nodes that are never closed nothing is drawn. Parameters as for :func:`pressure`.
@@ -170,7 +174,11 @@ def slip_range(result: Recorded, problem: Problem, *, ax: Axes | None = None) ->
 
 @checked
 def dissipation_along(
-    result: Recorded, problem: Problem, *, node_area: FloatArray | None = None, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    node_area: FloatArray | None = None,
+    ax: Axes | None = None,
 ) -> Axes:
     """What friction takes at each node along a path, along the contact; per area where areas are known.
 

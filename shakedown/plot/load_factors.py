@@ -17,7 +17,7 @@ from shakedown.model.units import units_of
 from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
-TEXT_WIDTH = 0.0095  # of one letter on the scale, of its length
+LETTER = 6.0  # width of one letter on the scale of load factors, in points
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
 
 
@@ -53,13 +53,14 @@ def load_factor_scale(
     axes, top = axes_for(ax, (9.0, 1.6)), 1.15 * max([given, *(value for value, _ in known)])
     for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, 0.28, color=colour, alpha=0.3, lw=0, label=name)
+    letter = LETTER / axes.figure.bbox.width * axes.figure.dpi / 72 * top
     texts = sorted([*known, (given, f"as given, λ = {given:g}")])
-    levels = _levels([(value, value + TEXT_WIDTH * len(text) * top) for value, text in texts])
+    levels = _levels([(value, value + letter * len(text)) for value, text in texts])
     for (value, text), level in zip(texts, levels, strict=True):
         own = text.startswith("as given")
         colour, height = RED if own else GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
-        label = axes.text(value + 0.3 * TEXT_WIDTH * top, height, text, va="center", fontsize="small")
+        label = axes.text(value + 0.3 * letter, height, text, va="center", fontsize="small")
         if own:
             label.set(color=RED, weight="bold")
     axes.set(xlim=(0.0, top), ylim=(0.0, 0.95 + 0.3 * max(levels)), yticks=[], xlabel="load factor λ")

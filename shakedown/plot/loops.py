@@ -26,7 +26,7 @@ MOST_LOOPS = 4
 
 @checked
 def hysteresis(
-    result: Recorded,
+    result: Recorded | EventHistory,
     problem: Problem | None = None,
     *,
     nodes: Iterable[int] | None = None,
@@ -68,6 +68,7 @@ def hysteresis(
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
     axes.set(xlabel=labelled("slip v", length), ylabel=labelled("tangential reaction q", force))
     axes.grid(alpha=0.3)
+    axes.ticklabel_format(scilimits=(-2, 3))
     axes.legend(title="dissipation", fontsize="small")
     return axes
 
@@ -80,7 +81,9 @@ def friction_work(path: EventHistory) -> FloatArray:
 
 
 @checked
-def reactions_in_time(result: Recorded, problem: Problem, node: int = 0, *, ax: Axes | None = None) -> Axes:
+def reactions_in_time(
+    result: Recorded | EventHistory, problem: Problem, node: int = 0, *, ax: Axes | None = None
+) -> Axes:
     """Tangential reaction of one node over time, between its friction limits ±f p.
 
     Where it runs along a limit the node slips, or is about to.

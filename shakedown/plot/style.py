@@ -12,20 +12,23 @@ from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
+from shakedown.visible_text import shortened
 
 # Okabe–Ito colours, told apart by readers with colour-blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, RED, PURPLE, GREY = "#0072B2", "#D55E00", "#CC79A7", "#777777"
 LINES = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 
-# Contact states as events record them: name and colour.
+# Contact states as events record them: name and colour. Maps are images, whose colours stay as they are
+# on a dark page: none of these is one that changes there.
 STATES = {
     0: ("stick", "#D9D9D9"),
     1: ("backward slip", RED),
-    -1: ("forward slip", BLUE),
+    -1: ("forward slip", "#1F78B4"),
     2: ("open", "none"),  # the paper shows
 }
 
+LONGEST_LABEL = 40  # letters in a legend
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 Style = Mapping[str, Any]  # keywords of Axes.plot
@@ -78,7 +81,8 @@ def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:
 
 def node_name(node: int, problem: Problem | None = None) -> str:
     """How a node is called in legends: by its number, and by its label where it has one."""
-    return f"node {node if problem is None else problem.node_name(node)}"
+    name = f"{node}" if problem is None else problem.node_name(node)
+    return "node " + shortened(name, LONGEST_LABEL).replace("$", r"\$")  # or it would begin a formula
 
 
 def style_of(name: str, k: int, styles: Mapping[str, Style] | None) -> dict[str, Any]:

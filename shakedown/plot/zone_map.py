@@ -14,12 +14,17 @@ from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.plot.style import BLACK, GREY, STATES, Recorded, axes_for, flanks, path_of, positions
 
+DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
 AT_THE_LIMIT = 1e-9  # how far from its limit, relative, a stuck node counts as being there
 
 
 @checked
 def zones(
-    result: Recorded, problem: Problem | None = None, *, marks: bool = True, ax: Axes | None = None
+    result: Recorded | EventHistory,
+    problem: Problem | None = None,
+    *,
+    marks: bool = True,
+    ax: Axes | None = None,
 ) -> Axes:
     """Stick, slip and open zones over position and time (like the thesis's figs. 3.2, 3.7).
 
@@ -88,7 +93,9 @@ def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
     if len(rows) == 0:
         return []
-    return list(axes.plot(x[nodes], path.cycle[rows], "k.", ms=2.5, label="at the limit, not slipping"))
+    return list(
+        axes.plot(x[nodes], path.cycle[rows], ".", color=DOTS, ms=3, label="at the limit, not slipping")
+    )
 
 
 def _edges(x: FloatArray) -> FloatArray:

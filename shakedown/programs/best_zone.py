@@ -15,8 +15,7 @@ from shakedown.model.contact_zone import Zone, contact_zone
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF
-from shakedown.programs.load_factor import load_factor_program
-from shakedown.programs.widest import Widest, widest
+from shakedown.programs.row_programs import Widest, load_factor_program, widest
 from shakedown.tolerances import DEFAULT, Tolerances
 
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles

@@ -16,7 +16,6 @@ from shakedown.programs.vertex import End, Vertex, polished
 from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
-PRIMAL = 4
 PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own

@@ -1,7 +1,6 @@
 """The verification report: one self-contained HTML file, and the same as JSON."""
 
 import datetime
-import io
 import os
 import platform
 from importlib.metadata import version
@@ -11,21 +10,24 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
-from shakedown.long_term.outcome import Outcome, nodes_in_words
-from shakedown.long_term.simulation import Simulation
-from shakedown.model.constraints import SIDE_NAMES
 from shakedown.model.units import units_of
-from shakedown.report.json_documents import as_text, verification_document
-from shakedown.report.verification_figures import (
-    guarantee_curve_figure,
-    slip_along_contact_figure,
-    slip_per_cycle_figure,
-    slip_space_figure,
+from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words, roads_in_words
+from shakedown.report.cycle_figures import no_pictures, state_pictures
+from shakedown.report.data_page import (
+    configuration,
+    loading_rows,
+    node_load_head,
+    node_load_rows,
+    problem_pictures,
+    source_rows,
+    stiffness_rows,
 )
+from shakedown.report.json_documents import as_text, verification_document
+from shakedown.report.page_tables import Table, bounds_table, nodes_table, number, runs_table
+from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture
 from shakedown.report.words import (
     as_given_in_words,
     bounds_in_words,
@@ -35,8 +37,7 @@ from shakedown.report.words import (
     hints_in_words,
     transient_in_words,
 )
-from shakedown.report.zone_words import open_in_words
-from shakedown.verification.verify import Run, Verification
+from shakedown.verification.verify import Verification
 from shakedown.visible_text import shortened, visible
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
@@ -106,7 +107,7 @@ def render(verification: Verification) -> str:
 
 def _shown(value: Any) -> Any:
     """What the page shows of a value: texts without control characters, pictures as they are."""
-    return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+    return visible(value, keep="\n") if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _context(v: Verification) -> dict[str, Any]:
@@ -115,26 +116,39 @@ def _context(v: Verification) -> dict[str, Any]:
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
         + (f", units {shortened(problem.units)}" if problem.units else ""),
-        "headline": as_given_in_words(v.as_given, units_of(problem)[1]),
-        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper),
-        "verdict": _verdict(v),
-        "verdict_class": _verdict_class(v),
+        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem),
+        "margin": margin_in_words(v),
+        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem),
+        "verdict": roads_in_words(v),
+        "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
+        "tiles": _tiles(v),
+        "scale": scale_picture(v),
+        "problem_pictures": problem_pictures(problem),
+        "stiffness": Table(
+            ["checked", "found", "result"], stiffness_rows(problem, v.bounds.lower.coupling_ratio), (0, 1, 2)
+        ),
+        "loading": Table(["loading", ""], loading_rows(problem), (0, 1)),
+        "loads": Table(node_load_head(problem), node_load_rows(problem), ()),
+        "sources": Table(["source", ""], source_rows(problem), (0, 1)),
+        "configuration": configuration(problem),
         "notes": [*hints_in_words(problem), *v.notes],
-        "bounds": _bounds_rows(v),
+        "bounds": bounds_table(v),
         "meaning": [
-            *bounds_in_words(v.bounds),
+            *bounds_in_words(v.bounds, v.energy),
             *([] if v.transient is None else [transient_in_words(v.transient)]),
         ],
+        "guarantee": guarantee_picture(v),
         "friction": friction_in_words(v.problem, v.friction),
-        "runs": [_run_row(run) for run in v.runs],
+        "runs": runs_table(v),
         "runs_note": RUNS_NOTE,
-        "figures": _figures(v),
-        "unit": f" ({shortened(problem.units.split(',')[-1].strip())})" if "," in problem.units else "",
-        "nodes": _node_rows(v),
+        "run_pictures": run_pictures(v),
+        "state_pictures": state_pictures(v),
+        "no_pictures": no_pictures(v),
+        "nodes": nodes_table(v),
         "critical": critical_in_words(v.critical, v.subsets, v.bounds),
-        "provenance": f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
-        f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC",
+        "limits": limits_in_words(v),
+        "provenance": _provenance(v),
     }
 
 
@@ -150,140 +164,36 @@ RUNS_NOTE = (
 )
 
 
-def _verdict_class(v: Verification) -> str:
-    """The colour of the banner: green only where the joint shakes down and nothing contradicts."""
-    outcome = v.as_given.simulation.outcome
-    if v.disagreements or outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
-        return "disagree"
-    return "agree" if outcome == Outcome.SHAKEDOWN and not v.open_questions else "open"
-
-
-def _verdict(v: Verification) -> str:
-    judged = sum(run.agrees is not None for run in v.runs)
-    if v.disagreements:
-        return f"DISAGREEMENT: {_count(len(v.disagreements), 'finding')}."
-    if v.open_questions:
-        return f"Open: {_count(len(v.open_questions), 'question')}."
-    return (
-        f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
-        f"an outcome ({len(v.runs)} runs in all)."
-    )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
+def _tiles(v: Verification) -> list[tuple[str, str, str]]:
+    """The limits around λ = 1: name, value, what it is."""
+    opened = bool(v.bounds.upper.open_nodes)
+    return [
+        (
+            "λ_E",
+            number(v.energy.load_factor, 4),
+            "proved" + (", of the zone" if opened else " from this state"),
+        ),
+        (
+            "λ_T",
+            "–" if v.transient is None else number(v.transient.load_factor, 4),
+            "simulated from this state",
+        ),
+        ("λ_max", number(v.bounds.upper.load_factor, 4), "safe state exists" + ", of the zone" * opened),
+        ("λ_U", number(v.universal.load_factor, 4), "proved from every state"),
+        ("λ_1", number(v.bounds.lower.load_factor, 4), "first collapse"),
+    ]
 
 
 def _friction(f: np.ndarray) -> str:
     return f"{f[0]:g}" if (f == f[0]).all() else f"{f.min():g} … {f.max():g} (per node)"
 
 
-def _bounds_rows(v: Verification) -> list[tuple[str, str, str, str]]:
-    pairs = (
-        ("lower bound λ_1 (first collapse)", v.bounds.lower.load_factor, v.second_lower.load_factor),
-        (_name_of_largest(v), v.bounds.upper.load_factor, v.second_upper.load_factor),
+def _provenance(v: Verification) -> str:
+    """Version, date, machine, seed: what it takes to make the report again."""
+    asked = v.settings
+    return (
+        f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
+        f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, "
+        f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors; method {asked.method}, "
+        f"at most {asked.cycles} cycles, {asked.random_states} random initial states with seed {asked.seed}."
     )
-    upper = v.bounds.upper.load_factor
-    scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
-    return [
-        (name, _number(one, 10), _number(two, 10), _difference(one, two, scale)) for name, one, two in pairs
-    ]
-
-
-def _name_of_largest(v: Verification) -> str:
-    opened = v.bounds.upper.open_nodes
-    if opened:
-        return f"λ_max of the zone (a safe slip exists with {open_in_words(opened)} open)"
-    return "upper bound λ_max (a safe slip exists)"
-
-
-def _difference(one: float, two: float, scale: float) -> str:
-    if not (np.isfinite(one) and np.isfinite(two)):
-        return "–"
-    size = max(abs(one), abs(two), scale)
-    return f"{abs(one - two) / size:.1e}" if size else "0"
-
-
-def _number(value: float, digits: int = 6) -> str:
-    if np.isnan(value):
-        return "–"
-    return f"{value:.{digits}g}" if np.isfinite(value) else ("∞" if value > 0 else "−∞")
-
-
-def _run_row(run: Run) -> dict[str, str]:
-    s = run.simulation
-    words = {True: ("yes", "yes"), False: ("no", "NO"), None: ("none", "–")}
-    mark, agree = words[run.agrees]
-    return {
-        "load_factor": _number(s.load_factor),
-        "region": run.region,
-        "initial": run.initial + " (zone)" * bool(run.open_nodes),
-        "predicted": run.predicted,
-        "outcome": s.outcome + _remarks(s),
-        "mark": mark,
-        "agree": agree,
-        "cycles": str(s.cycles_simulated),
-        "slip": _number(float(np.max(s.slip_per_cycle)), 4),
-        "dissipation": _number(s.dissipation_per_cycle, 4),
-        "residual": "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
-        "time": f"{1e3 * run.seconds:.1f} ms",
-    }
-
-
-def _remarks(run: Simulation) -> str:
-    """Period, jumps and open nodes of a long-term state, where there is something to say."""
-    remarks = [f"period {run.period}"] if run.period > 1 else []
-    if run.jumps_per_cycle > 0:
-        lost = _number(run.jump_dissipation_per_cycle, 4)
-        remarks.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping takes {lost}")
-    if run.open_nodes:
-        remarks.append(f"open throughout: {nodes_in_words(run.open_nodes)}")
-    if run.proved:
-        remarks.append("proved")
-    return f" ({'; '.join(remarks)})" if remarks else ""
-
-
-def _node_rows(v: Verification) -> list[tuple[str, str, str, str, str]]:
-    upper, lower = v.bounds.upper, v.bounds.lower
-    rows = []
-    for j in range(v.problem.n):
-        active = " and ".join(SIDE_NAMES[side] for node, side in upper.active if node == j) or "–"
-        threshold = _number(v.friction.single_node[j], 5)
-        rows.append((str(j), _number(upper.slip[j]), _number(lower.slip[j]), active, threshold))
-    return rows
-
-
-def _figures(v: Verification) -> list[dict[str, str]]:
-    figures = [
-        (
-            slip_per_cycle_figure(v),
-            "Slip per cycle of the node that slips most, against the cycle number. A line that falls to "
-            "the floor has shaken down; a level line is cyclic slip or ratchetting.",
-        )
-    ]
-    if v.problem.n == 2:
-        figures.append(
-            (
-                slip_space_figure(v),
-                "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
-                "them, and the paths from the initial states (circle: start, square: end).",
-            )
-        )
-    if v.problem.n > 2:
-        figures.append((slip_along_contact_figure(v), "Slip along the contact at the end of each run."))
-    if v.curve is not None:
-        stays = (
-            "No slip leads out of such a box, so that a joint that starts inside stays inside."
-            if v.curve.invariant
-            else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
-        )
-        caption = f"First collapse when every other slip keeps within R of the safe slip. {stays}"
-        figures.append((guarantee_curve_figure(v), caption))
-    return [{"svg": _svg(figure), "caption": caption} for figure, caption in figures]
-
-
-def _svg(figure: Figure) -> str:
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]

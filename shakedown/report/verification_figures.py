@@ -1,72 +1,132 @@
-"""Figures of a verification, drawn by ``shakedown.plot``: one panel per load factor."""
+"""Pictures of a verification: the limits on one scale, and one panel of runs per load factor."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import groupby
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from shakedown import plot
+from shakedown.plot.inline_svg import PANEL, Panel, Picture, panel
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report.node_words import open_in_words
 from shakedown.verification.verify import Run, Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
-PANEL = (4.3, 3.6)  # inches
+LINE = 0.18  # height of one line of a legend [inch]
+LONG_LABEL = 16  # letters; of longer ones two stand side by side
 
 
-def slip_per_cycle_figure(verification: Verification) -> Figure:
-    """Slip per cycle of the node that slips most, against the cycle number."""
-    groups = _by_load_factor(verification.runs)
-    figure, axes = _panels(len(groups))
-    for axis, (title, runs) in zip(axes, groups, strict=True):
-        simulations = {run.initial: run.simulation for run in runs}
-        plot.slip_per_cycle(simulations, verification.problem, styles=_styles(runs), ax=axis)
-        axis.set_title(title)
-    return _finished(figure, axes)
+def scale_picture(v: Verification) -> Picture:
+    """Every limit of the load factor on one scale, with λ = 1."""
+    upper = v.bounds.upper
+    marks = {
+        "λ_1": v.bounds.lower.load_factor,
+        "λ_U": v.universal.load_factor,
+        "λ_E": v.energy.load_factor,
+        "λ_T": np.nan if v.transient is None else v.transient.load_factor,
+        "λ_max": upper.load_factor,
+    }
+    here, everywhere = (
+        np.nan_to_num(x, posinf=np.inf) for x in (v.energy.load_factor, v.universal.load_factor)
+    )
+    proved = (0.0, everywhere) if everywhere >= here else (v.energy.least_load_factor, here)
+    bands = {"proved": proved}
+    if np.isfinite(upper.load_factor) and not upper.open_nodes:
+        bands["excluded"] = (upper.load_factor, np.inf)
+    shown = ", ".join(f"{name} = {value:.4g}" for name, value in marks.items() if np.isfinite(value))
+    alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the loading as given"
+    state = (
+        f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
+    )
+    caption = (
+        (f"Green: proved to shake down, {state} (λ_E) or from every state (λ_U). " if proved[1] > 0 else "")
+        + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
+        + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated. λ_max: largest "
+        + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
+    )
+    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=(6.6, 1.7))
+    return Picture(caption, (drawn,))
 
 
-def slip_space_figure(verification: Verification) -> Figure:
-    """The slip plane of a two-node system: four rows, safe region, paths (like the thesis's fig. 5.4)."""
-    groups = _by_load_factor(verification.runs)
-    figure, axes = _panels(len(groups))
-    for axis, (title, runs) in zip(axes, groups, strict=True):
-        load_factor = runs[0].simulation.load_factor
-        paths = {run.initial: run.simulation for run in runs if run.simulation.history is not None}
-        plot.slip_space(verification.problem, load_factor, paths, styles=_styles(runs), ax=axis)
-        axis.set_title(title)
-    return _finished(figure, axes)
+def run_pictures(v: Verification) -> list[Picture]:
+    """Slip per cycle, paths in the slip plane of two nodes, final slips along the contact."""
+    pictures = [
+        Picture(
+            "Slip per cycle of the node that slips most, against the cycle number. A line that falls to "
+            "the floor has shaken down; a level line is cyclic slip or ratchetting.",
+            _panels(v, "Slip per cycle against the cycle number", _slip_per_cycle),
+        )
+    ]
+    if v.problem.n == 2:
+        pictures.append(
+            Picture(
+                "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
+                "them, and the paths from the initial states (circle: start, square: end).",
+                _panels(v, "Limits, safe region and paths in the plane of both slips", _slip_space, 5),
+            )
+        )
+    if v.problem.n > 2:
+        pictures.append(
+            Picture(
+                "Slip along the contact at the end of each run.",
+                _panels(v, "Final slip of every run along the contact", _final_slip),
+            )
+        )
+    return pictures
 
 
-def slip_along_contact_figure(verification: Verification) -> Figure:
-    """Final slip of every run along the contact (like the thesis's fig. 5.8)."""
-    groups = _by_load_factor(verification.runs)
-    figure, axes = _panels(len(groups))
-    for axis, (title, runs) in zip(axes, groups, strict=True):
-        slips = {run.initial: run.simulation.final_slip for run in runs}
-        plot.slip_along(slips, verification.problem, what="final slip", styles=_styles(runs), ax=axis)
-        axis.set_title(title)
-    return _finished(figure, axes)
-
-
-def guarantee_curve_figure(verification: Verification) -> Figure:
+def guarantee_picture(v: Verification) -> Picture | None:
     """First collapse λ_1(R) against the radius within which initial states keep to the safe slip."""
-    assert verification.curve is not None
-    figure, (axis,) = _panels(1)
-    plot.guarantee(verification.curve, verification.bounds, ax=axis)
-    return _finished(figure, [axis])
+    if v.curve is None:
+        return None
+    stays = (
+        "No slip leads out of such a box, so that a joint that starts inside stays inside."
+        if v.curve.invariant
+        else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
+    )
+    caption = f"First collapse when every other slip keeps within R of the safe slip. {stays}"
+    alt = "First collapse λ_1(R) against the radius R of the box of initial states"
+    return Picture(caption, (panel(alt, partial(plot.guarantee, v.curve, v.bounds)),))
+
+
+def _panels(
+    v: Verification, what: str, draw: Callable[[Verification, list[Run], Axes], None], lines: int = 2
+) -> tuple[Panel, ...]:
+    """One panel per load factor, with so many lines of legend below it."""
+    panels = []
+    for title, runs in _by_load_factor(v.runs):
+
+        def drawn(*, ax: Axes, runs: list[Run] = runs) -> None:
+            draw(v, runs, ax)
+            _one_entry_per_label(ax)
+
+        size, below = (PANEL[0], PANEL[1] + LINE * lines), LINE * lines
+        panels.append(panel(f"{what}, {title}", drawn, name=title, size=size, below=below))
+    return tuple(panels)
+
+
+def _slip_per_cycle(v: Verification, runs: list[Run], axes: Axes) -> None:
+    simulations = {run.initial: run.simulation for run in runs}
+    plot.slip_per_cycle(simulations, v.problem, styles=_styles(runs), ax=axes)
+
+
+def _slip_space(v: Verification, runs: list[Run], axes: Axes) -> None:
+    paths = {run.initial: run.simulation for run in runs if run.simulation.history is not None}
+    plot.slip_space(v.problem, runs[0].simulation.load_factor, paths, styles=_styles(runs), ax=axes)
+    axes.set_title("")
+
+
+def _final_slip(v: Verification, runs: list[Run], axes: Axes) -> None:
+    slips = {run.initial: run.simulation.final_slip for run in runs}
+    plot.slip_along(slips, v.problem, what="final slip", styles=_styles(runs), ax=axes)
 
 
 def _by_load_factor(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
     groups = groupby(runs, key=lambda run: (run.simulation.load_factor, run.region))
     return [(f"λ = {factor:.5g}, {region}", list(group)) for (factor, region), group in groups]
-
-
-def _panels(count: int) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(PANEL[0] * max(count, 1), PANEL[1] + 0.5), layout="constrained")
-    return figure, list(np.atleast_1d(figure.subplots(1, count)))
 
 
 def _styles(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
@@ -80,16 +140,12 @@ def _styles(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
     return styles
 
 
-def _finished(figure: Figure, axes: Sequence[Axes]) -> Figure:
-    """One legend for all panels, one entry per label; the vertical axis named once."""
-    entries: dict[str, Artist] = {}
-    for axis in axes:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-        if (own := axis.get_legend()) is not None:
-            own.remove()
-        axis.title.set_fontsize("medium")
-    for axis in axes[1:]:
-        axis.set_ylabel("")
-    figure.legend(handles=list(entries.values()), loc="outside lower center", ncols=5, frameon=False)
-    return figure
+def _one_entry_per_label(axes: Axes) -> None:
+    """A legend below the axes that names each kind of initial state once."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    columns = 3 if max(map(len, once), default=0) < LONG_LABEL else 2
+    axes.legend(
+        list(once.values()), list(once), loc="upper center", bbox_to_anchor=(0.46, -0.13), ncols=columns,
+        frameon=False, fontsize="small",
+    )  # fmt: skip

@@ -65,7 +65,7 @@ def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, na
     assert code == 0
     assert answer in " ".join(out.split())
     page = (tmp_path / "r.html").read_text()
-    banner = page[page.index('<div class="verdict') : page.index("<h2>")]
+    banner = page[page.index('<div class="verdict') : page.index("<h2")]
     assert f'class="verdict {colour}"' in banner
     assert answer in banner
     assert "is proved to shake down up to λ_E" in banner

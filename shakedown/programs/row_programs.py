@@ -1,13 +1,27 @@
-"""The point with the largest margin to the rows of a system of inequalities."""
+"""Linear programs over rows of limits: the extreme load factor, and the point with the largest margin."""
 
 from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
+from shakedown.model.constraints import Constraints
 from shakedown.model.problem import FloatArray
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
+
+
+def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> LinearProgram:
+    """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row."""
+    return LinearProgram(
+        np.column_stack([rows.G, rows.d]),
+        cost=np.append(np.zeros(rows.n), towards),
+        lower=np.full(len(rows.g), -INF),
+        upper=rows.g,
+        column_lower=np.append(np.full(rows.n, -INF), 0.0),
+        column_upper=np.full(rows.n + 1, INF),
+        tolerances=tolerances,
+    )
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,100 @@
+"""The answer for the loading as given: its colour, its margin, its limits of validity."""
+
+import numpy as np
+
+from shakedown.long_term.outcome import Outcome
+from shakedown.report.node_words import open_in_words
+from shakedown.report.words import down
+from shakedown.verification.verify import Verification
+
+ASSUMPTIONS = (
+    "Assumed: loads change slowly (quasi-static); Coulomb friction, with one constant coefficient per node "
+    "for sticking and slipping; linear elastic bodies; small displacements; slip in one tangential direction."
+)
+NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
+
+
+def banner_class(v: Verification) -> str:
+    """The colour of the banner: green only where the joint shakes down and nothing contradicts."""
+    run = v.as_given.simulation
+    if v.disagreements or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+        return "disagree"
+    exact = run.proved or run.long_term is not None  # with fixed load steps a slow slip may look like none
+    return "agree" if run.outcome == Outcome.SHAKEDOWN and exact and not v.open_questions else "open"
+
+
+def roads_in_words(v: Verification) -> str:
+    """Whether prediction and simulation agree, and both roads to the bounds."""
+    judged = sum(run.agrees is not None for run in v.runs)
+    if v.disagreements:
+        return f"DISAGREEMENT: {_count(len(v.disagreements), 'finding')}."
+    if v.open_questions:
+        return f"Open: {_count(len(v.open_questions), 'question')}."
+    return (
+        f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
+        f"an outcome ({len(v.runs)} runs in all)."
+    )
+
+
+def _count(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def margin_in_words(v: Verification) -> str:
+    """How far the periodic load may grow, or must fall; empty where no limit is known.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
+    No margin: from this state the joint shakes down with the periodic load reduced to
+    λ_E = 0.6619611 (proved), λ_T = 0.7315932 (simulated).
+    """
+    shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
+    limits = []
+    energy = v.energy
+    if not energy.open_nodes and energy.least_load_factor <= 1:  # of a zone: from another state
+        limits.append((energy.load_factor, "λ_E", "proved"))
+    if v.transient is not None and v.transient.monotone:
+        limits.append((v.transient.load_factor, "λ_T", "simulated"))
+    useful = [
+        f"{name} = {down(value)} ({how})" if np.isfinite(value) else f"any load factor ({how})"
+        for value, name, how in limits
+        if (value > 1 if shakes else 0 < value < 1)
+    ]
+    if not useful:
+        return ""
+    if shakes:
+        return f"Margin: the periodic load may grow to {', '.join(useful)}."
+    reduced = ", ".join(useful)
+    return f"No margin: from this state the joint shakes down with the periodic load reduced to {reduced}."
+
+
+def limits_in_words(v: Verification) -> list[str]:
+    """For which zone, loads and initial states the answer holds, and what is assumed."""
+    problem, upper, asked = v.problem, v.bounds.upper, v.settings
+    zone = "Zone: the bounds are about the joint with all nodes in contact."
+    if upper.open_nodes:
+        opened = open_in_words(upper.open_nodes, v.problem)
+        zone = (
+            f"Zone: λ_max and λ_E are about the joint with {opened} open and all others closed throughout; "
+            "λ_1 and λ_U about all nodes in contact."
+        )
+    if problem.C is None:
+        zone += " The problem has no normal stiffness C: whether nodes open and close again is not followed."
+    start = "slip zero" if problem.initial_slip is None else "the first given slip"
+    states = (
+        f"Initial states: λ = 1, λ_E and λ_T begin at {start}, with all nodes closed. Simulated besides: "
+        f"the safe slip, the witness, {_count(asked.random_states, 'random state')} (seed {asked.seed})."
+    )
+    loads = (
+        f"Loads: λ multiplies the periodic part of {_count(problem.m, 'load step')}; the constant part"
+        + (" and the transient load steps stay" if problem.q_transient is not None else " stays")
+        + " as given. The bounds hold for every path through these load steps; what is simulated holds for "
+        "this order."
+    )
+    model = (
+        f"Model: {_count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
+        "finer mesh λ_1 usually falls; λ_max converges where the friction holds the ends of the contact."
+    )
+    return [zone, loads, states, model, ASSUMPTIONS, NOT_SAID]

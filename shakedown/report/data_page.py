@@ -1,0 +1,160 @@
+"""The page about the joint itself: pictures, loads, what was checked, where the data come from."""
+
+import json
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from shakedown import plot
+from shakedown.campaign.payload import fingerprint
+from shakedown.condensation.stiffness_checks import zero_modes
+from shakedown.model.loading import loading
+from shakedown.model.problem import Problem
+from shakedown.model.units import units_of
+from shakedown.plot.inline_svg import Picture, panel
+from shakedown.report.words import coupling_in_words
+from shakedown.tolerances import DEFAULT
+
+FEW = 3  # nodes up to which each one has its own picture
+
+
+def problem_pictures(problem: Problem) -> list[Picture]:
+    """Nodes, normals and loads; the loads over the period."""
+    where = "as they are in the model" if problem.coordinates is not None else "side by side"
+    nodes = panel(
+        f"{problem.n} contact nodes, {where}, with their normals and arrows for the loads on them",
+        partial(plot.contact, problem),
+    )
+    along = panel(
+        "Mean and range of the normal and tangential welded reactions along the contact",
+        partial(plot.loads_along, problem),
+    )
+    time = panel("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
+    cones = [
+        panel(
+            f"Loading of node {node} in the plane of its reactions, with the friction cone",
+            partial(plot.load_loop, problem, node),
+        )
+        for node in range(min(problem.n, FEW))
+    ]
+    few = problem.n <= FEW
+    caption = (
+        f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
+        "(an arrow for the mean, a line for the way of its tail over a period)"
+        + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
+        + "; their sums over the period. Welded reactions are those with every contact displacement held."
+    )
+    return [Picture(caption, (nodes, *(cones if few else [along]), time))]
+
+
+def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, str, str]]:
+    """(what was checked, what was found, what it means)."""
+    whole, name = (problem.A, "A") if problem.C is None else (problem.kappa, "κ = [[A, Bᵀ], [B, C]]")
+    values = np.linalg.eigvalsh(whole)
+    free = zero_modes(whole)
+    force, length = units_of(problem)
+    unit = f" {force}/{length}" if force and length else ""
+    rows = [
+        (
+            "A and C symmetric" if problem.C is not None else "A symmetric",
+            f"to {DEFAULT.symmetry:g} of the largest entry",
+            "passed; the rest is averaged away",
+        ),
+        (
+            f"{name} positive semi-definite",
+            f"eigenvalues {values[0]:.4g} … {values[-1]:.4g}{unit}",
+            f"passed; {free} free motion{'s' * (free != 1)}",
+        ),
+        ("friction coefficients", f"{problem.f.min():g} … {problem.f.max():g}", "passed: none is negative"),
+    ]
+    if problem.C is None:
+        rows.append(("C, normal stiffness", "not given", "nodes cannot separate in the simulations"))
+    if np.isfinite(coupling_ratio):
+        rows.append(("coupling ratio ρ", f"{coupling_ratio:.4g}", coupling_in_words(coupling_ratio)))
+    if problem.normal is not None:
+        rows.append(("normals", "unit vectors", "passed"))
+    return rows
+
+
+def loading_rows(problem: Problem) -> list[tuple[str, str]]:
+    """What the loading is made of."""
+    given = "given" if problem.p_mean is not None or problem.q_mean is not None else "mean of the load steps"
+    before = 0 if problem.q_transient is None else len(problem.q_transient)
+    rows = [
+        ("load steps per period", str(problem.m)),
+        ("constant part r⁰", given),
+        ("load steps before the first period", str(before)),
+        ("initial states given", "none" if problem.initial_slip is None else str(len(problem.initial_slip))),
+    ]
+    if problem.load_names:
+        rows.append(("load cases", ", ".join(problem.load_names)))
+    return rows
+
+
+def source_rows(problem: Problem) -> list[tuple[str, str]]:
+    """Where the data come from: command and files with their SHA-256, and the problem's own."""
+    source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
+    rows = [
+        (name, str(source[key]))
+        for name, key in (("toolkit", "toolkit"), ("command", "command"))
+        if key in source
+    ]
+    files = source.get("files", [])
+    if isinstance(files, list):
+        for entry in files:
+            if isinstance(entry, dict):
+                rows.append((str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
+    if not source:
+        rows.append(("origin", "not stored with the problem"))
+    return [*rows, ("arrays of the problem", f"SHA-256 {fingerprint(problem)}")]
+
+
+def configuration(problem: Problem) -> str:
+    """The configuration of the import as text; empty where none is stored."""
+    source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
+    found = source.get("configuration", "")
+    return found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
+
+
+def node_load_rows(problem: Problem) -> list[list[str]]:
+    """Node by node: name, place, area, friction, mean and amplitude of the loads."""
+    mean = loading(problem)
+    swing_p, swing_q = (0.5 * np.ptp(part, axis=0) for part in (mean.p1, mean.q1))
+    place = node_places(problem)
+    return [
+        [
+            str(j),
+            *([problem.label[j]] if problem.label is not None else []),
+            *place[j],
+            *([f"{problem.node_area[j]:.5g}"] if problem.node_area is not None else []),
+            f"{problem.f[j]:g}",
+            *(f"{value[j]:.5g}" for value in (mean.p0, swing_p, mean.q0, swing_q)),
+        ]
+        for j in range(problem.n)
+    ]
+
+
+def node_load_head(problem: Problem) -> list[str]:
+    """The head of that table, with units."""
+    force, length = units_of(problem)
+    in_force, in_length = (f" [{unit}]" if unit else "" for unit in (force, length))
+    area = f"area [{length}²]" if length else "area"
+    places = {0: [], 1: ["x"], 3: ["x", "y", "z"]}[len(node_places(problem)[0])]
+    return [
+        "node",
+        *(["FE label"] if problem.label is not None else []),
+        *(name + in_length for name in places),
+        *([area] if problem.node_area is not None else []),
+        "f",
+        *(f"{name}{in_force}" for name in ("p_w mean", "p_w amplitude", "q_w mean", "q_w amplitude")),
+    ]
+
+
+def node_places(problem: Problem) -> list[list[str]]:
+    """Coordinates of each node: of the model, along the contact, or none."""
+    if problem.coordinates is not None:
+        return [[f"{value:.5g}" for value in place] for place in problem.coordinates]
+    if problem.x is not None:
+        return [[f"{value:.5g}"] for value in problem.x]
+    return [[] for _ in range(problem.n)]

@@ -1,0 +1,140 @@
+"""The tables of a report about bounds, runs and nodes: texts ready to be shown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.long_term.simulation import Simulation
+from shakedown.model.constraints import SIDE_NAMES
+from shakedown.model.problem import Problem
+from shakedown.model.units import units_of, work_unit
+from shakedown.plot.loops import friction_work
+from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.verification.verify import Run, Verification
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: its head, its rows, and the columns that are words."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: tuple[int, ...] = (0,)
+
+
+def bounds_table(v: Verification) -> Table:
+    """Every limit of the load factor; λ_1 and λ_max on both roads."""
+    upper, transient = v.bounds.upper.load_factor, v.transient
+    scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
+    least = f" from {v.energy.least_load_factor:.4g} on" if v.energy.least_load_factor > 0 else ""
+    pairs = (
+        ("λ_1, lower bound: first collapse", v.bounds.lower.load_factor, v.second_lower.load_factor),
+        (_name_of_largest(v), upper, v.second_upper.load_factor),
+    )
+    proved = [
+        ("λ_U, proved from every initial state", number(v.universal.load_factor, 10)),
+        (f"λ_E, proved from this state{least}", number(v.energy.load_factor, 10)),
+        ("λ_T, from this state, simulated", "–" if transient is None else number(transient.load_factor, 10)),
+    ]
+    rows = [[*row, "–", "–"] for row in proved]
+    for name, one, two in pairs:
+        rows.append([name, number(one, 10), number(two, 10), _difference(one, two, scale)])
+    return Table(["", "load factor", "second road (Clarabel)", "relative difference"], rows)
+
+
+def _name_of_largest(v: Verification) -> str:
+    opened = v.bounds.upper.open_nodes
+    if opened:
+        return f"λ_max of the zone: a safe slip exists with {open_in_words(opened, v.problem)} open"
+    return "λ_max, upper bound: a safe slip exists"
+
+
+def _difference(one: float, two: float, scale: float) -> str:
+    if not (np.isfinite(one) and np.isfinite(two)):
+        return "–"
+    size = max(abs(one), abs(two), scale)
+    return f"{abs(one - two) / size:.1e}" if size else "0"
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number as the page shows it: a dash where there is none."""
+    if np.isnan(value):
+        return "–"
+    return f"{value:.{digits}g}" if np.isfinite(value) else ("∞" if value > 0 else "−∞")
+
+
+def runs_table(v: Verification) -> Table:
+    """Every simulation, with what was predicted for it."""
+    force, length = units_of(v.problem)
+    head = [
+        "λ", "region", "initial state", "predicted", "simulated", "agree", "cycles",
+        in_unit("slip per period", length), in_unit("dissipation per cycle", work_unit(force, length)),
+        "law residual", "time",
+    ]  # fmt: skip
+    return Table(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
+
+
+def _run_row(problem: Problem, run: Run) -> list[str]:
+    s = run.simulation
+    slip, work = resolution(problem, s.load_factor)
+    return [
+        number(s.load_factor),
+        run.region,
+        run.initial + " (zone)" * bool(run.open_nodes),
+        run.predicted,
+        s.outcome + remarks(s),
+        {True: "yes", False: "NO", None: "–"}[run.agrees],
+        str(s.cycles_simulated),
+        number(max(without_round_off(s.slip_per_cycle, slip)), 4),
+        number(without_round_off([s.dissipation_per_cycle], work)[0], 4),
+        "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
+        f"{1e3 * run.seconds:.1f} ms",
+    ]
+
+
+def remarks(run: Simulation) -> str:
+    """Period, jumps and open nodes of a long-term state, where there is something to say."""
+    found = [f"period {run.period}"] if run.period > 1 else []
+    if run.jumps_per_cycle > 0:
+        lost = number(run.jump_dissipation_per_cycle, 4)
+        found.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping takes {lost}")
+    if run.open_nodes:
+        found.append(f"open throughout: {open_in_words(run.open_nodes)}")
+    if run.proved:
+        found.append("proved")
+    return f" ({'; '.join(found)})" if found else ""
+
+
+def nodes_table(v: Verification) -> Table:
+    """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
+    problem, upper, lower = v.problem, v.bounds.upper, v.bounds.lower
+    force, length = units_of(problem)
+    run, none = v.as_given.simulation, resolution(problem, 1.0)
+    state = run.long_term
+    work = np.full(problem.n, np.nan) if state is None else friction_work(state.history)
+    slips, works = without_round_off(run.slip_per_cycle, none[0]), without_round_off(work, none[1])
+    labels = [] if problem.label is None else ["FE label"]
+    head = [
+        "node", *labels, in_unit("safe slip at λ_max", length), in_unit("witness at λ_1", length),
+        "limits reached at λ_max", "friction threshold",
+        in_unit("slip per period at λ = 1", length),
+        in_unit("friction work per period at λ = 1", work_unit(force, length)),
+    ]  # fmt: skip
+    rows = []
+    for j in range(problem.n):
+        active = " and ".join(SIDE_NAMES[side] for node, side in upper.active if node == j) or "–"
+        rows.append(
+            [
+                str(j),
+                *([] if problem.label is None else [problem.label[j]]),
+                *(number(upper.slip[j]), number(lower.slip[j]), active),
+                *(number(v.friction.single_node[j], 5), number(slips[j], 4), number(works[j], 4)),
+            ]
+        )
+    return Table(head, rows, words=(*range(1, 1 + len(labels)), 3 + len(labels)))
+
+
+def in_unit(name: str, unit: str) -> str:
+    """A name with its unit, where that is known."""
+    return f"{name} [{unit}]" if unit else name

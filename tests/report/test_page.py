@@ -1,0 +1,271 @@
+"""The page of a report: every section, alternative texts, units, nothing from outside, and the right colour."""
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
+from shakedown.report.cycle_figures import as_given_state, cycling_state
+from shakedown.report.html import render
+from shakedown.verification.verify import Verification
+
+SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
+VOID = {"meta", "input", "link", "br", "img", "use", "path", "circle", "image", "rect"}
+FIRST = 1500  # characters of the page's text that a screen shows
+
+
+class Page(HTMLParser):
+    """What the tests ask of a page: its elements, whether each is closed, and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+        assert self.open == [], f"never closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID or tag == "use":
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        if tag in self.open[-1:]:
+            self.open.pop()
+
+    def handle_data(self, data):
+        if "style" not in self.open:
+            self.words.append(data)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.words).split())
+
+
+def labelled() -> Problem:
+    """A block with everything that a problem can tell about its nodes and its origin."""
+    block = shakedown.example("block-9")
+    place = np.column_stack([block.x, np.zeros(9), np.zeros(9)])
+    return replace(
+        block,
+        name="bracket",
+        label=[f"{4700 + k}" for k in range(9)],
+        coordinates=place,
+        normal=np.tile([0.0, 1.0, 0.0], (9, 1)),
+        tangent=np.tile([1.0, 0.0, 0.0], (9, 1)),
+        node_area=np.full(9, 0.25),
+        load_names=["assembly", "vibration"],
+        source='{"toolkit": "shakedown 0.2", "command": "import joint.toml", "configuration": "[model]\\nx = 1", '
+        '"files": [{"name": "joint.inp", "sha256": "ab12"}]}',
+    )
+
+
+def verified(problem: Problem, **settings: float) -> Verification:
+    return shakedown.verify(problem, random_states=1, **settings)
+
+
+@pytest.fixture(scope="module")
+def two() -> Verification:
+    return verified(shakedown.example("two-node"))
+
+
+@pytest.fixture(scope="module")
+def block() -> Verification:
+    return verified(labelled())
+
+
+@pytest.fixture(scope="module")
+def two_page(two) -> str:
+    return render(two)
+
+
+@pytest.fixture(scope="module")
+def block_page(block) -> str:
+    return render(block)
+
+
+@pytest.fixture(scope="module", params=["one-node", "two-node", "labelled", "receding-block", "jump"])
+def page(request, two_page, block_page) -> Page:
+    known = {"two-node": two_page, "labelled": block_page}
+    return Page(known.get(request.param) or render(verified(shakedown.example(request.param))))
+
+
+def test_every_section_is_there_and_can_be_reached(page):
+    assert [found["id"] for found in page.all("h2")] == SECTIONS
+    assert [found["href"] for found in page.all("a")] == [f"#{name}" for name in SECTIONS]
+
+
+def test_every_picture_says_what_is_to_be_seen(page):
+    pictures = page.all("svg")
+    assert len(pictures) >= 6
+    for picture in pictures:
+        assert picture["role"] == "img"
+        assert len(picture["aria-label"]) > 20
+    assert len(page.all("figcaption")) == len(page.all("figure"))
+
+
+def test_nothing_comes_from_outside_and_nothing_runs(page):
+    for _, attributes in page.elements:
+        for key in ("src", "href", "xlink:href"):
+            assert (attributes.get(key) or "#").startswith(("#", "data:image/png")), attributes
+    assert not page.all("script")
+    assert not page.all("link")
+    assert "http" not in page.text
+
+
+def test_no_number_is_missing_without_a_dash(page):
+    assert not re.search(r"\b(nan|NaN|inf|None(?! of))\b", page.text)
+
+
+def test_what_is_referred_to_is_there(page):
+    known = {attributes.get("id") for _, attributes in page.elements}
+    for _, attributes in page.elements:
+        if (attributes.get("href") or "").startswith("#"):
+            assert attributes["href"][1:] in known
+        for found in re.findall(r"url\(#(\w+)\)", " ".join(filter(None, attributes.values()))):
+            assert found in known
+        assert attributes.get("for") in (None, *known)
+
+
+def test_every_table_names_its_columns_for_narrow_screens(page):
+    assert all("data-name" in cell for cell in page.all("td")) or page.all("table")
+    tables = [attributes.get("class") for attributes in page.all("table")]
+    assert tables.count("cards") == 4
+    assert len(page.all("details")) >= 3
+
+
+def test_the_first_screen_has_the_answer(page):
+    start = page.text[:FIRST]
+    assert "At the loading as given (λ = 1)" in start
+    for name in ("λ_E", "λ_T", "λ_max"):
+        assert name in start
+
+
+def test_the_style_knows_paper_darkness_and_narrow_screens(two_page):
+    style = re.search(r"<style>(.*?)</style>", two_page, re.DOTALL)[1]
+    for rule in ("@media print", "size: A4", "prefers-color-scheme: dark", "max-width: 640px"):
+        assert rule in style
+    assert "details::details-content { content-visibility: visible" in style
+    assert style.count("{") == style.count("}")
+
+
+def test_colours_of_pictures_follow_the_page(block_page):
+    pictures = "".join(re.findall(r"<svg.*?</svg>", block_page, re.DOTALL)).lower()
+    assert "var(--ink)" in pictures
+    for colour in ("#000000", "#ffffff", "#0072b2"):
+        assert colour not in pictures
+
+
+def test_labels_units_and_sources_are_told(block_page):
+    page = Page(block_page)
+    for words in (
+        "FE label",
+        "4704",
+        "pressure [MPa]",
+        "slip per period [mm]",
+        "dissipation per cycle [N mm]",
+        "p_w mean [N]",
+        "area [mm²]",
+        "SHA-256 ab12",
+        "joint.inp",
+        "import joint.toml",
+        "assembly, vibration",
+        "with seed 0",
+        "x [mm]",
+    ):
+        assert words in page.text, words
+    assert "[model]\nx = 1" in block_page
+
+
+def test_a_value_can_be_read_at_each_node(block, block_page):
+    titles = re.findall(r"<title>([^<]*)</title>", block_page)
+    slip = block.as_given.simulation.final_slip
+    assert any(title.endswith(f"{block.problem.x[3]:.5g}, {slip[3]:.5g}") for title in titles)
+
+
+def test_nodes_and_instants_are_chosen_without_a_script(block_page):
+    page = Page(block_page)
+    chosen = [attributes for attributes in page.all("input") if "checked" in attributes]
+    assert len(chosen) == len({attributes["name"] for attributes in page.all("input")}) >= 1
+    assert {attributes["for"] for attributes in page.all("label")} == {
+        attributes["id"] for attributes in page.all("input")
+    }
+
+
+@pytest.mark.parametrize("name", ["two-node", "receding-block", "block-9", "jump", "one-node", "three-node"])
+def test_a_joint_that_slips_for_ever_is_never_green(name):
+    v = verified(shakedown.example(name), load_factors=[1.0])
+    outcome, colour = v.as_given.simulation.outcome, banner_class(v)
+    assert (colour == "agree") <= (outcome == "shakedown" and not v.disagreements and not v.open_questions)
+    assert (outcome in ("cyclic-slip", "ratchetting")) <= (colour == "disagree")
+
+
+def test_fixed_load_steps_alone_make_no_green_banner():
+    block = shakedown.example("block-9")
+    assert banner_class(verified(block, load_factors=[1.0])) == "agree"
+    stepped = shakedown.verify(block, load_factors=[1.0], method="gauss-seidel", random_states=0)
+    assert stepped.as_given.simulation.outcome == "shakedown"
+    assert banner_class(stepped) == "open"
+    assert "did not go from event to event" in render(stepped)
+
+
+def test_a_contradiction_stands_right_below_the_answer(two):
+    text = Page(
+        render(replace(two, disagreements=("λ_max: 1 by linear programming, 2 on the second road",)))
+    ).text
+    assert 0 < text.index("DISAGREEMENT: 1 finding") - text.index("At the loading as given") < 200
+    assert text.index("2 on the second road") < text.index("λ_E")
+
+
+def test_a_solver_that_gives_up_is_a_note_and_changes_no_colour(two):
+    noted = replace(two, notes=("λ_1: the second road (CLARABEL) stopped without an answer",))
+    assert banner_class(noted) == banner_class(two)
+    assert "Note: λ_1: the second road (CLARABEL) stopped" in Page(render(noted)).text
+
+
+def test_the_margin_is_about_this_state(two, block):
+    assert "reduced to λ_E = 0.6619611 (proved), λ_T = 0.73" in margin_in_words(two)
+    assert margin_in_words(block).startswith("Margin: the periodic load may grow to λ_E = ")
+
+
+def test_loops_are_those_of_the_loading_as_given_or_say_of_which(two, block):
+    assert cycling_state(two).state is as_given_state(two).state
+    assert as_given_state(block).state.outcome == "shakedown"
+    assert cycling_state(block).state.load_factor > 1
+    assert "not the loading as given" in cycling_state(block).which
+
+
+def test_the_limits_of_validity_name_zone_loads_states_and_model(block):
+    words = " ".join(limits_in_words(block))
+    for part in (
+        "all nodes in contact",
+        "48 load steps",
+        "seed 0",
+        "9 contact nodes",
+        "Coulomb",
+        "quasi-static",
+    ):
+        assert part in words
+    opened = verified(shakedown.example("receding-block"), load_factors=[1.0])
+    assert "nodes 0–4, 28–32 open" in limits_in_words(opened)[0]
+
+
+def test_the_same_verification_makes_the_same_page(two, two_page):
+    first, second = (re.sub(r"\d{4}-\d\d-\d\d \d\d:\d\d UTC", "", page) for page in (two_page, render(two)))
+    assert first == second
+
+
+def test_pages_are_small(block_page):
+    assert len(block_page.encode()) < 800_000
