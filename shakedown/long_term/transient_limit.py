@@ -1,5 +1,6 @@
 """Up to which load factor does a given loading history shake down? (thesis §4.3.5)"""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -92,6 +93,7 @@ def transient_limit(
     problem: Problem,
     initial_slip: ArrayLike | None = None,
     *,
+    open_nodes: Iterable[int] = (),
     largest: float | None = None,
     steps: int = 40,
     accuracy: float = 1e-9,
@@ -111,9 +113,11 @@ def transient_limit(
         The joint, its transient load steps and its loading loop.
     initial_slip : (n,), optional
         Slip before the transient [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, as for :func:`evolve`.
     largest
-        Upper end of the scan; by default a little above λ_max, where there is
-        one, beyond which nothing shakes down.
+        Upper end of the scan; by default a little above λ_max (that of the zone, with
+        nodes open), where there is one, beyond which nothing shakes down.
     steps
         Number of load factors scanned, beside λ = 0.
     accuracy
@@ -136,78 +140,94 @@ def transient_limit(
     >>> 0.731 < limit.proved <= limit.load_factor < limit.cycling
     True
     """
-    start = checked_initial_slip(problem, initial_slip)
-    top = _top(problem) if largest is None else largest
+    start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
+    top = _top(problem, opened, tolerances) if largest is None else largest
     if not (is_finite(top) and top > 0):
         raise UsageError(f"largest: expected a positive load factor, found {top!r}")
-    top = float(top)
     check_count("steps", steps)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
-    runs: dict[float, LongTermState] = {}
+    histories = _Histories(problem, start, opened, tolerances, {})
+    low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
+    low, high = histories.bisected(low, high, accuracy * float(top))
+    return histories.limit(low, high)
 
-    def shakes_down(load_factor: float) -> bool:
-        if load_factor not in runs:
-            runs[load_factor] = long_term_state(problem, load_factor, start, tolerances=tolerances)
-        return runs[load_factor].outcome == Outcome.SHAKEDOWN
 
-    scan = np.linspace(0.0, top, steps + 1)
-    good = [k for k, load_factor in enumerate(scan) if shakes_down(float(load_factor))]
-    if not good:
-        return _limit(start, runs, np.nan, float(scan[0]), None)
-    low, high = float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
-    middle = 0.5 * (low + high)
-    while np.isfinite(high) and high - low > accuracy * top and low < middle < high:  # floats are finite
-        low, high = (middle, high) if shakes_down(middle) else (low, middle)
+@dataclass(frozen=True)
+class _Histories:
+    """One history at many load factors: the long-term states found so far."""
+
+    problem: Problem
+    start: FloatArray
+    open_nodes: tuple[int, ...]
+    tolerances: Tolerances
+    runs: dict[float, LongTermState]
+
+    def shakes_down(self, load_factor: float) -> bool:
+        if load_factor not in self.runs:
+            self.runs[load_factor] = self._followed(load_factor)
+        return self.runs[load_factor].outcome == Outcome.SHAKEDOWN
+
+    def last_change(self, scan: FloatArray) -> tuple[float, float]:
+        """The last load factor scanned that shakes down, NaN if none does, and the one after it."""
+        good = [k for k, load_factor in enumerate(scan.tolist()) if self.shakes_down(load_factor)]
+        if not good:
+            return np.nan, float(scan[0])
+        return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
+
+    def bisected(self, low: float, high: float, width: float) -> tuple[float, float]:
+        """The same change, more narrowly."""
         middle = 0.5 * (low + high)
-    return _limit(start, runs, low, high, _proved_state(problem, low, start, tolerances))
+        while np.isfinite(high) and high - low > width and low < middle < high:  # floats are finite
+            low, high = (middle, high) if self.shakes_down(middle) else (low, middle)
+            middle = 0.5 * (low + high)
+        return low, high
+
+    def limit(self, low: float, high: float) -> TransientLimit:
+        """All that has been found, with a proof near ``low``."""
+        at_proved = self._proved(low) if np.isfinite(low) else None
+        scanned = np.array(sorted(self.runs))
+        outcomes = tuple(self.runs[float(x)].outcome for x in scanned)
+        expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
+        return TransientLimit(
+            load_factor=low,
+            low=low,
+            high=high,
+            proved=np.nan if at_proved is None else at_proved.load_factor,
+            cycling=min((x for x in self.runs if x > low and _cycles(self.runs[x])), default=np.inf),
+            initial_slip=self.start,
+            scanned=scanned,
+            outcomes=outcomes,
+            monotone=bool(np.all(np.array([o == Outcome.SHAKEDOWN for o in outcomes]) == expected)),
+            at_low=self.runs.get(low),
+            at_high=self.runs.get(high),
+            at_proved=at_proved,
+        )
+
+    def _followed(self, load_factor: float) -> LongTermState:
+        return long_term_state(
+            self.problem, load_factor, self.start, open_nodes=self.open_nodes, tolerances=self.tolerances
+        )
+
+    def _proved(self, low: float) -> LongTermState | None:
+        """The state at the largest of some load factors up to ``low`` at which shakedown can be proved."""
+        for share in BELOW:
+            load_factor = (1.0 - share) * low
+            known = self.runs.get(load_factor)
+            state = self._followed(load_factor) if known is None else known
+            if state.proved:
+                return state
+        return None
 
 
-def _proved_state(
-    problem: Problem, low: float, start: FloatArray, tolerances: Tolerances
-) -> LongTermState | None:
-    """The state at the largest of some load factors below ``low`` at which shakedown can be proved."""
-    for share in BELOW:
-        state = long_term_state(problem, (1.0 - share) * low, start, tolerances=tolerances)
-        if state.proved:
-            return state
-    return None
-
-
-def _top(problem: Problem) -> float:
+def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
     """A little more than the upper bound, so that the scan ends above it."""
     from shakedown.bounds.upper import upper_bound  # LPs are needed only here
 
-    upper = upper_bound(problem)
+    upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
     if upper.status != "optimal":
         raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
     return 1.05 * upper.load_factor
-
-
-def _limit(
-    start: FloatArray,
-    runs: dict[float, LongTermState],
-    low: float,
-    high: float,
-    at_proved: LongTermState | None,
-) -> TransientLimit:
-    scanned = np.array(sorted(runs))
-    outcomes = tuple(runs[float(x)].outcome for x in scanned)
-    expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
-    return TransientLimit(
-        load_factor=low,
-        low=low,
-        high=high,
-        proved=np.nan if at_proved is None else at_proved.load_factor,
-        cycling=min((x for x in runs if x > low and _cycles(runs[x])), default=np.inf),
-        initial_slip=start,
-        scanned=scanned,
-        outcomes=outcomes,
-        monotone=bool(np.all(np.array([o == Outcome.SHAKEDOWN for o in outcomes]) == expected)),
-        at_low=runs.get(low),
-        at_high=runs.get(high),
-        at_proved=at_proved,
-    )
 
 
 def _cycles(state: LongTermState) -> bool:

@@ -131,10 +131,7 @@ def universal_bound(
     (0.3096, 0, 'swing')
     """
     require_problem(problem)
-    if intervals is None:
-        intervals = next((effort for most, effort in INTERVALS.items() if problem.n <= most), 0)
-    if not isinstance(intervals, Integral) or intervals < 0:
-        raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
+    intervals = _effort(problem, intervals)
     if not isinstance(first_collapse, LowerBound | None):
         raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
@@ -150,7 +147,6 @@ def universal_bound(
         reason = f"the motion is not proved to be unique: {uniqueness.argument}"
         return _without(lower, closing, 0.0, "uniqueness", reason)
     lift = inf if complete == "Melan" else lift_off_bound(problem, lower.load_factor, tolerances=tolerances)
-    cap = min(lower.load_factor, lift)
     if complete:
         found = _Found(lower.load_factor, lower.node, complete, "first collapse")
         return _result(lower, closing, found, lift)
@@ -158,14 +154,29 @@ def universal_bound(
     found = _Found(swing.load_factor, swing.node, "swing", "swing")
     if closing.load_factor > swing.load_factor:
         found = _Found(closing.load_factor, closing.node, "closing box", "closing box")
-    sharpened = None
-    if 0.0 < found.load_factor < cap < inf and intervals > 0:
-        sharpened = sharpened_swing(
-            problem, found.load_factor, cap, intervals=intervals, tolerances=tolerances
-        )
-        if sharpened.load_factor > found.load_factor:
-            found = _Found(sharpened.load_factor, -1, "swing with box", sharpened.limited_by)
+    sharpened = _sharpened(problem, found, min(lower.load_factor, lift), intervals, tolerances)
+    if sharpened is not None and sharpened.load_factor > found.load_factor:
+        found = _Found(sharpened.load_factor, -1, "swing with box", sharpened.limited_by)
     return _result(lower, closing, found, lift, swing, sharpened)
+
+
+def _effort(problem: Problem, intervals: int | None) -> int:
+    """How many intervals may be tried."""
+    if intervals is None:
+        return next((effort for most, effort in INTERVALS.items() if problem.n <= most), 0)
+    if not isinstance(intervals, Integral) or intervals < 0:
+        raise UsageError(f"intervals: expected a whole number >= 0, found {intervals!r}")
+    return int(intervals)
+
+
+def _sharpened(
+    problem: Problem, found: _Found, cap: float, intervals: int, tolerances: Tolerances
+) -> SharpenedSwing | None:
+    """The climb from what is found towards what cannot be exceeded; None where there is nothing to gain."""
+    start = found.load_factor
+    if not (0.0 < start < cap < inf and intervals > 0):
+        return None
+    return sharpened_swing(problem, start, cap, intervals=intervals, tolerances=tolerances)
 
 
 def complete_argument(problem: Problem, uniqueness: Uniqueness) -> str:

@@ -278,25 +278,20 @@ def verify(
     >>> report.agrees, len(report.runs)
     (True, 17)
     """
-    if random_states < 0:
-        raise UsageError(f"random states: expected at least 0, found {random_states}")
-    if not isinstance(seed, int) or seed < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
-    if load_factors is not None and np.ndim(load_factors) != 1:
-        raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
+    _check(random_states, seed, load_factors)
     bounds = shakedown_bounds(problem, open_nodes=open_nodes, tolerances=tolerances)
     lower, upper = bounds.lower, bounds.upper
-    subsets = subset_count(problem.n)
     cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed, tolerances))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + PHASES, progress)
     work.done(bounds)
-    runs = [work.done(_run(problem, case, cycles, method, tolerances)) for case in cases]
+    runs = tuple(work.done(_run(problem, case, cycles, method, tolerances)) for case in cases)
     second = work.done(second_road(problem, bounds, tolerances))
     roads = list(road_findings(bounds, second, tolerances))
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
     curve = guarantee_curve(problem, CURVE_RADII, tolerances=tolerances) if bounds.have_gap else None
+    subsets = subset_count(problem.n)
     return Verification(
         problem=problem,
         energy=work.done(energy),
@@ -309,12 +304,22 @@ def verify(
         subsets=subsets,
         friction=work.done(friction_thresholds(problem, tolerances=tolerances)),
         transient=work.done(_transient(problem, upper, tolerances)),
-        runs=tuple(runs),
+        runs=runs,
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
         open_questions=tuple(_open_questions(runs)),
         notes=tuple(text for agrees, text in roads if agrees is None),
         settings=Settings(random_states, seed, cycles, method),
     )
+
+
+def _check(random_states: int, seed: int, load_factors: Sequence[float] | None) -> None:
+    """Raise ``UsageError`` where an argument of a verification is out of range."""
+    if random_states < 0:
+        raise UsageError(f"random states: expected at least 0, found {random_states}")
+    if not isinstance(seed, int) or seed < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    if load_factors is not None and np.ndim(load_factors) != 1:
+        raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
 
 
 class _Work:

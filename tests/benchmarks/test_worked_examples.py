@@ -58,6 +58,20 @@ def test_transient_limit_lies_between_the_bounds_and_scans_what_it_says():
     assert np.all(np.diff(limit.scanned) > 0)
 
 
+def test_transient_limit_of_a_state_with_open_nodes_is_that_of_its_zone():
+    problem = shakedown.example("cylinder-on-flat")
+    upper = shakedown.upper_bound(problem, open_nodes="auto")
+    assert upper.open_nodes
+    limit = shakedown.transient_limit(
+        problem, upper.slip, open_nodes=upper.open_nodes, steps=8, accuracy=1e-5
+    )
+    assert limit.load_factor == pytest.approx(upper.load_factor, rel=2e-5)
+    assert limit.at_low.open_nodes == upper.open_nodes
+    assert 0.999 * upper.load_factor < limit.proved <= upper.load_factor < limit.cycling
+    with pytest.raises(shakedown.UsageError, match="open nodes"):
+        shakedown.transient_limit(problem, open_nodes=[13], largest=1.0)
+
+
 def test_transient_limit_below_everything_is_nan_and_above_everything_open():
     problem = shakedown.example("two-node")
     far = shakedown.transient_limit(problem, largest=0.3, steps=3)

@@ -1,11 +1,14 @@
 """The energy norm and γ."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from energy.joints import one_node, strong_joint
 
 import shakedown
 from shakedown.energy.energy_metric import energy_metric, spreads
+from shakedown.energy.energy_rows import energy_rows
 
 
 def gamma_by_subtraction(problem, i, c):
@@ -82,3 +85,14 @@ def test_a_pressure_that_a_free_slip_changes_has_no_bound():
     found = spreads(A, B, np.array([0.3, 0.3]), energy_metric(A, B))
     assert np.isinf(found[0]).all()
     assert np.isfinite(found[1]).all()
+
+
+def test_rows_of_a_problem_are_built_once_for_each_set_of_tolerances():
+    problem = strong_joint(0, 4)
+    rows = energy_rows(problem)
+    assert energy_rows(problem) is rows
+    other = energy_rows(problem, tolerances=replace(shakedown.Tolerances(), zero_mode=1e-7))
+    assert other is not rows
+    assert np.array_equal(other.spread, rows.spread)
+    stiffer = energy_rows(replace(problem, A=2.0 * problem.A))
+    assert stiffer.metric.norm(np.ones(4)) == pytest.approx(np.sqrt(2.0) * rows.metric.norm(np.ones(4)))
