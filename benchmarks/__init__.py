@@ -33,7 +33,9 @@ STUDIES: tuple[str, ...] = (
     "siconos_agreement",
     "slow_approach",
     "stability",
+    "transient_limits",
     "universal_adversary",
     "universal_cost",
+    "universal_sharpness",
     "worked_examples",
 )
