@@ -32,6 +32,7 @@ STUDIES: tuple[str, ...] = (
     "refinement",
     "siconos_agreement",
     "slow_approach",
+    "smallest_cycles",
     "stability",
     "transient_limits",
     "universal_adversary",
