@@ -43,10 +43,10 @@ SAME = 1e-4  # of λ_1 or λ_U: what is this near counts as it
 
 def cases(short: bool) -> list[dict]:
     effort = {"states": 32, "rounds": 6} if short else {"states": 128, "rounds": 20}
+    less = {"states": 64, "rounds": 8, "joints": 2 if short else 12}
     named = NAMED[:SHORT_NAMED] if short else NAMED
-    joints = 2 if short else 25
     return [{"joint": name, "f": f, **effort, "seed": 0} for name, f in named] + [
-        {"joint": f"random, {band}", "n": n, "band": band, "joints": joints, **effort, "seed": 3}
+        {"joint": f"random, {band}", "n": n, "band": band, **less, "seed": 3}
         for n, band in RANDOM[:: 5 if short else 1]
     ]
 

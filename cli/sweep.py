@@ -195,15 +195,13 @@ def sweep(
             quick=quick,
             workers=workers,
             scheduler=scheduler,
-            journal=None if output is None else output.with_name(output.name + ".partial"),
+            output=output,
             resume=resume,
             progress=update,
         )
     if not any(point.exists for point in found.points):
         raise click.UsageError(f"--vary: no value makes a joint: {found.points[0].reason}")
     spoken = load_factors[0] if load_factors else 1.0
-    if output is not None:
-        found.save(output)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
 

@@ -28,7 +28,7 @@ class AttackingStates:
 
     def drawn(self, load_factor: float, count: int) -> FloatArray:
         """Slips at a load factor, (count, n): the known ones, extreme ones, and mixtures of them."""
-        corners = self._corners(load_factor)
+        corners = self._corners(load_factor, count)
         first = np.vstack([self.known, corners])[:count]
         more = count - len(first)
         if more <= 0:
@@ -54,8 +54,8 @@ class AttackingStates:
         room = np.abs(rows.g).max() + load_factor * np.abs(rows.d).max()
         return float(room / np.diag(self.problem.A).mean())
 
-    def _corners(self, load_factor: float) -> FloatArray:
-        """Extreme points of the slips admissible under the first load, those that exist."""
+    def _corners(self, load_factor: float, most: int) -> FloatArray:
+        """Extreme points of the slips admissible under the first load, those that exist, at most so many."""
         rows, n = constraints(self.problem), self.problem.n
         limits = rows.g - load_factor * step_loads(self.problem)[0]
         program = LinearProgram(
@@ -69,7 +69,7 @@ class AttackingStates:
         )
         directions = np.vstack([np.eye(n), -np.eye(n), self.generator.normal(size=(DIRECTIONS * n, n))])
         found = []
-        for direction in directions:
+        for direction in self.generator.permutation(directions)[:most]:
             program.set_cost(direction)
             vertex = program.solve().vertex
             if vertex is not None:

@@ -1,5 +1,6 @@
 """Limits of the load factor over the whole grid of parameters."""
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -14,6 +15,7 @@ from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.designs.design_point import LIMITS, DesignPoint, Question, design_point
 from shakedown.designs.diagram import Sweep
+from shakedown.designs.table_file import check_table
 from shakedown.designs.variation import Configured, ProblemOf, Variation, checked_variation
 from shakedown.errors import ShakedownError, UsageError
 from shakedown.importing.import_model import Import
@@ -36,7 +38,7 @@ def sweep(
     quick: bool = False,
     workers: int = 1,
     scheduler: str | None = None,
-    journal: str | PathLike[str] | None = None,
+    output: str | PathLike[str] | None = None,
     resume: bool = False,
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
@@ -73,11 +75,11 @@ def sweep(
         imported, and the script has to keep the call under ``if __name__ == "__main__"``.
     scheduler
         Address of a dask scheduler, whose workers take over.
-    journal
-        A file that records every point as soon as it is known, and is removed at the end:
-        after a kill the sweep goes on from there with ``resume``.
+    output
+        Where to write the table (:meth:`Sweep.save`). Until it is written every point is
+        recorded, as soon as it is known, in a file of that name with ``.partial`` after it.
     resume
-        Whether to go on with the journal that stands there, if one does.
+        Whether to go on with what a killed run has recorded there, if one has.
     progress
         Called with (points done, points in all).
     tolerances
@@ -110,11 +112,18 @@ def sweep(
         quick=bool(quick),
     )
     work = _Points(variation, values, question, tolerances)
-    with journal_at(journal, work.header(), resume=resume) as record:
-        run_campaign(work, int(np.prod(work.shape)), record, Crew(workers, scheduler), progress)
-        points = tuple(DesignPoint.from_bytes(piece) for piece in record.pieces())
-        record.remove()
-    return Sweep(variation.name, variation.parameters, values, question.bounds, question.load_factors, points)
+    crew, partial = Crew(workers, scheduler), None if output is None else f"{os.fspath(output)}.partial"
+    if output is not None:
+        check_table(output)
+    with journal_at(partial, work.header(), resume=resume) as journal:
+        run_campaign(work, int(np.prod(work.shape)), journal, crew, progress)
+        points = tuple(DesignPoint.from_bytes(piece) for piece in journal.pieces())
+        names, simulated = variation.parameters, question.load_factors
+        found = Sweep(variation.name, names, values, question.bounds, simulated, points)
+        if output is not None:
+            found.save(output)
+        journal.remove()
+    return found
 
 
 def _checked_bounds(bounds: Sequence[str]) -> tuple[str, ...]:

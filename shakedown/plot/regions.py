@@ -192,7 +192,11 @@ def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated
     levels = layer.bottom[k] + height[k] * np.array([0.5, 0.35, 0.65])
     away = np.abs(levels[:, None] - np.array([*simulated, -top])).min(axis=1)
     text = layer.name.replace(" from ", "\nfrom ").replace(", ", ",\n").replace("depends on ", "depends on\n")
-    axes.text(x[k], levels[np.argmax(away)], text, ha=side, va="center", fontsize="small", zorder=1.5)
+    aside = {"left": 4, "right": -4, "center": 0}[side], 0
+    axes.annotate(
+        text, (x[k], levels[np.argmax(away)]), aside, textcoords="offset points", ha=side, va="center",
+        fontsize="small", zorder=1.5,
+    )  # fmt: skip
     return True
 
 

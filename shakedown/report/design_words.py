@@ -50,6 +50,12 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
     given = "At the loading as given (λ = 1)" if load_factor == 1.0 else f"At λ = {load_factor:g}"
     sentences = [f"{given} the joint is {'; '.join(where)}."] if where else []
     sentences += _best(sweep)
+    zones = sum(bool(point.open_nodes) for point in sweep.points)
+    if zones and {"upper", "energy"} & set(sweep.bounds):
+        sentences.append(
+            f"At {zones} of {len(sweep.points)} points λ_max and λ_E are those of a joint with nodes open, "
+            "where λ_max is no upper bound of the whole."
+        )
     missing = [point for point in sweep.points if not point.exists]
     if missing:
         count = f"{len(missing)} of {len(sweep.points)} points"

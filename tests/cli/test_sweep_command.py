@@ -59,6 +59,11 @@ def test_points_without_a_joint_are_counted_and_said():
     assert "no joint" in out.splitlines()[-2]
 
 
+def test_a_limit_with_nodes_open_is_said_to_be_one():
+    out = run("sweep", "receding-block", "--vary", "f=0.2,0.35", "--bounds", "upper")[1]
+    assert "At 2 of 2 points λ_max and λ_E are those of a joint with nodes open" in " ".join(out.split())
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

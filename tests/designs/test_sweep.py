@@ -90,7 +90,8 @@ def test_a_function_of_parameters_is_swept_like_a_joint():
 
 def test_processes_and_a_resumed_journal_give_the_same(tmp_path):
     plain = shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, quick=True)
-    journal = tmp_path / "sweep.csv.partial"
+    output, options = tmp_path / "sweep.csv", {"quick": True, "output": tmp_path / "sweep.csv"}
+    partial = tmp_path / "sweep.csv.partial"
     stopped = KeyboardInterrupt
 
     def stop(done, of):
@@ -98,19 +99,23 @@ def test_processes_and_a_resumed_journal_give_the_same(tmp_path):
             raise stopped
 
     with pytest.raises(stopped):
-        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, quick=True, journal=journal, progress=stop)
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, **options, progress=stop)
+    assert partial.exists()
+    assert not output.exists()
     with pytest.raises(UsageError, match="an unfinished run is recorded there"):
-        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, quick=True, journal=journal)
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, **options)
     with pytest.raises(UsageError, match="expected the same run to resume"):
-        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 4.0]}, quick=True, journal=journal, resume=True)
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 4.0]}, **options, resume=True)
     calls = []
     resumed = shakedown.sweep(
-        of_mean, {"mean": [1.0, 2.0, 3.0]}, quick=True, journal=journal, resume=True, workers=2,
+        of_mean, {"mean": [1.0, 2.0, 3.0]}, **options, resume=True, workers=2,
         progress=lambda done, of: calls.append(done),
     )  # fmt: skip
     assert calls == [2, 3]
-    assert not journal.exists()
-    assert json.dumps(resumed.to_dict()) == json.dumps(plain.to_dict())
+    assert not partial.exists()
+    assert resumed == plain
+    plain.save(tmp_path / "plain.csv")
+    assert output.read_bytes() == (tmp_path / "plain.csv").read_bytes()
 
 
 def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():
@@ -190,6 +195,7 @@ def test_the_document_is_plain_and_the_text_short(found):
         (TWO, {"f": 0.3}, {"bounds": ["upper", "upper"]}, "each once"),
         (TWO, {"f": 0.3}, {"load_factors": [-1.0]}, "load factor: expected a number >= 0"),
         (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open_nodes: expected 'auto' or 'none'"),
+        (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
         (TWO, {"f": 0.3}, {"workers": 0}, "workers: expected at least 1"),
         ("two-node", {"f": 0.3}, {}, "expected a Problem, an Import or a function that makes one, found str"),
     ],
