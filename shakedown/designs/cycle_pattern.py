@@ -15,8 +15,6 @@ from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
 
-ROUND = 2  # violated limits taken in a round, for each node
-
 
 @dataclass(frozen=True)
 class LeastCycle:
@@ -65,7 +63,8 @@ class CyclePattern:
     def least(self, tolerances: Tolerances = DEFAULT) -> LeastCycle | None:
         """The smallest λ at which the pattern is a cycle; None where the program finds none.
 
-        Of the limits of nodes that stick few matter: those found violated are taken in turn.
+        Of the limits of nodes that stick few matter: of each the event at which it is violated
+        most is taken, as long as there is one.
         """
         rows = self.rows
         taken = rows.equal | rows.kept
@@ -86,7 +85,8 @@ class CyclePattern:
             terms = np.maximum(sizes @ np.abs(found.x), np.abs(rows.right))
             excess = (rows.matrix @ found.x - rows.right) / np.where(terms > 0, terms, 1.0)
             excess[taken] = 0.0
-            worst = np.argsort(excess)[-ROUND * self.problem.n :]
+            by_limit = excess[: rows.limits].reshape(-1, 2 * self.problem.n)
+            worst = by_limit.argmax(axis=0) * by_limit.shape[1] + np.arange(by_limit.shape[1])
             violated = worst[excess[worst] > tolerances.feasibility]
             if violated.size == 0:
                 return LeastCycle(float(found.x[-1]), found.x[self.columns[self.first]])
@@ -123,6 +123,7 @@ class CyclePattern:
             kept=kept,
             lowest=np.append(np.full(slips, -INF), np.zeros(len(events) + 1)),
             cost=np.append(np.zeros(count - 1), 1.0),
+            limits=len(limits),
         )
 
     def _limits(
@@ -176,6 +177,8 @@ class PatternRows(NamedTuple):
         Least value of each unknown.
     cost : (N,)
         λ.
+    limits
+        How many rows are limits: 2n at each event.
     """
 
     matrix: FloatArray
@@ -184,6 +187,7 @@ class PatternRows(NamedTuple):
     kept: NDArray[np.bool_]
     lowest: FloatArray
     cost: FloatArray
+    limits: int
 
 
 def cycle_pattern(problem: Problem, state: LongTermState) -> CyclePattern | None:
