@@ -1,6 +1,7 @@
 """Contact and friction law at the nodes, re-checked independently of how a state was computed."""
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -37,8 +38,12 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     Scales(force=2.8, length=2.8)
     """
     check_load_factor(load_factor)
-    parts = [*loading(problem).at(load_factor), transient_path(problem)]
-    force = max(float(np.abs(part).max(initial=0.0)) for part in parts) or 1.0
+    return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
+
+
+def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
+    """Force and length scale of a problem under these welded reactions."""
+    force = max(float(np.abs(path).max(initial=0.0)) for path in paths) or 1.0
     stiffness = np.diag(problem.A)[np.diag(problem.A) > 0]
     return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
 
@@ -115,4 +120,4 @@ def law_violation(
         np.minimum(slip, np.abs(q + f * p)),  # forward slip only at q = -f p
         np.minimum(-slip, np.abs(q - f * p)),  # backward slip only at q = +f p
     ]
-    return np.maximum(np.max(parts, axis=0), 0.0)
+    return np.maximum(reduce(np.maximum, parts), 0.0)

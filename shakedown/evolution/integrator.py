@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.errors import UsageError
-from shakedown.evolution.contact_law import law_violation, scales
+from shakedown.evolution.contact_law import law_violation, scales_of
 from shakedown.evolution.cycle_record import CycleRecord, State, Stop
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.initial_state import beginning
@@ -30,6 +30,7 @@ from shakedown.kernels.rate_problem import rates
 from shakedown.kernels.rate_search import enumerate_states
 from shakedown.kernels.run import Progress, Run, progress, run_along
 from shakedown.model.arguments import checked_damping
+from shakedown.model.derived import once_per_problem
 from shakedown.model.loading import loading, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -39,6 +40,13 @@ ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_RETRIES = 20  # of one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
+
+
+@once_per_problem
+def closed_stiffness(problem: Problem) -> FloatArray:
+    """κ, with zeros for C where no node may open."""
+    C = np.zeros_like(problem.A) if problem.C is None else problem.C
+    return np.block([[problem.A, problem.B.T], [problem.B, C]])
 
 
 class Evolution:
@@ -77,12 +85,11 @@ class Evolution:
         self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)
         n = problem.n
-        C = np.zeros((n, n)) if problem.C is None else problem.C
-        self.kappa = np.block([[problem.A, problem.B.T], [problem.B, C]])
+        self.kappa = closed_stiffness(problem)
         given = checked_damping(problem, damping)
         self.damping = default_damping(self.kappa) if given is None else given
-        self.scale = scales(problem, load_factor)
-        self.load = np.hstack(loading(problem).at(load_factor))
+        self.load, transient = np.hstack(loading(problem).at(load_factor)), transient_path(problem)
+        self.scale = scales_of(problem, self.load, transient)
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
         self.motion = motion_at_rest(n)
         self.precision = self._precision(start.state.u)
@@ -90,8 +97,9 @@ class Evolution:
         self.pieces: list[EventHistory] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
-        self._before = np.vstack([start.load, transient_path(problem)])
+        self._before = np.vstack([start.load, transient])
         self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
+        self._courses: dict[bool, Course] = {}  # by: through the first cycle
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
@@ -175,10 +183,10 @@ class Evolution:
         """The run through the next cycle; there are few of them, made when they are first needed."""
         first = self.done == 0
         if (first, record) not in self._runs:
-            path = self._before if first else self.load[-1:]
-            n = self.problem.n
-            room = room_for(RECORD_ROWS if record else 0, n)
-            run = run_along(self.active, self.rates, self.motion, room, self.course_after(path))
+            if first not in self._courses:
+                self._courses[first] = self.course_after(self._before if first else self.load[-1:])
+            room = room_for(RECORD_ROWS if record else 0, self.problem.n)
+            run = run_along(self.active, self.rates, self.motion, room, self._courses[first])
             self._runs[first, record] = run
         return self._runs[first, record]
 

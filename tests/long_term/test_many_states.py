@@ -1,5 +1,7 @@
 """Many long-term states at once: state by state those of ``long_term_state``, whatever else is in the batch."""
 
+import signal
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -123,6 +125,23 @@ def test_the_signature_tells_limit_cycles_apart_and_not_where_they_are_cut():
     assert state.outcome == "cyclic-slip"
     assert state.signature == states.signature[0]
     assert shakedown.long_term_state(problem, 1.2).signature != states.signature[0]
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no interval timer on this system")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_ends_it_soon(threads):
+    problem = shakedown.example("block-9")
+    starts = np.random.default_rng(0).uniform(-1.0, 1.0, (200_000, 9))  # some minutes
+    shakedown.long_term_states(problem, 5.0, starts[:1])
+    began, before = time.monotonic(), signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            shakedown.long_term_states(problem, 5.0, starts, threads=threads)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+    assert time.monotonic() - began < 10.0
 
 
 def test_no_initial_slip_gives_no_state():
