@@ -27,9 +27,9 @@ if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
 
 SAMPLED = {  # after "of N states"
-    "grid": "on a grid about the {centre}",
-    "sobol": "in a box about the {centre}",
-    "latin": "in a box about the {centre}",
+    "grid": "on a grid about {centre}",
+    "sobol": "in a box about {centre}",
+    "latin": "in a box about {centre}",
     "ball": "in a ball about the centre of the energy ball",
     "transients": "left behind by random load steps",
 }
@@ -201,12 +201,9 @@ def _one(found: InitialStateMap) -> list[str]:
     if found.undecided:
         lines.append(paragraph(f"{found.undecided} are undecided: see --cycles."))
     least, first, median, third, most = (number(float(value), 5) for value in found.dissipation_quartiles)
-    lines.append(
-        paragraph(
-            f"{with_unit('Dissipation per cycle', unit)} over all states: from {least} to {most}; "
-            f"quartiles {first}, {median}, {third}."
-        )
-    )
+    heading = with_unit("Dissipation per cycle", unit)
+    spread = f"from {least} to {most}; quartiles {first}, {median}, {third}"
+    lines.append(paragraph(f"{heading} over all states: {least if least == most else spread}."))
     if found.limit_cycles:
         lines += ["", "Limit cycles", _cycles(found)]
     unique = {True: "unique", False: "not unique", None: "not known to be unique"}[found.unique]
@@ -228,7 +225,7 @@ def _cycles(found: InitialStateMap) -> str:
                 str(cycle.period),
                 low if low == high else f"{low} … {high}",
                 _nodes(cycle.slipping_nodes),
-                "-" if cycle.stability == "unknown" else number(float(largest), 4),
+                "-" if cycle.stability == "unknown" else f"{largest:.4f}",
                 STABILITY[cycle.stability],
             ]
         )
@@ -238,11 +235,12 @@ def _cycles(found: InitialStateMap) -> str:
 
 
 def _where(found: InitialStateMap) -> str:
-    return SAMPLED[found.sampling.sampler].format(centre=found.sampling.centre_is)
+    centre = found.sampling.centre_is
+    return SAMPLED[found.sampling.sampler].format(centre=("the " if "safe" in centre else "") + centre)
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
+    return f"{100 * share:.1f}\u00a0%"  # no line ends between them
 
 
 def _interval(found: InitialStateMap) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from shakedown.long_term.outcome import Outcome
-from shakedown.maps.limit_cycles import BORDER, UNSTABLE, LimitCycle, limit_cycles
+from shakedown.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, limit_cycles
 from shakedown.maps.map_file import Columns
 from shakedown.maps.map_pieces import Search
 from shakedown.maps.samplers import Sampler, Sampling
@@ -18,6 +18,7 @@ from shakedown.maps.slip_plane import SlipPlane, admissible, slip_plane
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.shown_values import plain
+from shakedown.tolerances import Tolerances
 
 CONFIDENCE = 0.95
 
@@ -131,9 +132,10 @@ class InitialStateMap(Result):
 
     @property
     def unique(self) -> bool | None:
-        """Whether all states end in one and the same state of motion; None where that is not known.
+        """Whether all states end in one and the same motion; None where that is not known.
 
-        All shaking down counts as that, whatever slips they come to rest at.
+        Slips that stay locked in may differ, as long as the dissipation does not: by the
+        tolerance ``same_cycle``, relative to itself. All shaking down counts as one motion.
         """
         return uniqueness(self)[0]
 
@@ -204,7 +206,7 @@ def basin_map(chosen: Sampling, search: Search, columns: Columns) -> InitialStat
 def uniqueness(found: InitialStateMap) -> tuple[bool | None, str]:
     """Whether the final state of motion is one and the same, and the evidence in words."""
     cycles, shaken = found.limit_cycles, found.outcomes.get(Outcome.SHAKEDOWN, 0)
-    differences = _differences(found.outcomes, cycles)
+    differences = _differences(found.outcomes, cycles, found.search.tolerances)
     if differences:
         return False, "; ".join(differences)
     if found.undecided:
@@ -212,11 +214,15 @@ def uniqueness(found: InitialStateMap) -> tuple[bool | None, str]:
     if not cycles and shaken == len(found):
         return True, f"all {len(found)} states shake down"
     if len(cycles) == 1:
+        if cycles[0].stability == BORDER:
+            return True, f"all {len(found)} states end in a continuum of limit cycles that dissipate the same"
         return True, f"all {len(found)} states end in the same limit cycle, which is {cycles[0].stability}"
     return None, "the body leaves the contact from every state"
 
 
-def _differences(outcomes: Mapping[str, int], cycles: tuple[LimitCycle, ...]) -> list[str]:
+def _differences(
+    outcomes: Mapping[str, int], cycles: tuple[LimitCycle, ...], tolerances: Tolerances
+) -> list[str]:
     """What tells final states apart, in words."""
     words = []
     moving = sum(count for name, count in outcomes.items() if name not in ("shakedown", "undecided"))
@@ -228,7 +234,7 @@ def _differences(outcomes: Mapping[str, int], cycles: tuple[LimitCycle, ...]) ->
         words += [f"{sets} different sets of slipping nodes"] * (sets > 1)
     for cycle in cycles:
         low, high = cycle.dissipation
-        if cycle.stability == BORDER and high > low:
+        if cycle.stability != STABLE and high - low > tolerances.same_cycle * high:
             words.append(
                 f"the slip locked in selects one of a continuum (dissipation {low:.6g} to {high:.6g})"
             )

@@ -174,6 +174,8 @@ def _centre(problem: Problem, load_factor: float, tolerances: Tolerances) -> tup
 def _coordinates(problem: Problem, given: tuple[int, int] | None, sampler: str) -> tuple[int, int]:
     """Two different nodes."""
     pair = (0, min(1, problem.n - 1)) if given is None else tuple(given)
+    if problem.n == 1 and given is None and sampler == Sampler.GRID:
+        raise UsageError("grid: expected a joint of two nodes or more, found one node")
     known = len(pair) == 2 and all(isinstance(j, int | np.integer) and 0 <= j < problem.n for j in pair)
     if not known or (pair[0] == pair[1] and (given is not None or sampler == Sampler.GRID)):
         raise UsageError(f"grid: expected two different nodes from 0 to {problem.n - 1}, found {pair}")

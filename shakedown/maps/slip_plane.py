@@ -21,10 +21,10 @@ from shakedown.tolerances import DEFAULT, Tolerances
 OUTLINE = 181  # points of an ellipse
 
 REGION_TYPES = {
-    "i": "a safe region and no complementary one: every state shakes down",
-    "ii": "a safe region and a complementary one: it depends on the initial state",
-    "iii": "a complementary region and no safe one: no state shakes down in contact",
-    "iv": "neither a safe region nor a complementary one, as far as bounded ones go",
+    "i": "a safe region and no complementary one, as below the first collapse",
+    "ii": "a safe region and a complementary one: the initial state decides",
+    "iii": "a complementary region and no safe one: nothing shakes down with both nodes closed",
+    "iv": "no bounded safe region and no bounded complementary one",
 }
 
 

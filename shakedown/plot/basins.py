@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from numpy.typing import NDArray
 
+from shakedown.errors import UsageError
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of, work_unit
@@ -97,6 +98,11 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     ax
         Where to draw.
 
+    Raises
+    ------
+    UsageError
+        If the joint has one node only.
+
     Examples
     --------
     >>> import shakedown
@@ -105,6 +111,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     >>> plot.basin(found).get_xlabel()
     'initial slip of node 0'
     """
+    if found.problem.n < 2:
+        raise UsageError("picture of a map: expected a joint of two nodes or more, found one node")
     axes = axes_for(ax, (6.6, 5.4))
     force, length = units_of(found.problem)
     pair = list(found.plane.coordinates)
@@ -114,7 +122,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     margin = np.where(high > low, BEYOND * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
-    if found.problem.n == 2 or found.sampling.sampler == "grid":
+    plane = found.problem.n == 2 or found.sampling.sampler == "grid"
+    if plane:
         handles += _draw_outlines(axes, found.plane)
     centre: dict[str, Any] = {
         "marker": "P",
@@ -128,7 +137,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
         xlabel=labelled(f"initial slip of {node_name(pair[0], found.problem)}", length),
         ylabel=labelled(f"initial slip of {node_name(pair[1], found.problem)}", length),
     )
-    axes.set_title(f"λ = {found.load_factor:.6g}", fontsize="medium")
+    others = "" if plane else f"; the other {found.problem.n - 2} slips vary too"
+    axes.set_title(f"λ = {found.load_factor:.6g}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
 

@@ -1,0 +1,66 @@
+"""Pictures of maps: what is drawn is what the map says."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import plot
+
+JOINT = shakedown.example("two-node")
+
+
+@pytest.fixture(scope="module")
+def grid():
+    return shakedown.initial_state_map(JOINT, 0.7, states=400, sampler="grid")
+
+
+def words(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_cells_have_the_dissipation_of_their_states(grid):
+    axes = plot.basin(grid)
+    resting, *_, moving = axes.collections
+    cycling = grid.outcome == "cyclic-slip"
+    np.testing.assert_array_equal(moving.get_array().compressed(), grid.dissipation[cycling])
+    assert resting.get_array().count() == (grid.outcome == "shakedown").sum()
+
+
+def test_outlines_stand_in_the_legend(grid):
+    axes = plot.basin(grid)
+    said = words(axes)
+    for name in ("shakes down", "safe region", "admissible at the first load", "safe slip"):
+        assert name in said
+    assert any("energy ball" in name for name in said)
+    assert any("apex line of node 1" in name for name in said)
+    (line,) = [line for line in axes.lines if line.get_linestyle() == "-."]
+    assert np.unique(line.get_xdata()) == pytest.approx(0.65407, abs=1e-5)
+
+
+def test_states_anywhere_are_dots():
+    found = shakedown.initial_state_map(JOINT, 0.7, states=200, sampler="ball", reach=3.0)
+    axes = plot.basin(found)
+    drawn = sum(len(collection.get_offsets()) for collection in axes.collections)
+    assert drawn == 200
+
+
+def test_of_more_nodes_only_a_grid_has_outlines():
+    block = shakedown.example("block-9")
+    spread = plot.basin(shakedown.initial_state_map(block, 4.0, states=8, coordinates=(2, 6)))
+    assert "7 slips vary too" in spread.get_title()
+    assert not spread.patches
+    section = plot.basin(
+        shakedown.initial_state_map(block, 4.0, states=9, coordinates=(2, 6), sampler="grid", reach=0.1)
+    )
+    assert len(section.patches) >= 2
+
+
+def test_one_node_has_no_plane():
+    with pytest.raises(shakedown.UsageError, match="two nodes or more"):
+        plot.basin(shakedown.initial_state_map(shakedown.example("one-node"), 1.0, states=4))
+
+
+def test_the_share_is_drawn_with_its_interval():
+    maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=32)
+    (line,) = plot.shakedown_share(maps).lines
+    np.testing.assert_allclose(line.get_ydata(), 100 * maps.shakedown_fraction)
