@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakedown.visible_text import one_line
 
 LONGEST_VALUE = 56  # characters of one value
+LONGEST_WHOLE, LOG_2 = 20, 0.30103  # digits of a whole number that is written out; log10 of 2
 
 
 def plain(value: Any) -> Any:
@@ -104,6 +105,8 @@ def short(value: Any) -> str:
         return repr(one_line(str(value), LONGEST_VALUE))
     if isinstance(value, float | np.floating):
         return f"{value:.10g}"
+    if isinstance(value, int) and abs(value) >= 10**LONGEST_WHOLE:  # Python refuses to write the longest ones
+        return f"{'-' * (value < 0)}10^{int(value.bit_length() * LOG_2)}"
     if isinstance(value, np.ndarray):
         return _short_array(value)
     if hasattr(value, "in_one_line"):

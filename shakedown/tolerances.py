@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 
 from shakedown.errors import UsageError
+from shakedown.shown_values import short
 
 LARGEST = 1e300  # of a tolerance; a larger number, or none, is a slip of the pen
 
@@ -110,7 +111,7 @@ class Tolerances:
             if isinstance(value, kind) and not isinstance(value, bool) and 0 <= value <= LARGEST:  # type: ignore[operator]
                 continue
             expected = "a whole number" if whole else "a number"
-            raise UsageError(f"tolerances: {each.name}: expected {expected} >= 0, found {value!r}")
+            raise UsageError(f"tolerances: {each.name}: expected {expected} >= 0, found {short(value)}")
 
     def __repr__(self) -> str:
         changed = [

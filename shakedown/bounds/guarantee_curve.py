@@ -18,6 +18,7 @@ from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.programs.row_programs import load_factor_program
+from shakedown.shown_values import short
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -107,7 +108,7 @@ def guarantee_curve(
     try:
         radius = np.atleast_1d(np.asarray(radii, dtype=float))
     except (TypeError, ValueError, OverflowError):
-        raise UsageError(f"radii: expected numbers >= 0, found {radii!r}") from None
+        raise UsageError(f"radii: expected numbers >= 0, found {short(radii)}") from None
     if radius.ndim != 1 or not np.all(radius >= 0):
         raise UsageError(f"radii: expected numbers >= 0, found {radius}")
     middle = _centre(problem, tolerances) if centre is None else _vector("centre", centre, problem.n)

@@ -94,8 +94,8 @@ def _kind_of(annotation: Any) -> Kind | None:
     simple: dict[Any, Kind] = {
         NoneType: Kind(lambda value: value is None, "None"),
         bool: Kind(_is_flag, "true or false"),
-        int: Kind(_is_whole, "a whole number"),
-        float: Kind(_is_number, "a number"),
+        int: Kind(_is_whole, "a whole number below 2^63"),
+        float: Kind(_is_number, "a number below 1e308"),
         str: Kind(lambda value: isinstance(value, str), "text"),
         Mapping: Kind(lambda value: isinstance(value, Mapping), "a dictionary"),
         Iterable: Kind(lambda value: _has(value, "__iter__"), "several values"),
@@ -116,8 +116,13 @@ def _kind_of(annotation: Any) -> Kind | None:
 
 
 def _has(value: object, member: str) -> bool:
-    """Whether something has a member; an array without axes can be neither counted nor gone through."""
-    return hasattr(value, member) and getattr(value, "ndim", 1) > 0
+    """Whether something has a member, and no whole number in it is too large to be counted.
+
+    An array without axes can be neither counted nor gone through.
+    """
+    listed = value if isinstance(value, list | tuple) else ()
+    fits = all(abs(item) < LARGEST_WHOLE for item in listed if isinstance(item, int))
+    return fits and hasattr(value, member) and getattr(value, "ndim", 1) > 0
 
 
 def _is_flag(value: object) -> bool:
@@ -150,15 +155,23 @@ def is_finite(value: object) -> bool:
 def check_load_factor(load_factor: float) -> None:
     """Raise ``UsageError`` unless a load factor is a finite number ≥ 0."""
     if not (is_finite(load_factor) and load_factor >= 0):
-        raise UsageError(f"load factor: expected a number >= 0, found {shortened(repr(load_factor))}")
+        raise UsageError(f"load factor: expected a number >= 0, found {_written(load_factor)}")
 
 
 def check_count(name: str, count: int) -> None:
     """Raise ``UsageError`` unless a number of cycles, threads, … is whole and at least 1."""
     if not isinstance(count, Integral):
-        raise UsageError(f"{name}: expected a whole number, found {count!r}")
+        raise UsageError(f"{name}: expected a whole number, found {_written(count)}")
     if count < 1:
-        raise UsageError(f"{name}: expected at least 1, found {count}")
+        raise UsageError(f"{name}: expected at least 1, found {short(int(count))}")
+
+
+def _written(value: object) -> str:
+    """A value as Python writes it, in short."""
+    try:
+        return shortened(repr(value))
+    except ValueError:  # a whole number of thousands of digits, in a list perhaps
+        return short(value)
 
 
 def require_problem(problem: object) -> None:
@@ -174,7 +187,7 @@ def real_array(name: str, values: ArrayLike) -> FloatArray:
     except ValueError:  # ragged
         raise UsageError(f"{name}: expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":
-        raise UsageError(f"{name}: expected real numbers, found {values!r}")
+        raise UsageError(f"{name}: expected real numbers, found {_written(values)}")
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite
         array = array.astype(np.float64)
     if not np.isfinite(array).all():

@@ -27,6 +27,8 @@ ODD = {
     "huge": HUGE,
     "huge, negative": -HUGE,
     "huge, listed": [HUGE],
+    "too long to be written": 10**5000,
+    "too long, listed": [10**5000],
     "nan": float("nan"),
     "text": "x",
     "ragged": [[1.0], [1.0, 2.0]],
