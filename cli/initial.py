@@ -14,7 +14,14 @@ from shakedown.visible_text import shortened
 LONGEST_INDEX = 18  # digits of a state number
 
 
-def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatArray:
+def zone_nodes(problem: Problem) -> tuple[int, ...]:
+    """The nodes that are open in the zone with the largest λ_max."""
+    return shakedown.upper_bound(problem, open_nodes="auto", certify=False).open_nodes
+
+
+def initial_state(
+    problem: Problem, load_factor: float, initial: str, open_nodes: tuple[int, ...] = ()
+) -> FloatArray:
     """The initial slip, (n,), that a word or a file on the command line stands for."""
     word, colon, index = initial.partition(":")
     if colon and word in ("zero", "safe", "witness"):
@@ -24,7 +31,8 @@ def initial_state(problem: Problem, load_factor: float, initial: str) -> FloatAr
     if word == "given":
         return _given(problem, index)
     if word == "safe":
-        return _existing(shakedown.safe_slip(problem, load_factor).slip, "a safe slip", load_factor)
+        safe = shakedown.safe_slip(problem, load_factor, open_nodes=open_nodes)
+        return _existing(safe.slip, "a safe slip", load_factor)
     if word == "witness":
         return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
     return _from_file(initial)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import click
 import numpy as np
@@ -13,8 +14,9 @@ from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.visible_text import shortened
 
-from .initial import initial_state
+from .initial import initial_state, zone_nodes
 from .options import (
+    OpenNodes,
     OutputFile,
     cycles_option,
     json_option,
@@ -53,6 +55,14 @@ FILMED = 3.0  # cycles
     help="zero, safe, witness, given, given:K (state K of the file) or PATH.npy. "
     "Default: given where the file has initial_slip, else zero.",
 )
+@click.option(
+    "--open",
+    "open_nodes",
+    type=OpenNodes(),
+    default="none",
+    show_default=True,
+    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
+)
 @cycles_option
 @method_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
@@ -70,6 +80,7 @@ def simulate(
     problem: Problem,
     load_factor: float,
     initial: str | None,
+    open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,
     method: str,
     output: Path | None,
@@ -80,9 +91,12 @@ def simulate(
     refuse_overwriting_input(context, output)
     if initial is None:
         initial = "zero" if problem.initial_slip is None else "given"
-    start = initial_state(problem, load_factor, initial)
+    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
+    start = initial_state(problem, load_factor, initial, opened)
     wanted = output is not None or animation is not None
-    run = shakedown.simulate(problem, load_factor, start, cycles=cycles, method=method, record=wanted)
+    run = shakedown.simulate(
+        problem, load_factor, start, open_nodes=opened, cycles=cycles, method=method, record=wanted
+    )
     if output is not None:
         shakedown.save_history(output, run)
     if animation is not None:

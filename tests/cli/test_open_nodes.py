@@ -70,3 +70,15 @@ def test_the_energy_bound_is_that_of_the_zone(tmp_path):
     assert 0 < energy["load_factor"] <= upper.load_factor
     text = " ".join(run(*words, cwd=tmp_path)[1].split())
     assert "From the given slip, with nodes 0–4, 28–32 open and in equilibrium, the joint is proved" in text
+
+
+def test_simulate_starts_with_open_nodes(tmp_path):
+    words = ["simulate", "cylinder-on-flat", "--load-factor", "0.5", "--initial", "safe", "--open"]
+    found = [document(*words, nodes, cwd=tmp_path) for nodes in ("auto", "0,1,2,10,11,12")]
+    assert found[0] == found[1]
+    assert found[0]["outcome"] == "shakedown"
+    assert found[0]["proved"]
+    assert found[0]["open_nodes"] == [0, 1, 2, 10, 11, 12]
+    code, _, error = run(*words, "13", cwd=tmp_path)
+    assert code == 2
+    assert "open nodes: expected" in error
