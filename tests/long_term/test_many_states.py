@@ -53,6 +53,8 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
         load_factor = float(rng.uniform(0.2, 1.6))
         starts = rng.normal(size=(3, problem.n)) * shakedown.scales(problem, load_factor).length
         states = assert_agree(problem, load_factor, starts * rng.choice([0.1, 1.0, 5.0]), max_cycles=40)
+        alone = shakedown.long_term_states(problem, load_factor, states.initial_slip[1:2], max_cycles=40)
+        identical(states, alone, slice(1, 2))
         found |= set(states.outcome.tolist())
         compiled += states.compiled.tolist()
     assert outcomes <= found
