@@ -36,7 +36,7 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
     >>> import shakedown
     >>> Y = limit_multipliers(shakedown.example("three-node"))
     >>> Y[1, 0].round(6), limits_used(Y[1, 0])
-    (array([0. , 0. , 0. , 1. , 0. , 0. ]), array([0, 3, 4]))
+    (array([ 0.,  0.,  0., -1.,  0.,  0.]), array([0, 3, 4]))
     """
     n = problem.n
     size = np.array([power_of_two(float(np.sqrt(a))) for a in np.diagonal(problem.A)])
