@@ -30,6 +30,7 @@ STUDIES: tuple[str, ...] = (
     "receding",
     "receding_zones",
     "refinement",
+    "reports",
     "siconos_agreement",
     "slow_approach",
     "smallest_cycles",

@@ -18,6 +18,7 @@ from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for,
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
+AXES = 0.8  # of the width of a picture, at least
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
 
 
@@ -50,17 +51,18 @@ def load_factor_scale(
     ['λ_E = 0.66', 'λ_max = 0.74', 'as given, λ = 1']
     """
     known = sorted((value, f"{name} = {value:.4g}") for name, value in marks.items() if np.isfinite(value))
-    axes, top = axes_for(ax, (9.0, 1.6)), 1.15 * max([given, *(value for value, _ in known)])
+    axes = axes_for(ax, (9.0, 1.6))
+    texts = sorted([*known, (given, f"as given, λ = {given:g}")])
+    letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # of the length of the scale
+    top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, 0.28, color=colour, alpha=0.3, lw=0, label=name)
-    letter = LETTER / axes.figure.bbox.width * axes.figure.dpi / 72 * top
-    texts = sorted([*known, (given, f"as given, λ = {given:g}")])
-    levels = _levels([(value, value + letter * len(text)) for value, text in texts])
+    levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
     for (value, text), level in zip(texts, levels, strict=True):
         own = text.startswith("as given")
         colour, height = RED if own else GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
-        label = axes.text(value + 0.3 * letter, height, text, va="center", fontsize="small")
+        label = axes.text(value + 0.3 * letter * top, height, text, va="center", fontsize="small")
         if own:
             label.set(color=RED, weight="bold")
     axes.set(xlim=(0.0, top), ylim=(0.0, 0.95 + 0.3 * max(levels)), yticks=[], xlabel="load factor λ")

@@ -80,7 +80,7 @@ def zones(
         handles += _mark_limits(axes, path, problem, x)
     axes.set(xlabel=label, ylabel="time [cycles]")
     if problem is None or problem.x is None:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.set_major_locator(MaxNLocator(min(path.v.shape[1], 9), integer=True, min_n_ticks=1))
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=3)
     return axes
 

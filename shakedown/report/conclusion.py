@@ -27,17 +27,24 @@ def roads_in_words(v: Verification) -> str:
     """Whether prediction and simulation agree, and both roads to the bounds."""
     judged = sum(run.agrees is not None for run in v.runs)
     if v.disagreements:
-        return f"DISAGREEMENT: {_count(len(v.disagreements), 'finding')}."
+        return f"DISAGREEMENT: {count(len(v.disagreements), 'finding')}."
     if v.open_questions:
-        return f"Open: {_count(len(v.open_questions), 'question')}."
+        return f"Open: {count(len(v.open_questions), 'question')}."
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({len(v.runs)} runs in all)."
     )
 
 
-def _count(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' * (count != 1)}"
+def count(number: int, noun: str) -> str:
+    """A number of things.
+
+    Examples
+    --------
+    >>> count(1, "node"), count(2, "node")
+    ('1 node', '2 nodes')
+    """
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def margin_in_words(v: Verification) -> str:
@@ -85,16 +92,16 @@ def limits_in_words(v: Verification) -> list[str]:
     start = "slip zero" if problem.initial_slip is None else "the first given slip"
     states = (
         f"Initial states: λ = 1, λ_E and λ_T begin at {start}, with all nodes closed. Simulated besides: "
-        f"the safe slip, the witness, {_count(asked.random_states, 'random state')} (seed {asked.seed})."
+        f"the safe slip, the witness, {count(asked.random_states, 'random state')} (seed {asked.seed})."
     )
     loads = (
-        f"Loads: λ multiplies the periodic part of {_count(problem.m, 'load step')}; the constant part"
+        f"Loads: λ multiplies the periodic part of {count(problem.m, 'load step')}; the constant part"
         + (" and the transient load steps stay" if problem.q_transient is not None else " stays")
         + " as given. The bounds hold for every path through these load steps; what is simulated holds for "
         "this order."
     )
     model = (
-        f"Model: {_count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
+        f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
         "finer mesh λ_1 usually falls; λ_max converges where the friction holds the ends of the contact."
     )
     return [zone, loads, states, model, ASSUMPTIONS, NOT_SAID]

@@ -66,7 +66,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
             f"eigenvalues {values[0]:.4g} … {values[-1]:.4g}{unit}",
             f"passed; {free} free motion{'s' * (free != 1)}",
         ),
-        ("friction coefficients", f"{problem.f.min():g} … {problem.f.max():g}", "passed: none is negative"),
+        ("friction coefficients", friction(problem), "passed: none is negative"),
     ]
     if problem.C is None:
         rows.append(("C, normal stiffness", "not given", "nodes cannot separate in the simulations"))
@@ -75,6 +75,12 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     if problem.normal is not None:
         rows.append(("normals", "unit vectors", "passed"))
     return rows
+
+
+def friction(problem: Problem) -> str:
+    """The friction coefficient, or the range of those of the nodes."""
+    f = problem.f
+    return f"{f[0]:g}" if (f == f[0]).all() else f"{f.min():g} … {f.max():g} (per node)"
 
 
 def loading_rows(problem: Problem) -> list[tuple[str, str]]:

@@ -14,10 +14,11 @@ from markupsafe import Markup
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.model.units import units_of
-from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words, roads_in_words
+from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
 from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
     configuration,
+    friction,
     loading_rows,
     node_load_head,
     node_load_rows,
@@ -114,8 +115,8 @@ def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
     return {
         "title": shortened(problem.name) or "unnamed problem",
-        "subtitle": f"{problem.n} contact nodes, {problem.m} load steps, friction {_friction(problem.f)}"
-        + (f", units {shortened(problem.units)}" if problem.units else ""),
+        "subtitle": f"{count(problem.n, 'contact node')}, {count(problem.m, 'load step')}, "
+        f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem),
         "margin": margin_in_words(v),
         "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem),
@@ -184,10 +185,6 @@ def _tiles(v: Verification) -> list[tuple[str, str, str]]:
     ]
 
 
-def _friction(f: np.ndarray) -> str:
-    return f"{f[0]:g}" if (f == f[0]).all() else f"{f.min():g} … {f.max():g} (per node)"
-
-
 def _provenance(v: Verification) -> str:
     """Version, date, machine, seed: what it takes to make the report again."""
     asked = v.settings
@@ -195,5 +192,6 @@ def _provenance(v: Verification) -> str:
         f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
         f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, "
         f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors; method {asked.method}, "
-        f"at most {asked.cycles} cycles, {asked.random_states} random initial states with seed {asked.seed}."
+        f"at most {asked.cycles} cycles, {count(asked.random_states, 'random initial state')} with seed "
+        f"{asked.seed}."
     )

@@ -47,7 +47,7 @@ def scale_picture(v: Verification) -> Picture:
         + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated. λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
     )
-    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=(6.6, 1.7))
+    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=(5.4, 2.1))
     return Picture(caption, (drawn,))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 LARGEST_USUAL_FRICTION = 5.0
+MANY = 10**15  # subsets, from here on only their order of magnitude is said
 
 
 def bounds_in_words(bounds: ShakedownBounds, energy: EnergyBound | None = None) -> list[str]:
@@ -354,6 +355,8 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
 
 
 def _subsets(total: int) -> str:
+    if total >= MANY:
+        return f"{Decimal(total):.2e} subsets"
     return f"{total:,} subset{'s' * (total != 1)}"
 
 
