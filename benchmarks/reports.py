@@ -5,7 +5,6 @@ Every size is a process of its own, as a user starts it: ``shakedown-bounds veri
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -75,8 +74,9 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
 def timed(words: list[str]) -> tuple[float, float, float]:
     """Wall time and processor time [s] and peak memory [MB] of a command."""
     before = os.times()
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
+    quiet = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
+    process = os.posix_spawn(words[0], words, os.environ, file_actions=quiet)
+    _, status, usage = os.wait4(process, 0)
     if os.waitstatus_to_exitcode(status) not in (0, 1):
         raise RuntimeError(f"{' '.join(words)} failed")
     return os.times().elapsed - before.elapsed, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e3
