@@ -3,7 +3,7 @@
 Of every joint: λ_U, below which shakedown from every state is proved, λ_1, and λ_cycle, the smallest
 load factor at which a cycle was found. Its true limit lies between λ_U and λ_cycle. Where λ_cycle is
 λ_1, the first collapse is the limit, as far as anybody found; where it is less, that much of the gap
-between λ_U and λ_1 is real.
+between λ_U and λ_1 is real. λ_single is the bound below which no node alone can cycle.
 """
 
 import time
@@ -36,7 +36,11 @@ NAMED = (
     ("block-33", None),
 )
 SHORT_NAMED = 7
-RANDOM = ((2, "unique"), *((n, band) for n in (3, 4, 6) for band in ("weak", "below one", "strong", "star")))
+RANDOM = (
+    (3, "known"),
+    (2, "unique"),
+    *((n, band) for n in (3, 4, 6) for band in ("weak", "below one", "strong", "star")),
+)
 DRAWN = 40  # times as many joints as are wanted
 SAME = 1e-4  # of λ_1 or λ_U: what is this near counts as it
 
@@ -73,21 +77,26 @@ def searched(problem: shakedown.Problem, case: dict) -> dict | None:
     cycle = shakedown.smallest_cycle(problem, states=case["states"], rounds=case["rounds"], seed=case["seed"])
     if not np.isfinite(cycle.lower.load_factor):
         return None
-    ratio = shakedown.coupling(problem).ratio
     return {
         "n": problem.n,
-        "coupling_ratio": ratio if np.isfinite(ratio) else None,
+        "coupling_ratio": finite(shakedown.coupling(problem).ratio),
         "universal": cycle.universal.load_factor,
         "first_collapse": cycle.lower.load_factor,
         "guarantee": cycle.lower.guarantee,
-        "cycle": cycle.load_factor if np.isfinite(cycle.load_factor) else None,
-        "upper": cycle.upper.load_factor if np.isfinite(cycle.upper.load_factor) else None,
+        "single_node": finite(cycle.lower.single_node_bound),
+        "cycle": finite(cycle.load_factor),
+        "upper": finite(cycle.upper.load_factor),
         "status": cycle.status,
         "period": cycle.period,
         "slipping": list(cycle.slipping_nodes),
         "tries": cycle.tries,
         "seconds": time.process_time() - began,
     }
+
+
+def finite(number: float) -> float | None:
+    """A number as JSON knows it."""
+    return float(number) if np.isfinite(number) else None
 
 
 def tables(rows: list[dict]) -> str:
@@ -144,6 +153,7 @@ def _random_table(rows: list[dict]) -> str:
         "below",
         "above",
         "least / λ_1",
+        "at min(λ_1, λ_single)",
         "closed",
         "λ_U / λ_1",
         "contr.",
@@ -152,6 +162,8 @@ def _random_table(rows: list[dict]) -> str:
     for row in rows:
         found = [f for f in row["found"] if f["cycle"] is not None and f["first_collapse"] > 0]
         shares = np.array([f["cycle"] / f["first_collapse"] for f in found])
+        least = np.array([min(f["first_collapse"], f["single_node"] or np.inf) for f in found])
+        cycles = np.array([f["cycle"] for f in found])
         proved = np.array([f["universal"] / f["first_collapse"] for f in found])
         lines.append(
             [
@@ -162,6 +174,7 @@ def _random_table(rows: list[dict]) -> str:
                 str(int((shares < 1 - SAME).sum())),
                 str(int((shares > 1 + SAME).sum())),
                 f"{shares.min(initial=1.0):.3f}",
+                str(int((np.abs(cycles / least - 1) <= SAME).sum())),
                 str(int((shares <= proved * (1 + SAME)).sum())),
                 f"{np.median(proved):.3f}" if len(proved) else "-",
                 str(sum(f["status"] == "contradiction" for f in row["found"])),

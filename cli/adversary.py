@@ -65,6 +65,11 @@ def adversary(
 
 def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     lines = [headline(problem), "", *(paragraph(sentence) for sentence in cycle_in_words(found)), ""]
+    if problem.q_transient is not None:
+        lines[-1:] = [
+            paragraph("The transient load steps of the file were left out: a cycle knows of none."),
+            "",
+        ]
     lower, upper = found.lower, found.upper
     facts = [
         ("from every state λ_U", number(found.universal.load_factor, 10), found.universal.argument),

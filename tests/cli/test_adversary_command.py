@@ -1,7 +1,12 @@
 """`shakedown-bounds adversary`: the interval of the true limit, and the state that cycles."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from command import document, run
+
+import shakedown
 
 QUICK = ("--states", "16", "--rounds", "3")
 
@@ -36,6 +41,15 @@ def test_where_no_cycle_is_found_the_answer_is_open():
 def test_a_limit_of_zero_is_said():
     out = run("adversary", "block-9", *QUICK)[1]
     assert "No load factor is proved safe from every state, nor can be" in " ".join(out.split())
+
+
+def test_transient_load_steps_are_said_to_be_left_out(tmp_path):
+    joint = shakedown.example("three-node")
+    steps = {"q_transient": np.zeros((1, 3)), "p_transient": np.full((1, 3), 9.0)}
+    shakedown.save_problem(tmp_path / "joint.npz", replace(joint, **steps))
+    out = run("adversary", str(tmp_path / "joint.npz"), *QUICK)[1]
+    assert "The transient load steps of the file were left out" in out
+    assert "λ_cycle = 2.444211" in out
 
 
 @pytest.mark.parametrize(

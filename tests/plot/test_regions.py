@@ -39,7 +39,7 @@ def test_over_one_parameter_every_region_is_drawn_and_named():
 
 
 def test_over_two_parameters_the_areas_are_the_regions():
-    grid = {"mean": np.linspace(0.5, 3, 9), "f": np.linspace(0.1, 0.8, 11)}
+    grid = {"mean": np.linspace(0.5, 3, 7), "f": np.linspace(0.1, 0.8, 8)}
     found = shakedown.sweep(TWO, grid, quick=True, bounds=["universal", "energy", "upper"])
     axes = plot.regions(found, load_factor=1.0, contours="energy")
     regions, places, inside = found.regions(1.0), [], []
