@@ -104,6 +104,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.state import SettledState as SettledState
     from shakedown.long_term.transient_limit import TransientLimit as TransientLimit
     from shakedown.long_term.transient_limit import transient_limit as transient_limit
+    from shakedown.maps.basin_boundary import basin_boundary as basin_boundary
     from shakedown.maps.basin_map import InitialStateMap as InitialStateMap
     from shakedown.maps.basin_map import InitialStateMaps as InitialStateMaps
     from shakedown.maps.limit_cycles import LimitCycle as LimitCycle
@@ -153,6 +154,7 @@ _HOMES = {
     "shakedown.bounds.coupling": "coupling",
     "shakedown.tolerances": "Tolerances",
     "shakedown.uniqueness.in_contact": "Uniqueness unique_in_contact",
+    "shakedown.maps.basin_boundary": "basin_boundary",
     "shakedown.maps.basin_map": "InitialStateMap InitialStateMaps",
     "shakedown.maps.limit_cycles": "LimitCycle",
     "shakedown.maps.mapping": "initial_state_map",

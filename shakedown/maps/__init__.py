@@ -4,5 +4,5 @@ Reading order: ``samplers`` (which initial states, each from its number alone), 
 long-term states of some of them), ``map_file`` (all of them on disk), ``limit_cycles`` (the
 distinct limit cycles, and whether they are stable), ``slip_plane`` (safe region, admissible slips
 and energy ball in a plane of two slips), ``basin_map`` (the result), ``mapping`` (the public
-function).
+function), ``basin_boundary`` (between the basins of a grid).
 """
