@@ -85,8 +85,8 @@ class InitialStateMap(Result):
     @cached_property
     def outcomes(self) -> dict[str, int]:
         """How many states have each outcome, every outcome that occurs."""
-        names, counts = np.unique(self.outcome, return_counts=True)
-        return {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+        counts = {str(word): int(np.count_nonzero(self.outcome == word)) for word in Outcome}
+        return {word: count for word, count in counts.items() if count}
 
     @property
     def undecided(self) -> int:

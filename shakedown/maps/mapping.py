@@ -117,8 +117,8 @@ def initial_state_map(
         ``period``, ``dissipation``, ``load_factor``, and what the limit cycles follow
         from). Until the map is whole its pieces are recorded beside it, in
         ``PATH.partial``, which is valid after a kill at any instant. The result's arrays
-        then stay on the disk, so that memory does not grow with the number of states,
-        apart from eight bytes of each while quartiles are taken.
+        then stay on the disk; while statistics are taken, memory holds some 25
+        bytes of each state, and no slips.
     resume
         Whether to go on with what is recorded there; a map that is whole already is read.
     workers, scheduler
