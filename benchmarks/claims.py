@@ -20,6 +20,8 @@ def lines() -> list[str]:
         *_enumeration(),
         *_hard_cases(),
         *_adversary(),
+        *_proofs(),
+        *_many_states(),
         *_exact_cycle(),
         *_peers(),
         *_long_term(),
@@ -102,6 +104,35 @@ def _adversary() -> list[str]:
         f"An adversarial search over {joints:,} joints ({runs:,} simulations below their λ_1) found "
         f"{cycling:,} limit cycles below a λ_1 that is only evidence, and {proved} below one that is called "
         "proved (`adversary`)."
+    ]
+
+
+def _proofs() -> list[str]:
+    """What was tried against the two theorems."""
+    ball, every = rows("energy_adversary"), rows("universal_adversary")
+
+    def counted(word: str) -> int:
+        return sum(row["counts"].get(word, 0) for row in ball)
+
+    failed = counted("runs 1") - counted("still 1")
+    outside = 1.0 - counted("still 1.5") / counted("runs 1.5")
+    cycling = sum(row["cycling"] for row in every)
+    return [
+        f"Tried against the energy ball: {counted('runs 1'):,} exact simulations from its surface, of which "
+        f"{failed} failed to shake down; at 1.5 times the radius {outside:.0%} did (`energy_adversary`). Tried "
+        f"against λ_U: {sum(row['runs'] for row in every):,} simulations from large random slips just below it, "
+        f"of which {cycling} cycle (`universal_adversary`)."
+    ]
+
+
+def _many_states() -> list[str]:
+    found = [row for row in rows("initial_states") if row["kind"] == "time"]
+    told = ", ".join(f"{1e6 * row['cpu_s'] / row['states']:,.0f} µs on `{row['joint']}`" for row in found)
+    killed = next(row for row in rows("initial_states") if row["kind"] == "killed")
+    same = "the same file to the byte" if killed["same_bytes"] else "another file"
+    return [
+        f"A long-term state of a map of initial states takes {told} (one core). A map of {killed['states']:,} "
+        f"states, killed {killed['killed']} times and resumed, ends in {same} (`initial_states`)."
     ]
 
 
