@@ -14,6 +14,7 @@ from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene
 from shakedown.kernels.gauss_seidel import OPEN
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.tolerances import Tolerances
 
 
@@ -77,6 +78,7 @@ class EnergyProof:
 NO_PROOF = EnergyProof(False, nan, nan)
 
 
+@on_one_thread
 def energy_proof(
     problem: Problem,
     load_factor: float,

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.model.units import units_of
+from shakedown.programs.blas_threads import on_one_thread
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
 from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
@@ -44,6 +45,7 @@ from shakedown.visible_text import shortened, visible
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 
 
+@on_one_thread
 def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
     """Write a verification as HTML, and as JSON beside it (same name, suffix .json).
 
@@ -94,6 +96,7 @@ def _is_a_reports(path: Path) -> bool:
         raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
 
 
+@on_one_thread
 def render(verification: Verification) -> str:
     """A verification as one self-contained HTML page."""
     environment = Environment(
