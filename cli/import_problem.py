@@ -12,7 +12,7 @@ import shakedown
 
 from .options import OutputFile, json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
-from .pictures import PictureFile, write_picture
+from .pictures import PictureFile
 
 if TYPE_CHECKING:
     from shakedown import FloatArray, LoadEvidence
@@ -66,7 +66,9 @@ def import_problem_command(
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
     made = shakedown.import_model(config, command=_command(config, output))
     if picture is not None:
-        write_picture(shakedown.contact_picture(made), picture)
+        from shakedown import plot  # only where a picture is wanted
+
+        plot.save(shakedown.contact_picture(made), picture)
     if not check and output is not None:
         shakedown.save_problem(output, made.problem)
     if as_json:

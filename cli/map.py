@@ -21,7 +21,7 @@ from .options import (
     refuse_overwriting_input,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table, with_unit, work_unit
-from .pictures import PictureFile, write_picture
+from .pictures import PictureFile
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
@@ -160,7 +160,7 @@ def _draw(found: InitialStateMap | InitialStateMaps, picture: Path) -> None:
     from shakedown import plot  # matplotlib is wanted only here
 
     drawn = plot.basin(found) if isinstance(found, shakedown.InitialStateMap) else plot.shakedown_share(found)
-    write_picture(drawn, picture)
+    plot.save(drawn, picture)
 
 
 def _text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str:

@@ -1,16 +1,11 @@
 """Pictures that a command writes."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 import shakedown
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 ENDINGS = (".png", ".svg", ".pdf")
 
@@ -28,12 +23,3 @@ class PictureFile(click.Path):
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
         shakedown.check_target(value)
         return super().convert(value, param, ctx)
-
-
-def write_picture(axes: Axes, path: Path) -> None:
-    """Write the figure that some axes belong to."""
-    figure: Any = axes.figure
-    try:
-        figure.savefig(path, dpi=150)
-    except OSError as error:
-        raise shakedown.UsageError(f"{path}: cannot be written ({error.strerror})") from None

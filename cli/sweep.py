@@ -24,7 +24,7 @@ from .options import (
     refuse_overwriting_input,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table
-from .pictures import PictureFile, write_picture
+from .pictures import PictureFile
 
 BOUNDS = ("lower", "universal", "energy", "transient", "upper")
 COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
@@ -205,7 +205,7 @@ def sweep(
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
 
-        write_picture(plot.regions(found, load_factor=spoken), picture)
+        plot.save(plot.regions(found, load_factor=spoken), picture)
     if as_json:
         echo_json(plain({"problem": problem_document(problem)} | found.to_dict()))
     else:

@@ -1,6 +1,7 @@
 """Pictures of a joint: loads, bounds, paths, zones. Each function draws one and returns its axes.
 
-Every function takes ``ax``, the axes to draw on; without it a new figure is made. Labels carry
+Every function takes ``ax``, the axes to draw on; without it a new figure is made, which ``save``
+writes to a file. Labels carry
 the units of the problem where they are known. The report is drawn by the same functions.
 
 Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
@@ -18,6 +19,7 @@ from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
 from shakedown.plot.planes import reaction_space, slip_space
 from shakedown.plot.regions import regions
+from shakedown.plot.style import save
 from shakedown.plot.zone_map import zones
 
 __all__ = [
@@ -39,6 +41,7 @@ __all__ = [
     "reactions_at",
     "reactions_in_time",
     "regions",
+    "save",
     "shakedown_share",
     "slip_along",
     "slip_per_cycle",

@@ -1,5 +1,7 @@
 """What all pictures share: axes, colours, units, the recorded path of a result, node positions."""
 
+import io
+import os
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
+from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
 from shakedown.visible_text import shortened
@@ -29,6 +32,7 @@ STATES = {
 }
 
 LONGEST_LABEL = 40  # letters in a legend
+DOTS_PER_INCH = 150
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 Style = Mapping[str, Any]  # keywords of Axes.plot
@@ -45,6 +49,33 @@ class Recorded(Protocol):
 def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
     """The axes given, or those of a new figure."""
     return Figure(figsize=size, layout="constrained").subplots() if ax is None else ax
+
+
+def save(ax: Axes, path: str | os.PathLike[str]) -> None:
+    """Write the figure that some axes belong to, whole or not at all; the name's ending says in which format.
+
+    Raises
+    ------
+    UsageError
+        If there is no picture, matplotlib knows no format of that name, or the file cannot
+        be written.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> save(shakedown.plot.load_loop(shakedown.example("two-node"), 0), "loop.png")  # doctest: +SKIP
+    """
+    if not isinstance(ax, Axes):
+        raise UsageError(f"ax: expected the axes of a picture, found {shortened(repr(ax), 60)}")
+    figure: Any = ax.figure
+    ending = check_target(path).suffix.removeprefix(".").lower()
+    known = figure.canvas.get_supported_filetypes()
+    if ending not in known:
+        raise UsageError(f"{path}: expected a name that ends in one of {', '.join(known)}, found '.{ending}'")
+    picture = io.BytesIO()  # drawn first: a picture that fails leaves the old file
+    figure.savefig(picture, format=ending, dpi=DOTS_PER_INCH)
+    with atomic_write(path) as file:
+        file.write(picture.getbuffer())
 
 
 def path_of(result: Recorded | EventHistory) -> EventHistory:
