@@ -4,6 +4,7 @@ import numpy as np
 
 from shakedown.long_term.outcome import Outcome
 from shakedown.report.node_words import open_in_words
+from shakedown.report.page_tables import transient_is_proved
 from shakedown.report.words import down
 from shakedown.verification.verify import Verification
 
@@ -55,7 +56,8 @@ def margin_in_words(v: Verification) -> str:
     >>> import shakedown
     >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
     No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_E = 0.6619611 (proved), λ_T = 0.7315932 (simulated).
+    λ_E = 0.6619611 (proved), λ_T = 0.7315932 (simulated,
+    proved there).
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
     limits = []
@@ -63,7 +65,9 @@ def margin_in_words(v: Verification) -> str:
     if not energy.open_nodes and energy.least_load_factor <= 1:  # of a zone: from another state
         limits.append((energy.load_factor, "λ_E", "proved"))
     if v.transient is not None and v.transient.monotone:
-        limits.append((v.transient.load_factor, "λ_T", "simulated"))
+        limits.append(
+            (v.transient.load_factor, "λ_T", "simulated" + ", proved there" * transient_is_proved(v))
+        )
     useful = [
         f"{name} = {down(value)} ({how})" if np.isfinite(value) else f"any load factor ({how})"
         for value, name, how in limits

@@ -28,7 +28,15 @@ from shakedown.report.data_page import (
     stiffness_rows,
 )
 from shakedown.report.json_documents import as_text, verification_document
-from shakedown.report.page_tables import Table, bounds_table, nodes_table, number, runs_table
+from shakedown.report.page_tables import (
+    Table,
+    bounds_table,
+    limits_on_page,
+    nodes_table,
+    number,
+    runs_table,
+    transient_is_proved,
+)
 from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture
 from shakedown.report.words import (
     as_given_in_words,
@@ -171,21 +179,15 @@ RUNS_NOTE = (
 def _tiles(v: Verification) -> list[tuple[str, str, str]]:
     """The limits around λ = 1: name, value, what it is."""
     opened = bool(v.bounds.upper.open_nodes)
-    return [
-        (
-            "λ_E",
-            number(v.energy.load_factor, 4),
-            "proved" + (", of the zone" if opened else " from this state"),
-        ),
-        (
-            "λ_T",
-            "–" if v.transient is None else number(v.transient.load_factor, 4),
-            "simulated from this state",
-        ),
-        ("λ_max", number(v.bounds.upper.load_factor, 4), "safe state exists" + ", of the zone" * opened),
-        ("λ_U", number(v.universal.load_factor, 4), "proved from every state"),
-        ("λ_1", number(v.bounds.lower.load_factor, 4), "first collapse"),
-    ]
+    meaning = {
+        "λ_E": "proved" + (", of the zone" if opened else " from this state"),
+        "λ_T": "from this state, simulated" + ", proved there" * transient_is_proved(v),
+        "λ_max": "safe state exists" + ", of the zone" * opened,
+        "λ_U": "proved from every state",
+        "λ_1": "first collapse",
+    }
+    shown = limits_on_page(v, 4)
+    return [(name, number(shown[name], 4), what) for name, what in meaning.items()]
 
 
 def _provenance(v: Verification) -> str:

@@ -11,6 +11,7 @@ from shakedown.model.problem import Problem
 from shakedown.model.units import units_of, work_unit
 from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.words import down, up
 from shakedown.verification.verify import Run, Verification
 
 
@@ -35,7 +36,10 @@ def bounds_table(v: Verification) -> Table:
     proved = [
         ("λ_U, proved from every initial state", number(v.universal.load_factor, 10)),
         (f"λ_E, proved from this state{least}", number(v.energy.load_factor, 10)),
-        ("λ_T, from this state, simulated", "–" if transient is None else number(transient.load_factor, 10)),
+        (
+            "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
+            "–" if transient is None else number(transient.load_factor, 10),
+        ),
     ]
     rows = [[*row, "–", "–"] for row in proved]
     for name, one, two in pairs:
@@ -62,6 +66,24 @@ def number(value: float, digits: int = 6) -> str:
     if np.isnan(value):
         return "–"
     return f"{value:.{digits}g}" if np.isfinite(value) else ("∞" if value > 0 else "−∞")
+
+
+def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
+    """Every limit by name, rounded to where what is said of it stays true; NaN where there is none."""
+    largest = {"λ_max": v.bounds.upper.load_factor}
+    others = {
+        "λ_E": v.energy.load_factor,
+        "λ_T": np.nan if v.transient is None else v.transient.load_factor,
+        "λ_U": v.universal.load_factor,
+        "λ_1": v.bounds.lower.load_factor,
+    }
+    down_to = {name: float(down(value, digits)) for name, value in others.items()}
+    return down_to | {name: float(up(value, digits)) for name, value in largest.items()}
+
+
+def transient_is_proved(v: Verification) -> bool:
+    """Whether shakedown is proved at λ_T itself, not simulated only."""
+    return v.transient is not None and v.transient.proved == v.transient.load_factor
 
 
 def runs_table(v: Verification) -> Table:

@@ -12,6 +12,7 @@ from shakedown import plot
 from shakedown.plot.inline_svg import PANEL, Panel, Picture, panel
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report.node_words import open_in_words
+from shakedown.report.page_tables import limits_on_page, transient_is_proved
 from shakedown.verification.verify import Run, Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
@@ -22,13 +23,7 @@ LONG_LABEL = 16  # letters; of longer ones two stand side by side
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1."""
     upper = v.bounds.upper
-    marks = {
-        "λ_1": v.bounds.lower.load_factor,
-        "λ_U": v.universal.load_factor,
-        "λ_E": v.energy.load_factor,
-        "λ_T": np.nan if v.transient is None else v.transient.load_factor,
-        "λ_max": upper.load_factor,
-    }
+    marks = limits_on_page(v, 4)
     here, everywhere = (
         np.nan_to_num(x, posinf=np.inf) for x in (v.energy.load_factor, v.universal.load_factor)
     )
@@ -44,7 +39,9 @@ def scale_picture(v: Verification) -> Picture:
     caption = (
         (f"Green: proved to shake down, {state} (λ_E) or from every state (λ_U). " if proved[1] > 0 else "")
         + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
-        + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated. λ_max: largest "
+        + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated"
+        + ", proved there" * transient_is_proved(v)
+        + ". λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
     )
     drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=(5.4, 2.1))

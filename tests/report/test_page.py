@@ -12,6 +12,7 @@ from shakedown import Problem
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
 from shakedown.report.cycle_figures import as_given_state, cycling_state
 from shakedown.report.html import render
+from shakedown.report.page_tables import limits_on_page
 from shakedown.verification.verify import Verification
 
 SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
@@ -274,3 +275,16 @@ def test_the_same_verification_makes_the_same_page(jump):
 
 def test_pages_are_small(block_page):
     assert len(block_page.encode()) < 800_000
+
+
+def test_no_limit_on_the_page_is_rounded_to_the_unsafe_side(two):
+    for name, value in limits_on_page(two, 4).items():
+        exact = {
+            "λ_E": two.energy.load_factor,
+            "λ_T": two.transient.load_factor,
+            "λ_U": two.universal.load_factor,
+            "λ_1": two.bounds.lower.load_factor,
+            "λ_max": two.bounds.upper.load_factor,
+        }[name]
+        assert (value >= exact) if name == "λ_max" else (value <= exact)
+        assert value == pytest.approx(exact, rel=1e-3)
