@@ -19,7 +19,7 @@ from shakedown.universal.closing_box import ClosingBox, closing_box
 from shakedown.universal.sharpened_swing import SharpenedSwing, sharpened_swing
 from shakedown.universal.swing_bound import SwingBound, swing_bound
 
-INTERVALS = {12: 12, 20: 6, 40: 2}  # by default up to so many nodes, so that it takes a few seconds at most
+INTERVALS = {12: 12, 20: 6, 40: 2}  # by default up to so many nodes, so that it takes some ten seconds at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,7 +110,7 @@ def universal_bound(
     intervals
         The effort: how many intervals of load factors the sharpened swing may try, 0 for none. By
         default twelve for up to 12 nodes (about a second), six for up to 20, two for up to 40 (a few
-        seconds), else none; each costs a few seconds for 40 nodes, a minute for 70.
+        seconds), else none; each costs several seconds for 40 nodes, a minute for 70.
     certify
         Whether to prove the swing bound in exact arithmetic; by default where that is quick.
     tolerances
