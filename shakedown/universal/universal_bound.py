@@ -19,7 +19,11 @@ from shakedown.universal.closing_box import ClosingBox, closing_box
 from shakedown.universal.sharpened_swing import SharpenedSwing, sharpened_swing
 from shakedown.universal.swing_bound import SwingBound, swing_bound
 
-INTERVALS = {12: 12, 20: 6, 40: 2}  # by default up to so many nodes, so that it takes some ten seconds at most
+INTERVALS = {
+    12: 12,
+    20: 6,
+    40: 2,
+}  # by default up to so many nodes, so that it takes some ten seconds at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
