@@ -160,7 +160,7 @@ def _reactions(pictured: Pictured, problem: Problem) -> Picture:
 def _zones(v: Verification, pictured: Pictured, problem: Problem) -> Picture:
     """Stick, slip and open zones in early cycles and in the long term, at λ = 1."""
     simulation = v.as_given.simulation
-    last = min(max(EARLY), simulation.cycles_simulated)
+    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not come to its end
     panels = []
     path = evolve(problem, simulation.load_factor, simulation.initial_slip, cycles=last).history
     end = float(pictured.state.history.cycle[0])

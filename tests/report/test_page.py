@@ -288,3 +288,12 @@ def test_no_limit_on_the_page_is_rounded_to_the_unsafe_side(two):
         }[name]
         assert (value >= exact) if name == "λ_max" else (value <= exact)
         assert value == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_body_that_slides_away_has_its_page():
+    free = Problem(
+        A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]]
+    )  # no cycle comes to its end
+    page = render(verified(free))
+    assert "slides away" in page
+    assert banner_class(verified(free)) != "agree"
