@@ -12,6 +12,7 @@ from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import node_names
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, IntArray
+from shakedown.fem.origin import Contact, origin_text
 from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
 
@@ -31,7 +32,8 @@ def contact_problem(
 
     The contact may be inclined: normals are those of the body's boundary. All
     reactions are nodal forces; over ``node_area`` they are tractions. Labels are the
-    numbers of the nodes in the meshes of the bodies.
+    numbers of the nodes in the meshes of the bodies. ``source`` tells, as JSON, the
+    materials, meshes, supports and loads.
 
     Parameters
     ----------
@@ -85,6 +87,9 @@ def contact_problem(
         tangent=_in_space(frame.tangents),
         node_area=body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]),
         load_names=tuple(case.name for case in cases),
+        source=origin_text(
+            [(body, boundary), *([] if against is None else [against])], Contact(f, gap, steps)
+        ),
     )
     initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)
     return with_initial_gap(made, initial) if initial.any() else made

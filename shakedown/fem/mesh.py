@@ -12,6 +12,7 @@ import numpy as np
 from skfem import Mesh, MeshQuad, MeshTri
 
 from shakedown.errors import ProblemError
+from shakedown.fem.origin import remember_file
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray
 
@@ -70,6 +71,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
     Gmsh physical groups and cell sets become boundaries and subdomains; a node
     set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds.
+    A problem made with the mesh tells the file's name and SHA-256, unless the mesh is
+    changed in between: scikit-fem then makes another one.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
             f"{name}: expected first-order triangles or quadrilaterals, "
             f"found {', '.join(sorted({b.type for b in raw.cells})) or 'no cells'}"
         )
-    return _named(raw, kinds[found[0]], found[0], points)
+    return remember_file(_named(raw, kinds[found[0]], found[0], points), path)
 
 
 def _raw(path: Path, name: str) -> Any:

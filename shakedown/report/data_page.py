@@ -1,7 +1,9 @@
 """The page about the joint itself: pictures, loads, what was checked, where the data come from."""
 
 import json
+from collections.abc import Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,27 @@ from shakedown.campaign.payload import fingerprint
 from shakedown.condensation.stiffness_checks import zero_modes
 from shakedown.model.loading import loading
 from shakedown.model.problem import Problem
-from shakedown.model.units import units_of
+from shakedown.model.units import stress_unit, units_of
 from shakedown.plot.inline_svg import Picture, panel
 from shakedown.report.words import coupling_in_words
 from shakedown.tolerances import DEFAULT
 
 FEW = 3  # nodes up to which each one has its own picture
+SOURCE = {
+    "toolkit": "toolkit",
+    "command": "command",
+    "made_by": "made by",
+    "friction": "friction coefficient f",
+    "gap": "initial gap",
+}
+WORDS = {
+    "young": "Young's modulus",
+    "poisson": "Poisson's ratio",
+    "extent": "extent in x, y",
+    "boundary": "on",
+}
+ROWS = {"contact": "contact boundary", "plane": "plane stress or strain", "materials": "material"}
+BARE = ("kind", "type", "whole body")  # told without their name
 
 
 def problem_pictures(problem: Problem) -> list[Picture]:
@@ -58,8 +75,8 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     rows = [
         (
             "A and C symmetric" if problem.C is not None else "A symmetric",
-            f"to {DEFAULT.symmetry:g} of the largest entry",
-            "passed; the rest is averaged away",
+            "yes, as stored",
+            f"what was given differed by at most {DEFAULT.symmetry:g} of the largest entry and was averaged",
         ),
         (
             f"{name} positive semi-definite",
@@ -99,13 +116,19 @@ def loading_rows(problem: Problem) -> list[tuple[str, str]]:
 
 
 def source_rows(problem: Problem) -> list[tuple[str, str]]:
-    """Where the data come from: command and files with their SHA-256, and the problem's own."""
+    """Where the data come from: command, bodies and files with their SHA-256, and the problem's own."""
     source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
+    in_length = {"": units_of(problem)[1]}
     rows = [
-        (name, str(source[key]))
-        for name, key in (("toolkit", "toolkit"), ("command", "command"))
+        (name, _in_words(source[key], in_length if key == "gap" else {}))
+        for key, name in SOURCE.items()
         if key in source
     ]
+    bodies = source.get("bodies", [])
+    if isinstance(bodies, list):
+        for k, body in enumerate(bodies, 1):
+            of = f"body {k}: " if len(bodies) > 1 else ""
+            rows += [(of + name, text) for name, text in _body_rows(body, problem)]
     files = source.get("files", [])
     if isinstance(files, list):
         for entry in files:
@@ -116,11 +139,52 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
     return [*rows, ("arrays of the problem", f"SHA-256 {fingerprint(problem)}")]
 
 
-def configuration(problem: Problem) -> str:
-    """The configuration of the import as text; empty where none is stored."""
+def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
+    """What a body is made of, held by and loaded with, each with its unit."""
+    if not isinstance(body, dict):
+        return []
+    force, length = units_of(problem)
+    stress = stress_unit(force, length)
+    units = {"young": stress, "thickness": length, "x": length, "y": length}
+    rows = []
+    for key, value in body.items():
+        if key == "loads" and isinstance(value, list):
+            for k, load in enumerate(value, 1):
+                loaded = load if isinstance(load, dict) else {"kind": load}
+                density = f"{force}/{length}³" if force and length else ""
+                unit = density if loaded.get("kind") == "BodyForce" else stress
+                own = {"value": unit, "x": length, "y": length}
+                rows.append((f"load {k}", _in_words(loaded, own)))
+        elif value not in ([], {}):
+            rows.append((ROWS.get(key, str(key)), _in_words(value, units | {"": units.get(key, "")})))
+    return rows
+
+
+def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) -> str:
+    """A value of JSON in one line; numbers under a name that has a unit with that unit."""
+    if isinstance(value, dict):
+        parts = [(key, _in_words(part, {**units, "": units.get(key, "")})) for key, part in value.items()]
+        return ", ".join(text if key in BARE else f"{WORDS.get(key, key)} {text}" for key, text in parts)
+    if isinstance(value, list):
+        inner = [_in_words(part) for part in value]
+        if all(isinstance(part, dict) for part in value):
+            return "; ".join(inner)
+        text = ", ".join(inner) if all(isinstance(part, str) for part in value) else f"({', '.join(inner)})"
+        return f"{text} {units.get('', '')}".rstrip()
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{value:.10g} {units.get('', '')}".rstrip()
+    return str(value)
+
+
+def configuration(problem: Problem) -> tuple[str, str]:
+    """The configuration of the import, its name and its text; empty where none is stored."""
     source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
     found = source.get("configuration", "")
-    return found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
+    if isinstance(found, dict) and isinstance(found.get("text"), str):
+        return str(found.get("name", "")), found["text"]
+    if isinstance(found, dict) and "name" in found:
+        return str(found["name"]), "Too long to be kept with the problem; its SHA-256 is among the sources."
+    return "", found if isinstance(found, str) else json.dumps(found, indent=1, ensure_ascii=False)
 
 
 def node_load_rows(problem: Problem) -> list[list[str]]:

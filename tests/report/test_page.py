@@ -1,5 +1,6 @@
 """The page of a report: every section, alternative texts, units, nothing from outside, and the right colour."""
 
+import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -9,8 +10,18 @@ import pytest
 
 import shakedown
 from shakedown import Problem
+from shakedown.fem import (
+    ElasticBody,
+    Material,
+    Pressure,
+    Traction,
+    block_mesh,
+    contact_problem,
+    press_fit,
+)
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
 from shakedown.report.cycle_figures import as_given_state, cycling_state
+from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
 from shakedown.verification.verify import Verification
@@ -193,6 +204,47 @@ def test_labels_units_and_sources_are_told(block_page):
     ):
         assert words in page.text, words
     assert "[model]\nx = 1" in block_page
+
+
+def test_a_joint_from_meshes_tells_its_material_mesh_and_loads():
+    press = Pressure("top", 60.0, history=1.0)
+    shear = Traction("top", (12.0, 0.0), history=lambda t: np.sin(2 * np.pi * t))
+    body = ElasticBody(block_mesh(4.0, 2.0, 4, 2), Material(210e3, 0.3), loads=[press, shear], thickness=10.0)
+    rows = dict(source_rows(contact_problem(body, "bottom", 0.5, steps=8, units="N, mm")))
+    assert rows["made by"] == "shakedown.fem.contact_problem"
+    assert rows["material"] == "Young's modulus 210000 MPa, Poisson's ratio 0.3"
+    assert rows["thickness"] == "10 mm"
+    assert rows["mesh"] == "elements 8, nodes 15, bilinear quadrilaterals, x (0, 4) mm, y (0, 2) mm"
+    assert rows["load 1"] == "Pressure, history 1, on top, value 60 MPa"
+    assert rows["load 2"].endswith("at 8 load steps, on top, value (12, 0) MPa")
+    both = dict(source_rows(press_fit()))
+    assert both["initial gap"] == "-0.001 mm"
+    assert both["body 1: supports"] == "on floor, holds y; on wall, holds x"
+    assert "on outside" in both["body 2: load 1"]
+
+
+@pytest.mark.parametrize(
+    "source", ['{"bodies": 3}', '{"bodies": [3, {"loads": [3], "mesh": null}]}', '{"configuration": [1]}']
+)
+def test_a_source_of_another_make_is_shown_as_it_is(source):
+    problem = replace(shakedown.example("two-node"), source=source)
+    assert all(isinstance(text, str) for row in source_rows(problem) for text in row)
+    assert len(configuration(problem)) == 2
+
+
+def test_the_configuration_of_an_import_is_shown_as_its_text(block):
+    kept = {"name": "joint.toml", "text": '[model]\nname = "<b>"\r\nx = 1'}
+    problem = replace(block.problem, source=json.dumps({"configuration": kept}))
+    text = render(replace(block, problem=problem))
+    assert "Configuration of the import: joint.toml" in text
+    assert "[model]\nname = &#34;&lt;b&gt;&#34;\nx = 1</pre>" in text
+    assert "\\n" not in configuration(problem)[1]
+
+
+def test_what_was_averaged_away_is_not_called_a_finding(block_page):
+    row = re.search(r"A and C symmetric</td>(.*?)</tr>", block_page)[1]
+    assert "yes, as stored" in row
+    assert "averaged" in row
 
 
 def test_a_value_can_be_read_at_each_node(block, block_page):

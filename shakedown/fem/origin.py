@@ -1,0 +1,143 @@
+"""What a problem made from meshes was made of, as ``Problem.source`` keeps it."""
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from skfem import Mesh, MeshQuad
+
+from shakedown.fem.body import BodyLoad, ElasticBody, Material, Support
+from shakedown.model.problem import FloatArray
+
+MADE_BY = "shakedown.fem.contact_problem"
+FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from
+KINDS = {True: ("bilinear", "biquadratic", "quadrilaterals"), False: ("linear", "quadratic", "triangles")}
+SHORT = 4  # numbers up to which a list is told whole
+
+Entry = dict[str, Any]  # of a JSON object
+
+
+class Contact(NamedTuple):
+    """What was asked of the contact: friction, initial gap, load steps."""
+
+    f: ArrayLike
+    gap: object
+    steps: int | None
+
+
+def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
+    """The mesh, which knows from now on which file it was read from."""
+    digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    setattr(mesh, FILE, {"name": Path(path).name, "sha256": digest})
+    return mesh
+
+
+def origin_text(bodies: Sequence[tuple[ElasticBody, str]], contact: Contact) -> str:
+    """``source`` of a problem as JSON: no date, no machine, the same text for the same joint.
+
+    Parameters
+    ----------
+    bodies
+        Each body with its contact boundary.
+    contact
+        What else was given.
+
+    Examples
+    --------
+    >>> from shakedown.fem import Material, Pressure, block_mesh
+    >>> press = Pressure("top", 2.0, history=1.0)
+    >>> body = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(210e3, 0.3), loads=[press])
+    >>> found = json.loads(origin_text([(body, "bottom")], Contact(0.5, 0.0, 8)))
+    >>> found["bodies"][0]["loads"]
+    [{'kind': 'Pressure', 'history': 1.0, 'boundary': 'top', 'value': 2.0}]
+    """
+    files = [getattr(body.mesh, FILE) for body, _ in bodies if hasattr(body.mesh, FILE)]
+    gap = contact.gap if callable(contact.gap) or np.any(np.asarray(contact.gap)) else "none"
+    about: Entry = {
+        "toolkit": f"shakedown-bounds {_version()}",
+        "made_by": MADE_BY,
+        "friction": _told(contact.f),
+        "steps": contact.steps,
+        "gap": _told(gap),
+        "bodies": [_body(body, boundary, contact.steps) for body, boundary in bodies],
+        "files": files,
+    }
+    return json.dumps({key: value for key, value in about.items() if value not in (None, [])})
+
+
+def _version() -> str:
+    try:
+        return version("shakedown-bounds")
+    except PackageNotFoundError:  # a copy that was never installed
+        return "unknown"
+
+
+def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
+    parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
+    return {
+        "contact": boundary,
+        "plane": body.plane,
+        "thickness": float(body.thickness),
+        "materials": {
+            name: {"young": float(material.young), "poisson": float(material.poisson)}
+            for name, material in parts.items()
+        },
+        "mesh": _mesh(body),
+        "supports": [_support(support) for support in body.supports],
+        "loads": [_load(load, steps) for load in body.loads],
+    }
+
+
+def _mesh(body: ElasticBody) -> Entry:
+    mesh = body.mesh
+    *orders, shape = KINDS[isinstance(mesh, MeshQuad)]
+    low, high = mesh.p.min(axis=1).tolist(), mesh.p.max(axis=1).tolist()
+    return {
+        "elements": int(mesh.nelements),
+        "nodes": int(body.dofs[:, 0].max()) + 1,
+        "type": f"{orders[body.order - 1]} {shape}",
+        "x": [low[0], high[0]],
+        "y": [low[1], high[1]],
+    }
+
+
+def _support(support: Support) -> Entry:
+    held = [name for name, holds in (("x", support.x), ("y", support.y)) if holds]
+    return {"boundary": support.boundary, "holds": held}
+
+
+def _load(load: BodyLoad, steps: int | None) -> Entry:
+    """Kind of a load, and whatever was given for it."""
+    names: list[str] = [field.name for field in fields(load)] if is_dataclass(load) else []
+    given = {name: getattr(load, name) for name in names}
+    told = {name: _told(value) for name, value in given.items() if value is not None}
+    history = given.get("history")
+    if callable(history) and steps is not None:
+        values = np.asarray(history(np.arange(steps) / steps), dtype=float)
+        told["history"] = f"a function of time, {_range(values)} at {steps} load steps"
+    return {"kind": type(load).__name__, **told}
+
+
+def _told(value: Any) -> Any:
+    """A value as JSON tells it: numbers, texts, short lists; of what is longer its size and range."""
+    if value is None or isinstance(value, str):
+        return value
+    if callable(value):
+        return "a function of place"
+    if isinstance(value, tuple):
+        return [_told(part) for part in value]
+    values = np.asarray(value, dtype=float)
+    if values.size <= SHORT:
+        return values.tolist()
+    return f"{values.size} values, {_range(values)}"
+
+
+def _range(values: FloatArray) -> str:
+    return f"{values.min():.6g} … {values.max():.6g}"

@@ -1,0 +1,108 @@
+"""Problems made from meshes tell what they were made of."""
+
+import hashlib
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.fem import (
+    Displacement,
+    ElasticBody,
+    Material,
+    Pressure,
+    Support,
+    Traction,
+    block_mesh,
+    contact_problem,
+    dovetail,
+    press_fit,
+    read_mesh,
+)
+
+
+def clamped(clamp=60.0, shear=12.0, **changes):
+    loads = [
+        Pressure("top", clamp, history=1.0),
+        Traction("top", (shear, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+    ]
+    body = ElasticBody(
+        block_mesh(23.0, 8.0, 23, 8), Material(210e3, 0.3), loads=loads, thickness=10.0, **changes
+    )
+    return contact_problem(body, "bottom", 0.5, steps=24)
+
+
+def told(problem):
+    return json.loads(problem.source)
+
+
+def test_material_mesh_loads_and_contact_are_told():
+    source = told(clamped())
+    assert source["toolkit"].startswith("shakedown-bounds ")
+    assert (source["made_by"], source["friction"], source["steps"], source["gap"]) == (
+        "shakedown.fem.contact_problem", 0.5, 24, "none",
+    )  # fmt: skip
+    (body,) = source["bodies"]
+    assert (body["contact"], body["plane"], body["thickness"]) == ("bottom", "strain", 10.0)
+    assert body["materials"] == {"whole body": {"young": 210e3, "poisson": 0.3}}
+    assert body["mesh"] == {
+        "elements": 184, "nodes": 216, "type": "bilinear quadrilaterals", "x": [0.0, 23.0], "y": [0.0, 8.0],
+    }  # fmt: skip
+    assert body["loads"] == [
+        {"kind": "Pressure", "history": 1.0, "boundary": "top", "value": 60.0},
+        {"kind": "Traction", "history": "a function of time, -1 … 1 at 24 load steps", "boundary": "top",
+         "value": [12.0, 0.0]},
+    ]  # fmt: skip
+
+
+def test_the_same_joint_has_the_same_source_and_another_magnitude_another():
+    assert clamped().source == clamped().source
+    assert clamped().source != clamped(shear=12.5).source
+    assert told(clamped(order=2))["bodies"][0]["mesh"]["type"] == "biquadratic quadrilaterals"
+
+
+def test_second_bodies_supports_gaps_and_functions_are_told():
+    source = told(press_fit())
+    assert source["gap"] == -1e-3
+    shaft, hub = source["bodies"]
+    assert shaft["supports"] == [{"boundary": "floor", "holds": ["y"]}, {"boundary": "wall", "holds": ["x"]}]
+    assert hub["loads"][0]["value"] == ["a function of place", 0.0]
+    assert len(told(dovetail())["bodies"]) == 2
+
+
+def test_long_histories_are_told_by_their_range():
+    push = Displacement("top", y=-1e-3, history=np.linspace(0.5, 1.0, 12), transient=[0.1, 0.2])
+    body = ElasticBody(
+        block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3), supports=[Support("left", y=False)], loads=[push]
+    )
+    (load,) = told(contact_problem(body, "bottom", np.full(5, 0.3)))["bodies"][0]["loads"]
+    assert load == {
+        "kind": "Displacement", "history": "12 values, 0.5 … 1", "transient": [0.1, 0.2], "boundary": "top", "y": -1e-3,
+    }  # fmt: skip
+
+
+def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):
+    mesh, path = block_mesh(2.0, 1.0, 4, 2), tmp_path / "block.inp"
+    sets = {name: np.unique(mesh.facets[:, facets]) for name, facets in mesh.boundaries.items()}
+    points = np.column_stack([mesh.p.T, np.zeros(mesh.nvertices)])
+    meshio.write(path, meshio.Mesh(points, [("quad", mesh.t.T)], point_sets=sets))
+    keys = {key.lower(): key for key in read_mesh(path).boundaries}
+    press = Pressure(keys["top"], 2.0, history=1.0)
+    made = contact_problem(
+        ElasticBody(read_mesh(path), Material(1.0, 0.3), loads=[press]), keys["bottom"], 0.5
+    )
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert told(made)["files"] == [{"name": "block.inp", "sha256": digest}]
+
+
+def test_the_source_survives_a_file_and_a_gap(tmp_path):
+    joint = press_fit()
+    shakedown.save_problem(tmp_path / "joint.npz", joint)
+    assert shakedown.load_problem(tmp_path / "joint.npz").source == joint.source
+
+
+@pytest.mark.parametrize("make", [clamped, press_fit, dovetail])
+def test_no_address_of_a_function_is_told(make):
+    assert " at 0x" not in make().source
