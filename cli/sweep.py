@@ -12,6 +12,7 @@ import shakedown
 from shakedown import FloatArray, Problem
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
+from shakedown.report.words import down, up
 from shakedown.visible_text import shortened
 
 from .initial import initial_state
@@ -29,7 +30,10 @@ from .pictures import PictureFile
 BOUNDS = ("lower", "universal", "energy", "transient", "upper")
 COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
 MOST_VALUES = 1_000_000
-LONGEST_HEADING = 14
+LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
+COLUMNS_OF_PAPER, FEWEST_DIGITS = 80, 4  # a wider table has fewer digits
+MOST_OUTCOMES = 4  # load factors beside each other in a table
+NONE = "-"
 
 
 class Joint(ProblemFile):
@@ -171,10 +175,11 @@ def sweep(
 
     f is the friction coefficient; friction, amplitude, mean, stiffness and coupling are
     factors on what the file has; phase, in periods, moves the tangential loads along
-    against the normal ones. FILE may also be the CONFIG.toml of an import: then its
-    numbers are parameters too, by keys like contact.gap or load.2.history.harmonics.1.sin
-    (tables and entries of lists are counted from 1). Exit code 1 where limits contradict
-    each other.
+    against the normal ones. What is proved is proved at the values given, not between them.
+    FILE may also be the CONFIG.toml of an import: then its numbers are parameters too, by
+    keys like contact.gap or load.2.history.harmonics.1.sin (tables and entries of lists are
+    counted from 1), and the factor on the friction is friction.factor. Exit code 1 where
+    limits contradict each other.
     """
     refuse_overwriting_input(context, output)
     if len({name for name, _ in vary}) < len(vary):
@@ -219,20 +224,58 @@ def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
     if found.contradictions:
         lines += ["CONTRADICTION", *(paragraph(f"- {text}", "  ") for text in found.contradictions), ""]
     lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
-    shown = [name for name in COLUMNS if name in found.bounds]
-    headers = [
-        *(shortened(name, LONGEST_HEADING) for name in found.parameters),
-        *(COLUMNS[name] for name in shown),
-        f"at λ = {load_factor:g}",
+    lines += ["", _limits(found, load_factor)]
+    simulated = found.load_factors_simulated
+    for first in range(0, len(simulated), MOST_OUTCOMES):
+        chosen = range(first, min(first + MOST_OUTCOMES, len(simulated)))
+        lines += ["", "Simulated from the state asked about:" if first == 0 else "and", ""]
+        lines += [_outcomes(found, chosen)]
+    return "\n".join(lines)
+
+
+def _names(found: shakedown.Sweep) -> list[str]:
+    """Headings of the parameters."""
+    longest = LONGEST_HEADING[len(found.parameters)]
+    return [
+        f"{found.meanings[axis]} ×" if found.is_factor(axis) else shortened(name, longest)
+        for axis, name in enumerate(found.parameters)
     ]
-    regions = found.regions(load_factor).ravel()
-    digits = 7 - len(found.parameters)
+
+
+def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
+    """What becomes of the joint at some of the load factors that were simulated."""
+    headers = [*_names(found), *(f"λ = {found.load_factors_simulated[k]:g}" for k in chosen)]
     rows = [
-        [
-            *(number(value, 5) for value in point.values),
-            *(number(point.load_factor(name), digits) for name in shown),
-            SHORT[str(region)],
-        ]
-        for point, region in zip(found.points, regions, strict=True)
+        [*(number(value, 5) for value in point.values), *(str(point.outcomes[k]) for k in chosen)]
+        if point.exists
+        else [*(number(value, 5) for value in point.values), *(NONE for _ in chosen)]
+        for point in found.points
     ]
-    return "\n".join([*lines, "", table(headers, rows)])
+    return table(headers, rows)
+
+
+def _limits(found: shakedown.Sweep, load_factor: float) -> str:
+    """The limits, those below which something holds rounded down, the others up."""
+    shown = [name for name in COLUMNS if name in found.bounds]
+    headers = [*_names(found), *(COLUMNS[name] for name in shown), f"at λ = {load_factor:g}"]
+    regions = [SHORT[str(region)] for region in found.regions(load_factor).ravel()]
+    text = ""
+    for digits in range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1):
+        rows = [
+            [
+                *(number(value, 5) for value in point.values),
+                *(_limit(point.load_factor(name), name, digits) for name in shown),
+                region,
+            ]
+            for point, region in zip(found.points, regions, strict=True)
+        ]
+        text = table(headers, rows)
+        if max(map(len, text.splitlines())) <= COLUMNS_OF_PAPER:
+            break
+    return text
+
+
+def _limit(value: float, name: str, digits: int) -> str:
+    if np.isnan(value):
+        return NONE
+    return up(value, digits) if name == "upper" else down(value, digits)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.designs.design_point import LIMITS, SYMBOLS, DesignPoint
-from shakedown.designs.parameters import PARAMETERS
+from shakedown.designs.parameters import FACTORS, PARAMETERS
 from shakedown.designs.table_file import check_table, write_csv, write_parquet
 from shakedown.errors import UsageError
 from shakedown.model.arguments import check_load_factor
@@ -79,6 +79,9 @@ class Sweep(Result):
         Name of the joint.
     parameters
         Names of the parameters.
+    meanings
+        Which parameter of :func:`with_parameter` each one is; empty for a number of a
+        configuration, and for a function's own.
     values
         Their values, one rising array each.
     bounds
@@ -91,6 +94,7 @@ class Sweep(Result):
 
     name: str
     parameters: tuple[str, ...]
+    meanings: tuple[str, ...]
     values: tuple[FloatArray, ...]
     bounds: tuple[str, ...]
     load_factors_simulated: tuple[float, ...]
@@ -107,6 +111,10 @@ class Sweep(Result):
     def shape(self) -> tuple[int, ...]:
         """Number of values of each parameter."""
         return tuple(len(values) for values in self.values)
+
+    def is_factor(self, axis: int) -> bool:
+        """Whether a parameter is a factor on what the joint has."""
+        return self.meanings[axis] in FACTORS
 
     @cached_property
     def lower(self) -> FloatArray:
@@ -252,8 +260,8 @@ class Sweep(Result):
         }
 
     def _columns(self) -> Iterator[tuple[str, list[Any]]]:
-        for k, name in enumerate(self.parameters):
-            yield heading(name), [point.values[k] for point in self.points]
+        for k, (name, meaning) in enumerate(zip(self.parameters, self.meanings, strict=True)):
+            yield heading(name, meaning), [point.values[k] for point in self.points]
         for name in self.bounds:
             yield f"{COLUMNS[name]} [1]", self.load_factors(name).ravel().tolist()
             if name == "transient":
@@ -283,9 +291,9 @@ def _never_from(point: DesignPoint) -> float:
     return 0.0 if limit.status == Status.INFEASIBLE else limit.load_factor
 
 
-def heading(parameter: str) -> str:
+def heading(parameter: str, meaning: str) -> str:
     """The heading of a parameter's column, with its unit where that is known."""
-    unit = PARAMETERS.get(parameter)
+    unit = PARAMETERS.get(meaning)
     return parameter if unit is None else f"{parameter} [{unit}]"
 
 

@@ -20,7 +20,22 @@ PARAMETERS = {
     "stiffness": "1",
     "coupling": "1",
 }
+FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
 _NEAR = 64 * np.finfo(float).eps  # of a period: a shift this near a load step is one by whole load steps
+
+
+def parameter_of(name: str) -> str:
+    """Which of the parameters a name of a sweep means; empty where none.
+
+    A factor may be written NAME.factor: in an import configuration ``friction`` alone is the coefficient.
+
+    Examples
+    --------
+    >>> parameter_of("friction"), parameter_of("friction.factor"), parameter_of("contact.gap")
+    ('friction', 'friction', '')
+    """
+    bare = name.removesuffix(".factor")
+    return name if name in PARAMETERS else bare if bare in FACTORS else ""
 
 
 def with_parameter(problem: Problem, name: str, value: float) -> Problem:

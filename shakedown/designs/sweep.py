@@ -53,7 +53,8 @@ def sweep(
     joint
         A joint, of which named parameters are varied (:func:`with_parameter`). One from
         :func:`import_model`: also the numbers of its configuration, by dotted keys, tables and
-        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``). Or a function
+        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``); there the factor
+        on the friction is ``"friction.factor"``, the coefficient ``"f"``. Or a function
         problem(parameter) or problem(parameter, parameter) that returns one, whose arguments
         may have any names in ``vary``.
     vary
@@ -118,8 +119,15 @@ def sweep(
     with journal_at(partial, work.header(), resume=resume) as journal:
         run_campaign(work, int(np.prod(work.shape)), journal, crew, progress)
         points = tuple(DesignPoint.from_bytes(piece) for piece in journal.pieces())
-        names, simulated = variation.parameters, question.load_factors
-        found = Sweep(variation.name, names, values, question.bounds, simulated, points)
+        found = Sweep(
+            name=variation.name,
+            parameters=variation.parameters,
+            meanings=variation.meanings,
+            values=values,
+            bounds=question.bounds,
+            load_factors_simulated=question.load_factors,
+            points=points,
+        )
         if output is not None:
             found.save(output)
         journal.remove()

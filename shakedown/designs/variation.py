@@ -1,7 +1,7 @@
 """A joint as a function of one or two parameters."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
@@ -9,7 +9,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.designs.parameters import PARAMETERS, with_parameter
+from shakedown.designs.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
 from shakedown.errors import BudgetExceeded, UsageError
 from shakedown.importing.import_model import Import, import_model
 from shakedown.model.arguments import real_array
@@ -70,22 +70,28 @@ class Variation:
         """Name of the joint, or of the function that makes it."""
         return getattr(self.joint, "__name__", "") if self.base is None else self.base.name
 
+    @property
+    def meanings(self) -> tuple[str, ...]:
+        """Which of ``PARAMETERS`` each one is; empty for numbers of a configuration and a function's own."""
+        own = self.base is None
+        return tuple("" if own else parameter_of(name) for name in self.parameters)
+
     def at(self, values: tuple[float, ...]) -> Problem:
         """The joint at some values of its parameters.
 
         Raises ``ShakedownError`` where there is no such joint.
         """
-        chosen = dict(zip(self.parameters, values, strict=True))
+        chosen = list(zip(self.parameters, self.meanings, values, strict=True))
         if isinstance(self.joint, Configured):
-            numbers = {name: value for name, value in chosen.items() if name not in PARAMETERS}
+            numbers = {name: value for name, meaning, value in chosen if not meaning}
             problem = self.joint.with_numbers(numbers)
         elif isinstance(self.joint, Problem):
             problem = self.joint
         else:
             return _made(self.joint(*values))
-        for name, value in chosen.items():
-            if name in PARAMETERS:
-                problem = with_parameter(problem, name, value)
+        for _, meaning, value in chosen:
+            if meaning:
+                problem = with_parameter(problem, meaning, value)
         return problem
 
 
@@ -106,14 +112,28 @@ def checked_variation(
     if not isinstance(joint, Problem | Import) and not callable(joint):
         found = type(joint).__name__
         raise UsageError(f"sweep: expected a Problem, an Import or a function that makes one, found {found}")
-    for name in vary:
-        if isinstance(joint, Problem) and name not in PARAMETERS:
-            found = shortened(repr(name))
-            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}")
+    if isinstance(joint, Problem | Import):
+        _check_meanings(vary, imported=isinstance(joint, Import))
     values = tuple(_rising(name, given) for name, given in vary.items())
     if (count := int(np.prod([len(v) for v in values]))) > MOST_POINTS:
         raise BudgetExceeded(f"vary: {count:,} points are more than {MOST_POINTS:,}; nothing was computed")
     return Variation(Configured(joint) if isinstance(joint, Import) else joint, tuple(vary)), values
+
+
+def _check_meanings(names: Iterable[str], *, imported: bool) -> None:
+    """Raise ``UsageError`` where a name means nothing, or may mean two things, or two mean the same."""
+    for name in names:
+        if not imported and not parameter_of(name):
+            found = shortened(repr(name))
+            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}")
+        if imported and name == "friction":
+            raise UsageError(
+                "vary: expected f (the friction coefficient) or friction.factor (a factor on it), found "
+                "'friction', which is both a key of the configuration and the name of the factor"
+            )
+    meanings = [parameter_of(name) for name in names if parameter_of(name) in FACTORS]
+    if len(set(meanings)) < len(meanings):
+        raise UsageError(f"vary: expected each parameter once, found the factor {meanings[0]} twice")
 
 
 def _rising(name: str, given: ArrayLike) -> FloatArray:

@@ -1,10 +1,12 @@
 """Design diagrams: what is proved, what depends on the state, what never shakes down (Bree-like)."""
 
-from typing import NamedTuple, Protocol
+from collections.abc import Iterator
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.contour import ContourSet
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -40,10 +42,16 @@ NAMES = {
     "coupling": "factor on the coupling B",
 }
 NO_JOINT = "#EEEEEE"
+BELOW: dict[str, Any] = {
+    "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
+    "frameon": False,
+}  # fmt: skip
 TINT = 0.35  # of a region's colour in its area
 CEILING = 4.0  # of the largest number drawn: stands for infinity between the points of a grid
 HEADROOM = 1.15  # of the largest limit
 ROOM_FOR_A_NAME = 0.1  # of the height of the axes
+BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
+MARGIN = 0.05  # of the axes: nearer to their edge no contour line has its number
 
 
 Colour = tuple[float, float, float]
@@ -71,6 +79,10 @@ class Diagram(Protocol):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names."""
+
+    @property
+    def meanings(self) -> tuple[str, ...]:
+        """Which quantity of the joint each one changes; empty for the user's own."""
 
     @property
     def values(self) -> tuple[FloatArray, ...]:
@@ -102,6 +114,9 @@ def regions(
 ) -> Axes:
     """The regions of a sweep: load factor against one parameter, or two parameters at one load factor.
 
+    They are those of the points that were computed, which are dotted. Between these the picture
+    interpolates: nothing is proved there.
+
     Parameters
     ----------
     diagram
@@ -112,7 +127,7 @@ def regions(
         The limit whose contour lines are drawn over them; by default the last of λ_max, λ_T,
         λ_E, λ_1, λ_U that was asked for.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -172,12 +187,17 @@ def _against_one(diagram: Diagram, axes: Axes) -> Axes:
         finite = np.where(np.isfinite(curve), curve, np.nan)
         axes.plot(x, finite, color=colour, ls=style, marker=".", ms=4, lw=1.4, label=label)
     _draw_outcomes(axes, diagram)
-    axes.set(xlabel=NAMES.get(diagram.parameters[0], diagram.parameters[0]), ylabel="load factor λ")
+    axes.set(xlabel=_named(diagram, 0), ylabel="load factor λ")
     axes.set_ylim(0.0, top)
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
-    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2, frameon=False)
+    axes.legend(title=BETWEEN if len(x) > 1 else None, ncols=2, **BELOW)
     return axes
+
+
+def _named(diagram: Diagram, axis: int) -> str:
+    """The label of a parameter's axis."""
+    return NAMES.get(diagram.meanings[axis], diagram.parameters[axis])
 
 
 def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:
@@ -238,15 +258,13 @@ def _over_two(diagram: Diagram, load_factor: float, contours: str, axes: Axes) -
             continue
         axes.contourf(x, y, field, levels=[load_factor, 2.0 * ceiling], colors=[_tinted(name)])
         present.append((_tinted(name), name))
+    grid = np.meshgrid(x, y, indexing="ij")
+    axes.plot(*(part[~missing] for part in grid), ".", color=BLACK, ms=2.4, mew=0, clip_on=False)
+    axes.set(xlabel=_named(diagram, 0), ylabel=_named(diagram, 1), xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     _draw_contours(axes, diagram, contours)
-    first, second = (NAMES.get(name, name) for name in diagram.parameters)
-    axes.set(xlabel=first, ylabel=second, xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     axes.set_title(f"at the load factor λ = {load_factor:g}; lines: {LINES[contours][0]}", fontsize="medium")
     patches = [Patch(fc=colour, ec=GREY, label=name) for colour, name in reversed(present)]
-    axes.legend(
-        handles=patches, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=2,
-        frameon=False,
-    )  # fmt: skip
+    axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
     return axes
 
 
@@ -259,4 +277,16 @@ def _draw_contours(axes: Axes, diagram: Diagram, name: str) -> None:
     levels = levels[(levels > field.min()) & (levels < field.max())]
     if len(levels):
         lines = axes.contour(x, y, field.T, levels=levels, colors=BLACK, linewidths=0.8)
-        axes.clabel(lines, fontsize="small", fmt="%g")
+        places = list(_places(lines, axes))
+        if places:
+            axes.clabel(lines, fontsize="small", fmt="%g", manual=places)
+
+
+def _places(lines: ContourSet, axes: Axes) -> Iterator[tuple[float, float]]:
+    """Where each line has its number: where it is farthest from the edge of the axes."""
+    for segment in (segment for level in lines.allsegs for segment in level):
+        inside = axes.transLimits.transform(segment)
+        room = np.minimum(inside, 1.0 - inside).min(axis=1)
+        if room.max(initial=0.0) > MARGIN:
+            x, y = segment[np.argmax(room)]
+            yield float(x), float(y)

@@ -1,10 +1,12 @@
 """What a sweep over designs says, and what the search for the smallest cycle, in words."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from shakedown.report.words import down, up
 
 if TYPE_CHECKING:
     from shakedown.designs.diagram import Sweep
@@ -25,6 +27,9 @@ SAID = {
     "never": "certain not to shake down with all nodes in contact",
 }
 BEST = {"universal": "λ_U (from every state)", "energy": "λ_E (from this state)", "upper": "λ_max"}
+ROUNDED = {"universal": down, "energy": down, "upper": up}
+TIED = 1e-7  # of the largest limit: the digits that are shown
+LISTED = 3  # values in a row; more are counted
 SAME = 1e-4  # of λ_1: a cycle this near begins at it
 NOTHING = 1e-5  # of where the search began: no load factor at all
 
@@ -38,17 +43,18 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
     >>> found = shakedown.sweep(shakedown.example("two-node"), {"f": [0.2, 0.4, 0.6]})
     >>> first, best, *_ = sweep_in_words(found, 0.7)
     >>> print(first)
-    At λ = 0.7 the joint is proved to shake down from every state for f = 0.4; proved to shake down from
-    the state asked about for f = 0.6; certain not to shake down with all nodes in contact for f = 0.2.
+    At λ = 0.7 the joint is proved to shake down from every state at f = 0.4; proved to shake down from
+    the state asked about at f = 0.6; certain not to shake down with all nodes in contact at f = 0.2.
+    Between these values nothing is proved.
     >>> print(best)
     The largest λ_U (from every state) is 0.7198472, at f = 0.4.
     """
     regions = sweep.regions(load_factor)
-    where = [
-        f"{text} for {_places(sweep, regions == name)}" for name, text in SAID.items() if name in regions
-    ]
+    where = [f"{text} {_places(sweep, regions == name)}" for name, text in SAID.items() if name in regions]
     given = "At the loading as given (λ = 1)" if load_factor == 1.0 else f"At λ = {load_factor:g}"
-    sentences = [f"{given} the joint is {'; '.join(where)}."] if where else []
+    between = "the points" if len(sweep.parameters) == 2 else "these values"
+    only = f" Between {between} nothing is proved." if len(sweep.points) > 1 else ""
+    sentences = [f"{given} the joint is {'; '.join(where)}.{only}"] if where else []
     sentences += _best(sweep)
     zones = sum(bool(point.open_nodes) for point in sweep.points)
     if zones and {"upper", "energy"} & set(sweep.bounds):
@@ -71,26 +77,46 @@ def _best(sweep: "Sweep") -> Iterator[str]:
         values = sweep.load_factors(name)
         if not np.isfinite(values).any() or np.isinf(values).any():
             continue
-        if np.nanmax(values) == 0.0:
-            yield f"{text} is 0 everywhere."
+        largest = float(np.nanmax(values))
+        if largest == 0.0:
+            yield f"{text} is 0 at every point."
+            continue
+        tied, shown = values >= largest * (1.0 - TIED), ROUNDED[name](largest)
+        if tied.all():
+            yield f"{text} is {shown} at every point."
         else:
-            place = np.unravel_index(np.nanargmax(values), sweep.shape)
-            pairs = zip(sweep.parameters, sweep.values, place, strict=True)
-            at = ", ".join(f"{parameter} = {v[k]:.6g}" for parameter, v, k in pairs)
-            yield f"The largest {text} is {values[place]:.7g}, at {at}."
+            yield f"The largest {text} is {shown}, {_places(sweep, tied)}."
 
 
 def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
-    """The points of a region: ranges of one parameter, or how many of two."""
+    """Some of the points that were computed: by value, or how many in a row; of two parameters how many."""
+    places = np.argwhere(chosen)
+    if len(places) == 1:
+        return "at " + ", ".join(_valued(sweep, axis, [k]) for axis, k in enumerate(places[0]))
     if len(sweep.parameters) == 2:
-        return f"{chosen.sum()} of {chosen.size} points"
-    values, places = sweep.values[0], np.flatnonzero(chosen)
-    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-    texts = [
-        f"{values[run[0]]:.6g}" if len(run) == 1 else f"{values[run[0]]:.6g} … {values[run[-1]]:.6g}"
-        for run in runs
-    ]
-    return f"{sweep.parameters[0]} = {', '.join(texts)}"
+        return f"at {len(places)} of {chosen.size} points"
+    runs = np.split(places[:, 0], np.flatnonzero(np.diff(places[:, 0]) > 1) + 1)
+    if len(runs[0]) == chosen.size > LISTED:
+        return f"at all {_counted(sweep, runs[0])}"
+    listed = [k for run in runs if len(run) <= LISTED for k in run]
+    texts = [f"at the {_counted(sweep, run)}" for run in runs if len(run) > LISTED]
+    return " and ".join(([f"at {_valued(sweep, 0, listed)}"] if listed else []) + texts)
+
+
+def _valued(sweep: "Sweep", axis: int, places: Sequence[int]) -> str:
+    """A parameter with some of its values; × where they are factors."""
+    *most, last = (f"{sweep.values[axis][k]:.6g}" for k in places)
+    values = f"{', '.join(most)} and {last}" if most else last
+    if sweep.is_factor(axis):
+        return f"{sweep.meanings[axis]} × {values}"
+    return f"{sweep.parameters[axis]} = {values}"
+
+
+def _counted(sweep: "Sweep", run: NDArray[np.intp]) -> str:
+    """Neighbouring values of the one parameter: how many, from where to where."""
+    values = sweep.values[0][run]
+    what = f"factors on {sweep.meanings[0]}" if sweep.is_factor(0) else f"values of {sweep.parameters[0]}"
+    return f"{len(values)} {what} from {values[0]:.6g} to {values[-1]:.6g}"
 
 
 def cycle_in_words(found: "SmallestCycle") -> list[str]:

@@ -16,15 +16,94 @@ def test_the_first_sentence_is_the_answer_for_the_loading_as_given():
     assert (code, err) == (0, "")
     said = " ".join(out.split())
     assert "At the loading as given (λ = 1) the joint is proved to shake down from the state asked" in said
-    assert "certain not to shake down with all nodes in contact for f = 0.2 … 0.4" in said
+    assert (
+        "certain not to shake down with all nodes in contact at f = 0.2 and 0.4. Between these values nothing is proved."
+        in said
+    )
     assert max(map(len, out.splitlines())) <= 80
 
 
 def test_every_row_fits_80_columns_with_two_parameters():
-    words = ("--vary", "phase=0.1,0.3", "--vary", "amplitude=0.5:2:3", "--quick")
+    words = ("--vary", "stiffness=0.5,1,2.333333", "--vary", "amplitude=0.333333:2.333333:3", "--quick")
     out = run("sweep", "two-node", *words)[1]
     assert max(map(len, out.splitlines())) <= 80
-    assert len(out.splitlines()[-7:]) == 7
+    head, *rows = out.splitlines()[-10:]
+    assert head.split()[:4] == ["stiffness", "×", "amplitude", "×"]
+    assert len(rows) == 9
+
+
+def test_what_is_proved_is_rounded_down_and_the_upper_bound_up():
+    words = ("--vary", "friction=0.5:1.5:5")
+    found = document("sweep", "two-node", *words)["points"]
+    out = run("sweep", "two-node", *words)[1]
+    rows = [line.split() for line in out.splitlines()[-5:]]
+    for point, (_, universal, energy, lower, transient, upper, *_) in zip(found, rows, strict=True):
+        for shown, name in [(universal, "universal"), (energy, "energy"), (lower, "lower")]:
+            assert 0 <= point[name]["load_factor"] - float(shown) < 2e-6
+        assert 0 <= point["transient"]["load_factor"] - float(transient) < 2e-5
+        assert 0 <= float(upper) - point["upper"]["load_factor"] < 2e-5
+    best = max(point["energy"]["load_factor"] for point in found)
+    said = float(" ".join(out.split()).split("λ_E (from this state) is ")[1].split(",")[0])
+    assert 0 <= best - said < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (
+            "0.2,0.3,0.6",
+            "at f = 0.6; certain not to shake down with all nodes in contact at f = 0.2 and 0.3.",
+        ),
+        ("0.1:0.4:5", "in contact at all 5 values of f from 0.1 to 0.4. Between these values nothing is"),
+        ("0.1,0.2,0.3,0.4,0.6", "in contact at the 4 values of f from 0.1 to 0.4."),
+    ],
+)
+def test_the_points_are_said_and_nothing_between_them(values, said):
+    out = " ".join(run("sweep", "two-node", "--vary", f"f={values}", *FAST)[1].split())
+    assert said in out
+    assert "…" not in out
+
+
+def test_one_value_has_nothing_between():
+    assert "nothing is proved" not in run("sweep", "two-node", "--vary", "f=0.3", *FAST)[1]
+
+
+def test_a_largest_limit_that_ties_is_everywhere():
+    out = " ".join(run("sweep", "two-node", "--vary", "stiffness=1,2,4", *FAST)[1].split())
+    assert "λ_E (from this state) is 0.6619611 at every point." in out
+    assert "The largest" not in out
+
+
+def test_every_simulated_load_factor_is_in_the_table():
+    factors = ["0.1", "0.3", "0.5", "0.7", "0.9", "1.1"]
+    words = [word for factor in factors for word in ("--load-factor", factor)]
+    out = run("sweep", "two-node", "--vary", "f=0.2,0.6", *FAST, *words)[1]
+    points = document("sweep", "two-node", "--vary", "f=0.2,0.6", *FAST, *words)["points"]
+    assert max(map(len, out.splitlines())) <= 80
+    text = out[out.index("Simulated") :]
+    assert [f for f in factors if f"λ = {f}" in text] == factors
+    tables = [line.split() for line in text.splitlines() if line.startswith("  0.")]
+    shown = {
+        value: [cell for row in tables if row[0] == value for cell in row[1:]] for value in ("0.2", "0.6")
+    }
+    assert shown == {"0.2": points[0]["outcomes"], "0.6": points[1]["outcomes"]}
+
+
+def test_friction_that_may_mean_two_things_is_refused(tmp_path):
+    shakedown.write_import_example(tmp_path / "punch")
+    config = str(tmp_path / "punch" / "import.toml")
+    code, out, err = run("sweep", config, "--vary", "friction=0.2,0.4")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "expected f (the friction coefficient) or friction.factor (a factor on it)" in err
+    coefficient = shakedown.import_problem(config).f[0]
+    half = document("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")["points"][0]
+    same = document("sweep", config, "--vary", f"f={float(coefficient) / 2!r}", "--bounds", "upper")[
+        "points"
+    ][0]
+    assert half["upper"] == same["upper"]
+    assert "friction ×" in run("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")[1]
+    code, _, err = run("sweep", "two-node", "--vary", "mean=1", "--vary", "mean.factor=2")
+    assert (code, "found the factor mean twice" in err) == (2, True)
 
 
 def test_json_and_csv_are_the_librarys(tmp_path):

@@ -36,6 +36,7 @@ def test_over_one_parameter_every_region_is_drawn_and_named():
     assert names(axes) >= expected | {"depends on the state, or open", "λ_max", "simulated: shakes down"}
     colours = colours_at(axes, [(0.35, 0.13), (0.65, 0.33), (0.57, 1.14), (0.3, 1.43)])
     assert len(set(colours)) == 4
+    assert "between them interpolated, nothing is proved there" in axes.get_legend().get_title().get_text()
 
 
 def test_over_two_parameters_the_areas_are_the_regions():
@@ -54,6 +55,27 @@ def test_over_two_parameters_the_areas_are_the_regions():
     common = {name: max(set(found), key=found.count) for name, found in colours.items()}
     assert len(set(common.values())) == len(common)
     assert all(found.count(common[name]) >= 0.7 * len(found) for name, found in colours.items())
+
+
+def test_every_number_of_a_contour_line_is_inside_the_axes():
+    grid = {"mean": np.linspace(0.5, 3, 5), "f": np.linspace(0.1, 0.8, 5)}
+    axes = plot.regions(shakedown.sweep(TWO, grid, bounds=["upper"]))
+    FigureCanvasAgg(axes.figure).draw()
+    inside = axes.get_window_extent()
+    numbers = [text.get_window_extent() for text in axes.texts]
+    assert len(numbers) >= 3
+    assert all(inside.x0 < box.x0 and box.x1 < inside.x1 for box in numbers)
+    assert all(inside.y0 < box.y0 and box.y1 < inside.y1 for box in numbers)
+    assert "nothing is proved there" in axes.get_legend().get_title().get_text()
+
+
+def test_a_parameter_of_the_users_own_function_has_its_own_name():
+    found = shakedown.sweep(
+        lambda friction: shakedown.with_parameter(TWO, "f", friction), {"friction": [0.2, 0.3]}
+    )
+    assert plot.regions(found).get_xlabel() == "friction"
+    assert "friction" in found.columns()
+    assert (found.meanings, found.is_factor(0)) == (("",), False)
 
 
 @pytest.mark.parametrize(
