@@ -7,6 +7,7 @@ import numpy as np
 
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.uniqueness.weak_coupling import influence
 
 WEAK = 1.0 / 3.0  # weak coupling: no cycle at all is possible below the first collapse
@@ -14,8 +15,8 @@ _TRACE = 1e-10  # of coupling between all nodes makes the Perron vector positive
 _LEAST_WEIGHT = 1e-12  # of a node that hardly takes part in the coupling
 
 
-@dataclass(frozen=True)
-class Coupling:
+@dataclass(frozen=True, eq=False, repr=False)
+class Coupling(Result):
     """Slip-to-slip influence N and its spectral radius.
 
     With every other slip fixed, node i may slip between L_i and U_i, where its

@@ -159,7 +159,7 @@ def conic_lower_bound(
     start = _bound(matrix, rows.g, +1.0, solver, tolerances)
     if start.status == Status.UNDECIDED:
         return start
-    if start.status != Status.OPTIMAL or _unsafe(rows, start, tolerances):
+    if start.status != Status.OPTIMAL or _unsafe(rows, matrix, start, tolerances):
         return _nothing(Status.INFEASIBLE, rows.n, start.solver)
     found = [_bound(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
@@ -176,10 +176,18 @@ def conic_lower_bound(
     return best
 
 
-def _unsafe(rows: Constraints, start: ConicBound, tolerances: Tolerances) -> bool:
-    """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the road."""
-    excess = rows.relative_excess(start.slip, 0.0).max()
-    return bool(excess > max(tolerances.second_road, tolerances.feasibility))
+def _unsafe(rows: Constraints, matrix: FloatArray, start: ConicBound, tolerances: Tolerances) -> bool:
+    """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the road.
+
+    Where all terms of a row vanish at a safe slip, what the solver leaves of them is all that there is
+    to compare with: its own accuracy, in its own units, is allowed besides.
+    """
+    terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
+    row_scale, column_scale = equilibration(matrix, tolerances.equilibration_sweeps)
+    asked = REDUCED if start.reduced_accuracy else ATTEMPTS[0][0]
+    left = asked * _load_unit(rows.g * row_scale, column_scale) / row_scale
+    allowed = max(tolerances.second_road, tolerances.feasibility) * terms + left
+    return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
 
 
 def _bound(
@@ -188,11 +196,11 @@ def _bound(
     """The largest (towards −1) or smallest (+1) λ ≥ 0 with matrix · (v, λ) ≤ right.
 
     Solvers with absolute tolerances need numbers near 1: rows and columns are scaled,
-    and the unit of load is a typical right-hand side.
+    and the unit of load is a typical right-hand side, or where there is none that of the loop.
     """
     count = matrix.shape[1]
     row_scale, column_scale = equilibration(matrix, tolerances.equilibration_sweeps)
-    size = typical_size(np.abs(right) * row_scale)
+    size = _load_unit(right * row_scale, column_scale)
     positive = np.append(np.zeros(count - 1), -1.0)
     scaled = np.vstack([matrix * row_scale[:, None] * column_scale, positive])
     limits = np.append(right * row_scale / size, 0.0)
@@ -204,6 +212,11 @@ def _bound(
         return _nothing(status, count - 1, name)
     x = x * column_scale * size
     return ConicBound(status, float(x[-1]), -1, x[:-1], name, reduced)
+
+
+def _load_unit(right: FloatArray, column_scale: FloatArray) -> float:
+    """The size of the right-hand sides; where all are zero, that at which the scaled load factor is λ."""
+    return typical_size(np.abs(right)) if right.any() else 1.0 / float(column_scale[-1])
 
 
 def _nothing(status: Status, n: int, solver: str) -> ConicBound:

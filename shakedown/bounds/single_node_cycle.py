@@ -9,14 +9,15 @@ import numpy as np
 from shakedown.model.arguments import checked, require_problem
 from shakedown.model.constraints import Constraints, constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.result import Result
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
 
 SINGLE_NODE_UP_TO = 40
 
 
-@dataclass(frozen=True)
-class SingleNodeCycle:
+@dataclass(frozen=True, eq=False, repr=False)
+class SingleNodeCycle(Result):
     """The first cycle of one node alone that is not excluded.
 
     Attributes

@@ -182,7 +182,8 @@ def collapse_by_enumeration(
 ) -> Intersection:
     """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
 
-    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20.
+    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20. Without such an
+    intersection, as where λ_1 is 0 or does not exist, the load factor is NaN and there are no rows.
 
     Examples
     --------

@@ -22,11 +22,14 @@ def best_metric(states: AdmissibleStates, box: LimitBox) -> FloatArray | None:
 
     P need not be definite, as the box bounds the potential ½ vᵀPv − zᵀv; and P_is is free for a
     node s that stands, because z may depend on where it stands. What comes out is a proposal, to be
-    checked. None where the program finds no gap.
+    checked. None where the program finds no gap, and in a box that is a point.
     """
     n, (low, high, lower, upper) = states.n, box.within
+    if not np.any(upper > lower):
+        return None
     width = np.maximum(upper - lower, LEAST_WIDTH * (upper - lower).max())
     scale = np.abs(states.G * width).max(axis=1)
+    scale = np.where(scale > 0, scale, 1.0)  # a row that no slip changes
     dual = _Dual(
         G=states.G * width / scale[:, None],
         loads=states.loads / scale[:, None],

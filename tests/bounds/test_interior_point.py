@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import shakedown
@@ -52,3 +53,38 @@ def test_the_default_road_does_without_cvxpy() -> None:
         "assert 'cvxpy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+NOTHING_TO_SPARE = {  # slip zero is safe under the mean load, and rests on limits where every term vanishes
+    "no friction": {"A": [[2.0]], "B": [[1.0]], "f": 0.0, "q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]},
+    "no load": {"A": [[1.0]], "B": [[0.3]], "f": 0.5, "q_w": [[0.0]], "p_w": [[0.0]], "C": [[1.0]]},
+    "one node without friction": {
+        "A": np.diag([2.0, 1.0]),
+        "B": np.zeros((2, 2)),
+        "f": [0.0, 0.5],
+        "q_w": [[1.0, 3.0], [-1.0, 2.0]],
+        "p_w": [[3.0, 2.0], [3.0, 2.0]],
+    },
+}
+
+
+@pytest.mark.parametrize("name", NOTHING_TO_SPARE)
+@pytest.mark.parametrize("unit", [1.0, 2.0**60, 2.0**-60])
+def test_limits_without_any_force_are_no_contradiction(name: str, unit: float) -> None:
+    data = {
+        key: np.array(value) * (1.0 if key == "f" else unit) for key, value in NOTHING_TO_SPARE[name].items()
+    }
+    problem = shakedown.Problem(**data)
+    lower = shakedown.lower_bound(problem)
+    assert (lower.status, lower.load_factor) == ("optimal", 0.0)
+    assert shakedown.conic_lower_bound(problem).load_factor == pytest.approx(0.0, abs=1e-9)
+    if unit == 1.0:
+        assert shakedown.verify(problem, random_states=1).disagreements == ()
+
+
+def test_a_small_force_too_much_is_seen() -> None:
+    data = {"A": [[2.0]], "B": [[2.0]], "f": 1.0, "q_w": [[1.0], [1.0]], "p_w": [[1.0], [1.0]], "C": [[2.0]]}
+    for excess, status in ((-1e-5, "unbounded"), (1e-5, "infeasible")):
+        # v enters neither limit: (A − f B) v = 0 in the backward one, where q⁰ alone decides
+        problem = shakedown.Problem(**{**data, "q_w": [[1.0 + excess], [1.0 + excess]]})
+        assert shakedown.conic_lower_bound(problem).status == shakedown.lower_bound(problem).status == status

@@ -3,9 +3,11 @@
 import copy
 import dataclasses
 import functools
+import inspect
 import json
 import pickle
 import sys
+import typing
 
 import numpy as np
 import pytest
@@ -17,14 +19,39 @@ INPUTS = {"Problem", "Tolerances"}  # dataclasses that functions take; their own
 LARGEST = "block-33"
 
 
+def classes_in(hint):
+    """The classes that an annotation names, also those that it holds in brackets."""
+    if isinstance(hint, type):
+        yield hint
+    for part in typing.get_args(hint):
+        yield from classes_in(part)
+
+
+def annotated_return(function):
+    try:
+        return typing.get_type_hints(function).get("return")
+    except NameError:  # a name of matplotlib, imported for the type checker alone
+        return None
+
+
 def public_dataclasses():
+    """Those that are exported by name, and those that exported functions return."""
+    found = set()
     for name in shakedown.__all__:
         thing = getattr(shakedown, name)
-        if isinstance(thing, type) and dataclasses.is_dataclass(thing) and name not in INPUTS:
-            yield thing
+        if isinstance(thing, type):
+            found.add(thing)
+        elif inspect.isroutine(thing) or hasattr(thing, "__wrapped__"):
+            found |= set(classes_in(annotated_return(thing)))
+    found = {kind for kind in found if dataclasses.is_dataclass(kind) and kind.__name__ not in INPUTS}
+    return sorted(found, key=lambda kind: kind.__name__)
 
 
-@pytest.mark.parametrize("kind", list(public_dataclasses()), ids=lambda kind: kind.__name__)
+def test_results_that_are_not_exported_by_name_are_among_them():
+    assert {"Coupling", "SingleNodeCycle"} <= {kind.__name__ for kind in public_dataclasses()}
+
+
+@pytest.mark.parametrize("kind", public_dataclasses(), ids=lambda kind: kind.__name__)
 def test_every_public_dataclass_is_a_result(kind):
     assert issubclass(kind, Result)
     assert kind.__dataclass_params__.frozen
@@ -79,6 +106,12 @@ RESULTS = {  # one of every function that makes one
     "cycle": lambda: shakedown.smallest_cycle(two(), states=8, rounds=1),
     "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
     "corner": lambda: shakedown.corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
+    "coupling": lambda: shakedown.coupling(two()),
+    "no coupling": lambda: shakedown.coupling(dataclasses.replace(two(), f=50.0)),
+    "single": lambda: shakedown.single_node_cycle(shakedown.example("three-node")),
+    "no single": lambda: shakedown.single_node_cycle(
+        dataclasses.replace(shakedown.example("one-node"), f=50.0)
+    ),
     "case": lambda: shakedown.LoadCase(history=np.arange(1000.0), force=np.zeros(5000)),
 }
 

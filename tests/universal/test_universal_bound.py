@@ -303,3 +303,9 @@ def test_effort_is_bounded_and_announced():
         shakedown.universal_bound(problem, intervals=-1)
     with pytest.raises(shakedown.UsageError, match="problem: expected"):
         shakedown.universal_bound("two-node")
+
+
+def test_without_loads_there_is_no_room_to_sharpen_in():
+    problem = shakedown.Problem(A=[[1.0]], B=[[0.3]], f=0.5, q_w=[[0.0]], p_w=[[0.0]], C=[[1.0]])
+    climb = shakedown.sharpened_swing(problem, 0.01, 0.5)
+    assert (climb.load_factor, climb.intervals) == (0.01, ())
