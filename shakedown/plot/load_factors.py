@@ -19,6 +19,7 @@ from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for,
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
 AXES = 0.8  # of the width of a picture, at least
+ROOM = 1e6  # above the floor where nothing slips, so that the floor is seen to be one
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
 
 
@@ -28,6 +29,7 @@ def load_factor_scale(
     *,
     bands: Mapping[str, tuple[float, float]] | None = None,
     given: float = 1.0,
+    short: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
     """Limits of the load factor on one scale, with the load factor of the loading as given.
@@ -40,6 +42,8 @@ def load_factor_scale(
         Name → (low, high), what holds between two load factors; ``inf`` for the end of the scale.
     given
         The load factor of the loading as given.
+    short
+        Names alone, without values, where there is little room.
     ax
         Where to draw.
 
@@ -50,16 +54,21 @@ def load_factor_scale(
     >>> [text.get_text() for text in axes.texts]
     ['λ_E = 0.66', 'λ_max = 0.74', 'as given, λ = 1']
     """
-    known = sorted((value, f"{name} = {value:.4g}") for name, value in marks.items() if np.isfinite(value))
+    known = [
+        (value, name if short else f"{name} = {value:.4g}")
+        for name, value in marks.items()
+        if np.isfinite(value)
+    ]
     axes = axes_for(ax, (9.0, 1.6))
-    texts = sorted([*known, (given, f"as given, λ = {given:g}")])
+    as_given = f"λ = {given:g}" if short else f"as given, λ = {given:g}"
+    texts = sorted([*known, (given, as_given)])
     letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # of the length of the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
     for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
         axes.axvspan(low, min(high, top), 0.0, 0.28, color=colour, alpha=0.3, lw=0, label=name)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
     for (value, text), level in zip(texts, levels, strict=True):
-        own = text.startswith("as given")
+        own = text == as_given
         colour, height = RED if own else GREY, 0.7 + 0.3 * level
         axes.plot([value, value], [0.0, height], lw=2.0 if own else 0.9, color=colour)
         label = axes.text(value + 0.3 * letter * top, height, text, va="center", fontsize="small")
@@ -176,6 +185,7 @@ def slip_per_cycle(
     problem: Problem | None = None,
     *,
     styles: Mapping[str, Style] | None = None,
+    resolution: float = 0.0,
     ax: Axes | None = None,
 ) -> Axes:
     """Slip of the node that slips most, against the cycle: falls to the floor where the joint shakes down.
@@ -188,6 +198,8 @@ def slip_per_cycle(
         For units.
     styles
         Keywords of ``Axes.plot`` for the line of a name.
+    resolution
+        Slip per cycle up to which there is none [length]: it is drawn on the floor.
     ax
         Where to draw.
 
@@ -202,17 +214,18 @@ def slip_per_cycle(
     named = {"": runs} if isinstance(runs, Simulation) else dict(runs)
     axes = axes_for(ax)
     largest = max((float(run.cycles.slip.max(initial=0.0)) for run in named.values()), default=0.0)
-    floor, longest = NO_SLIP * largest or NO_SLIP, 1
+    floor, longest = max(NO_SLIP * largest, resolution) or NO_SLIP, 1
     for k, (name, run) in enumerate(named.items()):
         slip = run.cycles.slip
         longest = max(longest, len(slip))
         worst = np.maximum(slip.max(axis=1, initial=0.0), floor)
         axes.plot(np.arange(1, len(slip) + 1), worst, marker=".", **style_of(name, k, styles))
     axes.axhline(floor, color=GREY, lw=0.8)
-    axes.text(0.99, floor / 8, "no slip", transform=axes.get_yaxis_transform(), ha="right", color=GREY,
+    below = f"no slip: at most {floor:.0e} {units_of(problem)[1]}".rstrip() if resolution else "no slip"
+    axes.text(0.99, floor / 8, below, transform=axes.get_yaxis_transform(), ha="right", color=GREY,
               fontsize="small")  # fmt: skip
-    if largest == 0.0:  # nothing but the floor: no range to scale by
-        axes.set_ylim(floor / 30, 30 * floor)
+    if largest <= floor:  # nothing but the floor: no range to scale by
+        axes.set_ylim(floor / 30, ROOM * floor)
     axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylabel(labelled("slip per cycle, largest node", units_of(problem)[1]))
     axes.set_ylim(bottom=floor / 30)

@@ -126,6 +126,8 @@ def reactions_at(
     >>> axes = plot.reactions_at(shakedown.long_term_state(joint, 1.1), joint, 0.25)
     >>> axes.get_xlabel()
     'F₁ = q_w'
+    >>> axes.get_title()
+    'node 0, t = 0.25 cycles'
     """
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
@@ -151,12 +153,12 @@ def reactions_at(
     unit, _ = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=labelled("F₁ = q_w", unit), ylabel=labelled("F₂ = p_w", unit))
-    _finish(axes, cycle)
+    _finish(axes, cycle, f"{node_name(node, problem)}, ")
     return axes
 
 
-def _finish(axes: Axes, cycle: float) -> None:
-    axes.set_title(f"t = {cycle:.2f} cycles", fontsize="medium")
+def _finish(axes: Axes, cycle: float, of: str = "") -> None:
+    axes.set_title(f"{of}t = {cycle:.2f} cycles", fontsize="medium")
     axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=4)
 
 

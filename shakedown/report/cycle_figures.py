@@ -22,6 +22,7 @@ MOST_NODES = 4  # with loops of their own
 FEW = 3  # nodes up to which each one has its own picture
 INSTANTS = 4  # of one period
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
+AT_ONE = {Outcome.SHAKEDOWN: "nothing slips", Outcome.SEPARATION: "nothing slips in contact"}
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 
 
@@ -54,7 +55,8 @@ def cycling_state(v: Verification) -> Pictured | None:
         state = found if found.outcome in MOVING and found.load_factor > 1 else None
     if state is None or len(state.history) < 2:
         return None
-    return Pictured(state, f"at λ = {state.load_factor:.5g}, not the loading as given: there nothing slips")
+    at_one = AT_ONE.get(v.as_given.simulation.outcome, "no slip in every cycle is known")
+    return Pictured(state, f"at λ = 1 {at_one}; shown at λ = {state.load_factor:.5g}, where it slips")
 
 
 def state_pictures(v: Verification) -> list[Picture]:
@@ -96,7 +98,7 @@ def _loops(pictured: Pictured, problem: Problem) -> Picture:
     total = f"{state.dissipation_per_cycle:.4g} {unit}".rstrip()
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
-        f"Hysteresis loops of the nodes that dissipate most, {pictured.which}. The area of a loop is what "
+        f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is what "
         f"friction takes at the node in one period ({per}); the joint takes {total} per cycle. Beside it the "
         "tangential reaction between its limits."
     )
@@ -185,7 +187,7 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
 
 def _zones_of(pictured: Pictured, problem: Problem) -> Picture:
     zones = _zone_panel(pictured.state.history, problem, "long term")
-    return Picture(f"Stick, slip and open zones over position and time, {pictured.which}.", (zones,))
+    return Picture(f"Stick, slip and open zones over position and time: {pictured.which}.", (zones,))
 
 
 def _zone_panel(path: EventHistory, problem: Problem, name: str) -> Panel:
@@ -203,7 +205,7 @@ def _slips(pictured: Pictured, problem: Problem) -> Picture:
     slips = panel("Slip range along the contact", partial(plot.slip_range, path, problem))
     work = panel("Friction work along the contact", partial(plot.dissipation_along, path, problem))
     caption = (
-        f"How far each node slips back and forth in contact, and what friction takes there in one period, "
+        f"How far each node slips back and forth in contact, and what friction takes there in one period: "
         f"{pictured.which}."
     )
     return Picture(caption, (slips, work))

@@ -9,13 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown import plot
+from shakedown.evolution.contact_law import scales
+from shakedown.model.units import units_of
 from shakedown.plot.inline_svg import PANEL, Panel, Picture, panel
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
-from shakedown.report.node_words import open_in_words
+from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
 from shakedown.verification.verify import Run, Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
+WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
 LINE = 0.18  # height of one line of a legend [inch]
 LONG_LABEL = 16  # letters; of longer ones two stand side by side
 
@@ -44,16 +47,23 @@ def scale_picture(v: Verification) -> Picture:
         + ". λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
     )
-    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=(5.4, 2.1))
-    return Picture(caption, (drawn,))
+    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=WIDE)
+    narrow = panel(
+        f"{alt}, for a narrow screen",
+        partial(plot.load_factor_scale, marks, bands=bands, short=True),
+        size=NARROW,
+    )
+    return Picture(caption, (drawn, narrow))  # the style of the page shows one of them
 
 
 def run_pictures(v: Verification) -> list[Picture]:
     """Slip per cycle, paths in the slip plane of two nodes, final slips along the contact."""
     pictures = [
         Picture(
-            "Slip per cycle of the node that slips most, against the cycle number. A line that falls to "
-            "the floor has shaken down; a level line is cyclic slip or ratchetting.",
+            "Slip per cycle of the node that slips most, against the cycle number. Slips too small to count "
+            "are drawn on the floor, “no slip”. A line that falls to it has shaken down, or is separation: "
+            "nodes open and close in every cycle, without slip in contact. A level line above the floor is "
+            "cyclic slip or ratchetting.",
             _panels(v, "Slip per cycle against the cycle number", _slip_per_cycle),
         )
     ]
@@ -84,7 +94,11 @@ def guarantee_picture(v: Verification) -> Picture | None:
         if v.curve.invariant
         else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
     )
-    caption = f"First collapse when every other slip keeps within R of the safe slip. {stays}"
+    unit = f"{v.curve.unit:.4g} {units_of(v.problem)[1]}".rstrip()
+    caption = (
+        "First collapse when every other slip keeps within R of the safe slip; R = 1 is the largest safe "
+        f"slip, {unit}. {stays}"
+    )
     alt = "First collapse λ_1(R) against the radius R of the box of initial states"
     return Picture(caption, (panel(alt, partial(plot.guarantee, v.curve, v.bounds)),))
 
@@ -107,7 +121,8 @@ def _panels(
 
 def _slip_per_cycle(v: Verification, runs: list[Run], axes: Axes) -> None:
     simulations = {run.initial: run.simulation for run in runs}
-    plot.slip_per_cycle(simulations, v.problem, styles=_styles(runs), ax=axes)
+    none, _ = resolution(v.problem, runs[0].simulation.load_factor)
+    plot.slip_per_cycle(simulations, v.problem, styles=_styles(runs), resolution=none, ax=axes)
 
 
 def _slip_space(v: Verification, runs: list[Run], axes: Axes) -> None:
@@ -117,8 +132,13 @@ def _slip_space(v: Verification, runs: list[Run], axes: Axes) -> None:
 
 
 def _final_slip(v: Verification, runs: list[Run], axes: Axes) -> None:
-    slips = {run.initial: run.simulation.final_slip for run in runs}
+    none, _ = resolution(v.problem, runs[0].simulation.load_factor)
+    slips = {run.initial: np.array(without_round_off(run.simulation.final_slip, none)) for run in runs}
     plot.slip_along(slips, v.problem, what="final slip", styles=_styles(runs), ax=axes)
+    if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
+        safe = float(np.nanmax(np.abs(v.bounds.upper.slip), initial=0.0))
+        reach = safe if safe > none else scales(v.problem, runs[0].simulation.load_factor).length
+        axes.set_ylim(-reach, reach)
 
 
 def _by_load_factor(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:

@@ -1,5 +1,7 @@
 """Instants and animations: rows touch the slip where a node slips, films have their frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -44,6 +46,12 @@ def test_the_load_is_on_the_edge_of_its_sector_where_the_node_slips(run):
         if kind:
             assert use == pytest.approx(kind, abs=1e-9)
         assert edge[0] > apex[0]
+
+
+def test_the_title_names_the_node(run):
+    assert plot.reactions_at(run, JOINT, 0.5, 1).get_title() == "node 1, t = 0.50 cycles"
+    named = replace(JOINT, label=["left", "right"])
+    assert plot.reactions_at(run, named, 0.5, 1).get_title() == "node 1 (FE right), t = 0.50 cycles"
 
 
 def test_an_open_node_has_no_sector():

@@ -155,3 +155,19 @@ def test_texts_on_the_scale_do_not_lie_on_each_other():
     places = [(text.get_position(), text.get_text()) for text in axes.texts]
     assert len({height for (_, height), _ in places}) == 5  # only the last two are far enough apart
     assert all("none" not in text for _, text in places)
+
+
+def test_slip_below_the_resolution_is_drawn_on_the_floor():
+    run = shakedown.simulate(TWO, 0.5)
+    tiny = replace(run, cycles=replace(run.cycles, slip=np.full((3, 2), 1e-13)))
+    axes = plot.slip_per_cycle(tiny, TWO, resolution=1e-10)
+    assert axes.lines[0].get_ydata() == pytest.approx(1e-10)
+    low, high = axes.get_ylim()
+    assert np.log(1e-10 / low) < 0.3 * np.log(high / low)  # near the lower end of the axis
+    assert any("1e-10" in text.get_text() for text in axes.texts)
+
+
+def test_a_short_scale_has_names_alone():
+    axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, short=True)
+    assert [text.get_text() for text in axes.texts] == ["λ_E", "λ_max", "λ = 1"]
+    assert axes.texts[2].get_weight() == "bold"

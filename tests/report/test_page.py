@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import Problem
@@ -24,6 +25,7 @@ from shakedown.report.cycle_figures import as_given_state, cycling_state
 from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
+from shakedown.report.verification_figures import _final_slip
 from shakedown.verification.verify import Verification
 
 SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
@@ -302,7 +304,45 @@ def test_loops_are_those_of_the_loading_as_given_or_say_of_which(two, block):
     assert cycling_state(two).state is as_given_state(two).state
     assert as_given_state(block).state.outcome == "shakedown"
     assert cycling_state(block).state.load_factor > 1
-    assert "not the loading as given" in cycling_state(block).which
+    factor = cycling_state(block).state.load_factor
+    assert cycling_state(block).which == f"at λ = 1 nothing slips; shown at λ = {factor:.5g}, where it slips"
+
+
+def test_the_scale_has_a_version_for_narrow_screens(two_page):
+    scale = re.search(r'<div class="scale">(.*?)</div>\s*<nav', two_page, re.DOTALL)[1]
+    wide, narrow = re.findall(r"<svg.*?</svg>", scale, re.DOTALL)
+    width = [float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1]) for svg in (wide, narrow)]
+    assert width[1] < 260 < width[0]  # at 360 px its letters are larger than drawn
+    assert "λ_E = " in wide
+    assert "λ_E = " not in narrow.split(">", 1)[1]
+    style = re.search(r"<style>(.*?)</style>", two_page, re.DOTALL)[1]
+    assert ".scale .panel + .panel { display: none; }" in style.split("@media screen and (max-width")[0]
+    assert ".scale .panel + .panel { display: block; }" in style.split("@media screen and (max-width")[1]
+
+
+def test_words_and_symbols_are_told(page):
+    start = page.text.index("Words and symbols")
+    words = page.text[start : page.text.index("The problem", start)]
+    for name in (
+        "λ_E", "λ_U", "λ_1", "λ_T", "λ_max", "safe slip", "witness", "shakedown", "cyclic slip", "ratchetting",
+        "separation", "undecided", "energy norm", "swing bound", "multiplier", "friction threshold",
+    ):  # fmt: skip
+        assert name in words
+
+
+def test_a_line_on_the_floor_may_be_separation_and_the_radius_has_a_unit(block_page):
+    text = Page(block_page).text
+    assert "has shaken down, or is separation" in text
+    assert re.search(r"R = 1 is the largest safe slip, [\d.e-]+ mm\.", text)
+
+
+def test_slips_of_zero_are_drawn_on_the_scale_of_the_safe_slip(block):
+    axes = Figure().subplots()
+    assert not block.as_given.simulation.slip_per_cycle.any()
+    _final_slip(block, [block.as_given], axes)
+    safe = np.abs(block.bounds.upper.slip).max()
+    assert axes.get_ylim() == pytest.approx((-safe, safe))
+    assert not axes.lines[0].get_ydata().any()
 
 
 def test_the_limits_of_validity_name_zone_loads_states_and_model(block):
