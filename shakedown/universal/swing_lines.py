@@ -65,12 +65,12 @@ def meeting_states(
         step = int(lines.steps[node, side])
         room = states.g if step == AT_MEAN else states.g - load_factor * states.loads[:, step]
         try:
-            slip = np.linalg.solve(states.G[rows], room[rows])
+            slip = np.asarray(np.linalg.solve(states.G[rows], room[rows]), dtype=float)
         except np.linalg.LinAlgError:
             return None
         if not _rests_on(states, room, rows, slip, tolerances):
             return None
-        pair.append(np.asarray(slip))
+        pair.append(slip)
     A_i = 0.5 * (states.G[2 * node] - states.G[2 * node + 1])
     apart = np.abs(A_i @ (pair[0] - pair[1]))
     if not apart <= tolerances.feasibility * _force(states, load_factor):
@@ -85,7 +85,7 @@ def _rests_on(
     slip: FloatArray,
     tolerances: Tolerances,
 ) -> bool:
-    """Whether a slip keeps to every limit and reaches some of them, relative to the terms and to the forces."""
+    """Whether a slip keeps to every limit and reaches some, relative to the terms and to the forces."""
     excess = states.G @ slip - room
     terms = np.maximum((np.abs(states.G) * np.abs(slip)).max(axis=1), np.abs(states.g))
     near = tolerances.feasibility * np.minimum(terms, np.abs(room).max())

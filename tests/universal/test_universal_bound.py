@@ -369,7 +369,7 @@ def hard_joints():
     for seed in range(6):
         problem = joint(seed, n=3, m=5)
         values, vectors = np.linalg.eigh(problem.A)
-        for name, least in (("floating", 0.0), ("nearly floating", 1e-7 * values[-1])):
+        for name, least in (("floating", 0.0), ("nearly floating", 1e-4 * values[-1])):
             rigid = vectors[:, 0]
             A = (vectors[:, 1:] * values[1:]) @ vectors[:, 1:].T + least * np.outer(rigid, rigid)
             B = problem.B - np.outer(problem.B @ rigid, rigid)
