@@ -140,4 +140,5 @@ def _told(value: Any) -> Any:
 
 
 def _range(values: FloatArray) -> str:
-    return f"{values.min():.6g} … {values.max():.6g}"
+    low, high = f"{values.min():.6g}", f"{values.max():.6g}"
+    return f"all {low}" if values.min() == values.max() else f"{low} … {high}"

@@ -22,7 +22,10 @@ MOST_NODES = 4  # with loops of their own
 FEW = 3  # nodes up to which each one has its own picture
 INSTANTS = 4  # of one period
 EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
-AT_ONE = {Outcome.SHAKEDOWN: "nothing slips", Outcome.SEPARATION: "nothing slips in contact"}
+AT_ONE = {
+    Outcome.SHAKEDOWN: "nothing slips in the long term",
+    Outcome.SEPARATION: "nothing slips in contact in the long term",
+}
 MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 
 

@@ -62,8 +62,9 @@ def run_pictures(v: Verification) -> list[Picture]:
         Picture(
             "Slip per cycle of the node that slips most, against the cycle number. Slips too small to count "
             "are drawn on the floor, “no slip”. A line that falls to it has shaken down, or is separation: "
-            "nodes open and close in every cycle, without slip in contact. A level line above the floor is "
-            "cyclic slip or ratchetting.",
+            "nodes open and close in every cycle, without slip in contact. One that ends on its way down was "
+            "followed no further: shakedown was proved there, or the run is undecided. A level line above "
+            "the floor is cyclic slip or ratchetting.",
             _panels(v, "Slip per cycle against the cycle number", _slip_per_cycle),
         )
     ]

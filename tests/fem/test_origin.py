@@ -83,6 +83,13 @@ def test_long_histories_are_told_by_their_range():
     }  # fmt: skip
 
 
+def test_a_history_that_stays_is_told_as_one_number():
+    press = Pressure("top", 2.0, history=np.ones(24))
+    body = ElasticBody(block_mesh(2.0, 1.0, 4, 2), Material(1.0, 0.3), loads=[press])
+    (load,) = told(contact_problem(body, "bottom", 0.5))["bodies"][0]["loads"]
+    assert load["history"] == "24 values, all 1"
+
+
 def test_the_file_of_a_mesh_is_told_with_its_digest(tmp_path):
     mesh, path = block_mesh(2.0, 1.0, 4, 2), tmp_path / "block.inp"
     sets = {name: np.unique(mesh.facets[:, facets]) for name, facets in mesh.boundaries.items()}

@@ -1,6 +1,7 @@
 """Problems made from meshes know their nodes: labels, places, directions, areas."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -77,6 +78,7 @@ def test_the_shipped_blocks_carry_them(name):
         assert (
             found == expected if isinstance(expected, tuple) else found == pytest.approx(expected, abs=1e-12)
         )
+    assert json.loads(shipped.source)["bodies"] == json.loads(fresh.source)["bodies"]
     plain = dataclasses.replace(shipped, **dict.fromkeys(TRACES))
     assert shakedown.upper_bound(plain).load_factor == shakedown.upper_bound(shipped).load_factor or np.isnan(
         shakedown.upper_bound(plain).load_factor

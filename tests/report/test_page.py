@@ -305,7 +305,10 @@ def test_loops_are_those_of_the_loading_as_given_or_say_of_which(two, block):
     assert as_given_state(block).state.outcome == "shakedown"
     assert cycling_state(block).state.load_factor > 1
     factor = cycling_state(block).state.load_factor
-    assert cycling_state(block).which == f"at λ = 1 nothing slips; shown at λ = {factor:.5g}, where it slips"
+    assert (
+        cycling_state(block).which
+        == f"at λ = 1 nothing slips in the long term; shown at λ = {factor:.5g}, where it slips"
+    )
 
 
 def test_the_scale_has_a_version_for_narrow_screens(two_page):
