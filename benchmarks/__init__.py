@@ -19,6 +19,7 @@ STUDIES: tuple[str, ...] = (
     "bounds",
     "adversary",
     "classical_contacts",
+    "complete_contact",
     "energy_adversary",
     "energy_bounds",
     "evolution",

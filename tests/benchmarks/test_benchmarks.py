@@ -17,6 +17,7 @@ from benchmarks.stability_scenes import coarse, one_node
 # The fewest cases from which a study can print and draw; the first case alone where nothing is said here.
 FEWEST = {
     "bounds": {"n": 10},
+    "complete_contact": {"elements": 16},
     "enumeration": {"n": 6},
     "growth": {"task": "upper bound", "grows": "n"},
     "hard_cases": {"problem": "load factor 0"},
