@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 
 import click
@@ -9,9 +11,21 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.design_words import cycle_in_words
+from shakedown.report.words import down, up
 
 from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
-from .output import echo_json, headline, listing, number, paragraph, progress, say, table
+from .output import (
+    echo_json,
+    headline,
+    listing,
+    node_table,
+    number,
+    paragraph,
+    progress,
+    say,
+    with_unit,
+    work_unit,
+)
 
 
 @click.command(short_help="The smallest load factor with a cycle.")
@@ -42,9 +56,11 @@ def adversary(
 ) -> None:
     """Search the initial states of FILE for the smallest load factor with a cycle.
 
-    Beside λ_U, below which shakedown from every state is proved, it encloses the true
-    limit of the joint. Exit code 1 where no cycle is found, and where one contradicts
-    what is proved.
+    A cycle is slip in contact that never ceases. Separation is none: nodes open and close in
+    every period, or contact is lost, without slip in contact; the smallest load factor at
+    which it was met is given apart. The smaller of the two and λ_U, below which shakedown
+    from every state is proved, enclose the true limit of the joint. Exit code 1 where no
+    cycle is found, and where something contradicts what is proved.
     """
     refuse_overwriting_input(context, output)
     with progress("rounds") as update:
@@ -64,7 +80,7 @@ def adversary(
 
 
 def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
-    lines = [headline(problem), "", *(paragraph(sentence) for sentence in cycle_in_words(found)), ""]
+    lines = [headline(problem), "", *(paragraph(sentence) for sentence in cycle_in_words(found, problem)), ""]
     if problem.q_transient is not None:
         lines[-1:] = [
             paragraph("The transient load steps of the file were left out: a cycle knows of none."),
@@ -72,19 +88,30 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
         ]
     lower, upper = found.lower, found.upper
     facts = [
-        ("from every state λ_U", number(found.universal.load_factor, 10), found.universal.argument),
-        ("first collapse λ_1", number(lower.load_factor, 10), f"guarantee: {lower.guarantee}"),
-        ("smallest cycle λ_cycle", number(found.load_factor, 10), _period(found)),
-        ("upper bound λ_max", number(upper.load_factor, 10), str(upper.status)),
-        ("dissipation per cycle", number(found.dissipation_per_cycle), ""),
-        ("simulations", str(found.tries), f"seed {found.seed}"),
+        ("from every state λ_U", _defined(found.universal.load_factor, down), found.universal.argument),
+        ("first collapse λ_1", _defined(lower.load_factor, down), f"guarantee: {lower.guarantee}"),
+        ("smallest cycle λ_cycle", up(found.load_factor, 10), _period(found)),
+        ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),
+        ("upper bound λ_max", _defined(upper.load_factor, up), str(upper.status)),
+        ("dissipation per cycle", number(found.dissipation_per_cycle), work_unit(problem)),
+        ("simulations", str(found.tries), f"up to λ = {found.tried_up_to:.7g}, seed {found.seed}"),
     ]
     lines += [listing(facts)]
     if found.state is not None:
-        slips = zip(found.initial_slip, found.slip_per_cycle, strict=True)
-        rows = [[str(j), number(slip), number(per_cycle)] for j, (slip, per_cycle) in enumerate(slips)]
-        lines += ["", table(["node", "initial slip", "slip per period"], rows)]
+        length = shakedown.units_of(problem)[1]
+        columns = {"initial slip": found.initial_slip, "slip per period": found.slip_per_cycle}
+        shown = {with_unit(name, length): [number(x) for x in slips] for name, slips in columns.items()}
+        lines += ["", node_table(problem, shown)]
     return "\n".join(lines)
+
+
+def _defined(value: float, rounded: Callable[[float, int], str]) -> str:
+    """A limit rounded to its safe side; a dash, which leaves out its line, where there is none."""
+    return "-" if value != value else rounded(value, 10)
+
+
+def _separation(found: shakedown.SmallestCycle) -> str:
+    return "opens and closes, or contact lost" if isfinite(found.separation_load_factor) else "none met"
 
 
 def _period(found: shakedown.SmallestCycle) -> str:

@@ -1,6 +1,7 @@
 """Initial slips from which a cycle is sought: admissible under the first load, extreme and between."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.model.constraints import constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
@@ -10,6 +11,17 @@ from shakedown.tolerances import Tolerances
 CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
 DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
+
+
+def admissible(
+    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
+) -> NDArray[np.bool_]:
+    """Which slips at the first load step, (s, n), leave all nodes closed and within their limits, (s,)."""
+    rows = constraints(problem)
+    load = load_factor * step_loads(problem)[0]
+    terms = np.maximum(np.abs(slips) @ np.abs(rows.G).T, np.maximum(np.abs(load), np.abs(rows.g)))
+    excess = (slips @ rows.G.T + load - rows.g) / np.where(terms > 0, terms, 1.0)
+    return np.asarray(excess.max(axis=1) <= tolerances.feasibility)
 
 
 class AttackingStates:

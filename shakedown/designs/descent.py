@@ -4,6 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.designs.attacking_states import admissible
 from shakedown.designs.cycle_pattern import cycle_pattern, first_load_slip
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.outcome import Outcome
@@ -14,6 +18,7 @@ from shakedown.tolerances import Tolerances
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 MOST_PATTERNS = 200  # followed one after the other in one descent
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
+STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
 
 
@@ -35,6 +40,21 @@ class FoundCycle(NamedTuple):
     state: LongTermState
 
 
+class FoundSeparation(NamedTuple):
+    """A load factor at which contact opens and closes in every period, or is lost, from a slip in contact.
+
+    Attributes
+    ----------
+    load_factor
+        λ.
+    slip : (n,)
+        Admissible slip at the first load step [length].
+    """
+
+    load_factor: float
+    slip: FloatArray
+
+
 @dataclass
 class Simulator:
     """Long-term states of one joint, counted.
@@ -47,17 +67,36 @@ class Simulator:
         What decides.
     tries
         How many states have been simulated.
+    undecided
+        How many of them came to no verdict.
     """
 
     problem: Problem
     tolerances: Tolerances
     tries: int = 0
+    undecided: int = 0
+
+    def state(self, load_factor: float, slip: FloatArray) -> LongTermState:
+        """What a slip leads to."""
+        state = long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
+        self.count([state.outcome])
+        return state
+
+    def count(self, outcomes: ArrayLike) -> None:
+        """Count simulations by what they led to."""
+        self.tries += len(np.asarray(outcomes))
+        self.undecided += int(np.count_nonzero(np.asarray(outcomes) == Outcome.UNDECIDED))
+
+    def separates(self, load_factor: float, slip: FloatArray) -> bool:
+        """Whether an admissible slip leads to separation."""
+        if not admissible(self.problem, load_factor, slip[None], self.tolerances)[0]:
+            return False
+        return self.state(load_factor, slip).outcome == Outcome.SEPARATION
 
     def cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
         """The cycle that a slip leads to, begun anew at its own state; None where there is none."""
         for _ in range(2):  # the second run starts on the cycle itself
-            self.tries += 1
-            state = long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
+            state = self.state(load_factor, slip)
             if state.outcome not in SLIPPING:
                 return None
             slip = first_load_slip(self.problem, state.history)
@@ -91,6 +130,18 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
         if cycle.load_factor <= nothing:
             return cycle
     return cycle
+
+
+def lowered(simulator: Simulator, found: FoundSeparation, nothing: float) -> FoundSeparation:
+    """Separation at a smaller load factor from the same slip, half as far down each time there is none."""
+    step = 0.5
+    while step > STEP_OF_SEPARATION and found.load_factor > nothing:
+        below = (1.0 - step) * found.load_factor
+        if simulator.separates(below, found.slip):
+            found = FoundSeparation(below, found.slip)
+        else:
+            step *= 0.5
+    return found
 
 
 def _lower_cycles(simulator: Simulator, cycle: FoundCycle, accuracy: float) -> Iterator[FoundCycle]:

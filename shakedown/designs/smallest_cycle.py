@@ -1,4 +1,4 @@
-"""The adversary: the smallest load factor at which a cycle is found, whatever the initial state."""
+"""The adversary: the smallest load factors at which a cycle and separation are found, whatever the state."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -7,19 +7,18 @@ from numbers import Integral
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.single_node_cycle import single_node_cycle
 from shakedown.bounds.upper import UpperBound, upper_bound
-from shakedown.designs.attacking_states import AttackingStates
-from shakedown.designs.descent import SLIPPING, FoundCycle, Simulator, descended
+from shakedown.designs.attacking_states import AttackingStates, admissible
+from shakedown.designs.descent import SLIPPING, FoundCycle, FoundSeparation, Simulator, descended, lowered
 from shakedown.errors import UsageError
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
 from shakedown.long_term.outcome import Outcome, numbers
 from shakedown.long_term.state import LongTermState
 from shakedown.model.arguments import check_count, checked, is_finite, require_problem
-from shakedown.model.constraints import constraints, step_loads
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -44,10 +43,16 @@ class SmallestCycle(Result):
     Attributes
     ----------
     status
-        ``"found"``; ``"none found"``; ``"contradiction"``: a cycle below a load factor that is
-        proved to have none, an error of this toolkit or of its theory.
+        ``"found"`` a cycle; ``"none found"``; ``"contradiction"``: a cycle or separation below a
+        load factor that is proved to have none, an error of this toolkit or of its theory.
     load_factor
-        λ_cycle, the smallest at which a cycle was found; inf where none was.
+        λ_cycle, the smallest at which a cycle (:class:`Outcome` cyclic slip or ratchetting)
+        was found; inf where none was.
+    separation_load_factor
+        The smallest at which separation was met: from an admissible state a node opens and
+        closes in every period without slip in contact, or contact is lost; inf where none was.
+    separation_slip : (n,)
+        A slip at the first load step from which it does [length]; NaN where none was met.
     initial_slip : (n,)
         A slip at the first load step from which the joint goes through that cycle [length].
     period
@@ -70,6 +75,8 @@ class SmallestCycle(Result):
         Whether the cycle lies below λ_1, which then is no guarantee.
     tries
         How many long-term states were simulated.
+    undecided
+        How many of them came to no verdict.
     seed
         Of the random states.
     contradiction
@@ -78,12 +85,15 @@ class SmallestCycle(Result):
 
     DOCUMENT: ClassVar[str] = (
         "status load_factor interval initial_slip outcome period dissipation_per_cycle slipping_nodes "
-        "below_first_collapse tried_up_to tries seed contradiction"
+        "below_first_collapse separation_load_factor separation_slip tried_up_to tries undecided seed "
+        "contradiction"
     )
     TABLE: ClassVar[str] = "initial_slip slip_per_cycle"
 
     status: str
     load_factor: float
+    separation_load_factor: float
+    separation_slip: FloatArray = field(repr=False)
     initial_slip: FloatArray
     period: int
     dissipation_per_cycle: float
@@ -95,13 +105,17 @@ class SmallestCycle(Result):
     tried_up_to: float
     below_first_collapse: bool
     tries: int
+    undecided: int
     seed: int
     contradiction: str
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Where the largest load factor lies up to which every state shakes down: [λ_U, λ_cycle]."""
-        return self.universal.load_factor, self.load_factor
+        """Where the largest load factor lies up to which every state shakes down.
+
+        From λ_U to the smaller of λ_cycle and the smallest separation.
+        """
+        return self.universal.load_factor, min(self.load_factor, self.separation_load_factor)
 
     @property
     def outcome(self) -> Outcome | None:
@@ -135,6 +149,9 @@ def smallest_cycle(
     tolerances: Tolerances = DEFAULT,
 ) -> SmallestCycle:
     """The smallest load factor at which a cycle is found, sought over initial states and periods.
+
+    Separation, which is neither a cycle of slip nor rest in contact, is kept apart: the smallest
+    load factor at which it is met on the way, or just above the first collapse from its witness.
 
     Every round draws initial slips that are admissible under the first load, extreme and
     random, and simulates them at a load factor between λ_U and the smallest cycle known. What
@@ -194,6 +211,7 @@ def smallest_cycle(
     attack = AttackingStates(joint, np.array(known), np.random.default_rng(seed), tolerances)
     search = _Search(simulator, attack, accuracy, accuracy * top)
     floor = limits.proved
+    search.try_witness(limits.lower)
     levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
     for done, level in enumerate(levels):
         if progress is not None:
@@ -204,6 +222,7 @@ def smallest_cycle(
                 continue  # nothing lies between
             level = highest - DEPTHS[done % len(DEPTHS)] * (highest - floor)
         search.look_at(level, states)
+    search.lower_separation()
     if progress is not None:
         progress(len(levels), len(levels))
     return _result(search, limits, top, int(seed), tolerances)
@@ -270,6 +289,20 @@ class _Search:
     accuracy: float
     nothing: float
     best: FoundCycle | None = None
+    apart: FoundSeparation | None = None
+
+    def try_witness(self, lower: LowerBound) -> None:
+        """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
+        if not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
+            return
+        load_factor = max((1.0 + self.accuracy) * lower.load_factor, self.nothing)
+        if self.simulator.separates(load_factor, lower.slip):
+            self.apart = FoundSeparation(load_factor, lower.slip)
+
+    def lower_separation(self) -> None:
+        """Follow the smallest separation down from its own slip."""
+        if self.apart is not None:
+            self.apart = lowered(self.simulator, self.apart, self.nothing)
 
     def look_at(self, load_factor: float, count: int) -> None:
         """Simulate a round of states at a load factor, and follow down what cycles."""
@@ -282,7 +315,8 @@ class _Search:
         ends = long_term_states(
             self.simulator.problem, load_factor, starts, tolerances=self.simulator.tolerances
         )
-        self.simulator.tries += len(ends)
+        self.simulator.count(ends.outcome)
+        self._note_separation(load_factor, starts, ends.outcome == Outcome.SEPARATION)
         cycling = np.flatnonzero(np.isin(ends.outcome, SLIPPING))
         strongest = cycling[np.argsort(-ends.dissipation[cycling], kind="stable")]
         _, first = np.unique(ends.signature[strongest], return_index=True)
@@ -290,6 +324,15 @@ class _Search:
             cycle = self.simulator.cycle(load_factor, starts[k])
             if cycle is not None:
                 self._take(descended(self.simulator, cycle, self.accuracy, self.nothing))
+
+    def _note_separation(self, load_factor: float, starts: FloatArray, separated: NDArray[np.bool_]) -> None:
+        """Keep the smallest load factor at which an admissible state separates."""
+        if self.apart is not None and self.apart.load_factor <= load_factor:
+            return
+        joint, tolerances = self.simulator.problem, self.simulator.tolerances
+        places = np.flatnonzero(separated & admissible(joint, load_factor, starts, tolerances))
+        if places.size:
+            self.apart = FoundSeparation(load_factor, starts[places[0]])
 
     def _take(self, cycle: FoundCycle) -> None:
         if self.best is None or cycle.load_factor < self.best.load_factor:
@@ -300,17 +343,13 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
     best, joint = search.best, search.simulator.problem
     state = None if best is None else best.state
     load_factor = inf if best is None else best.load_factor
-    sure = load_factor / (1.0 - tolerances.second_road)
-    contradiction = ""
-    if best is not None and _admissible(joint, best, tolerances):
-        if sure < limits.universal.load_factor:
-            contradiction = f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
-        elif limits.lower.guarantee == "proved" and sure < limits.lower.load_factor:
-            contradiction = f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
-    status = NONE_FOUND if best is None else CONTRADICTION if contradiction else FOUND
+    contradiction = _contradiction(search, limits, tolerances)
+    status = CONTRADICTION if contradiction else NONE_FOUND if best is None else FOUND
     return SmallestCycle(
         status=status,
         load_factor=load_factor,
+        separation_load_factor=inf if search.apart is None else search.apart.load_factor,
+        separation_slip=np.full(joint.n, nan) if search.apart is None else search.apart.slip,
         initial_slip=np.full(joint.n, nan) if best is None else best.slip,
         period=0 if state is None else state.period,
         dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
@@ -320,17 +359,25 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
         lower=limits.lower,
         upper=limits.upper,
         tried_up_to=top,
-        below_first_collapse=sure < limits.lower.load_factor,
+        below_first_collapse=load_factor / (1.0 - tolerances.second_road) < limits.lower.load_factor,
         tries=search.simulator.tries,
+        undecided=search.simulator.undecided,
         seed=seed,
         contradiction=contradiction,
     )
 
 
-def _admissible(joint: Problem, cycle: FoundCycle, tolerances: Tolerances) -> bool:
-    """Whether the slip at the first load step is one of all nodes closed, within their limits."""
-    rows = constraints(joint)
-    load = cycle.load_factor * step_loads(joint)[0]
-    terms = np.maximum(np.abs(rows.G) @ np.abs(cycle.slip), np.maximum(np.abs(load), np.abs(rows.g)))
-    excess = (rows.G @ cycle.slip + load - rows.g) / np.where(terms > 0, terms, 1.0)
-    return bool(excess.max() <= tolerances.feasibility)
+def _contradiction(search: _Search, limits: _Limits, tolerances: Tolerances) -> str:
+    """What is called proved above a cycle or a separation that was found from an admissible state."""
+    joint, found = search.simulator.problem, [search.best, search.apart]
+    real = [
+        x.load_factor
+        for x in found
+        if x is not None and admissible(joint, x.load_factor, x.slip[None], tolerances)[0]
+    ]
+    sure = min(real, default=inf) / (1.0 - tolerances.second_road)
+    if sure < limits.universal.load_factor:
+        return f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
+    if limits.lower.guarantee == "proved" and sure < limits.lower.load_factor:
+        return f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
+    return ""

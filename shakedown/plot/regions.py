@@ -51,7 +51,7 @@ CEILING = 4.0  # of the largest number drawn: stands for infinity between the po
 HEADROOM = 1.15  # of the largest limit
 ROOM_FOR_A_NAME = 0.1  # of the height of the axes
 BETWEEN = "computed at the dots; between them interpolated, nothing is proved there"
-MARGIN = 0.05  # of the axes: nearer to their edge no contour line has its number
+MARGIN = 0.04  # of the axes: nearer to their edge no contour line has its number
 
 
 Colour = tuple[float, float, float]

@@ -11,6 +11,7 @@ from shakedown.report.words import down, up
 if TYPE_CHECKING:
     from shakedown.designs.diagram import Sweep
     from shakedown.designs.smallest_cycle import SmallestCycle
+    from shakedown.model.problem import Problem
 
 # What is said of a region, and its name in a table.
 SHORT = {
@@ -31,6 +32,7 @@ ROUNDED = {"universal": down, "energy": down, "upper": up}
 TIED = 1e-7  # of the largest limit: the digits that are shown
 LISTED = 3  # values in a row; more are counted
 SAME = 1e-4  # of λ_1: a cycle this near begins at it
+SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
 NOTHING = 1e-5  # of where the search began: no load factor at all
 
 
@@ -119,25 +121,28 @@ def _counted(sweep: "Sweep", run: NDArray[np.intp]) -> str:
     return f"{len(values)} {what} from {values[0]:.6g} to {values[-1]:.6g}"
 
 
-def cycle_in_words(found: "SmallestCycle") -> list[str]:
+def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> list[str]:
     """Between which load factors the joint's true limit lies, and what that says of its bounds.
+
+    With the problem its nodes are called by their labels.
 
     Examples
     --------
     >>> import shakedown
     >>> for sentence in cycle_in_words(shakedown.smallest_cycle(shakedown.example("three-node"), rounds=2)):
     ...     print(sentence)
-    The load factor up to which the joint shakes down from every state lies between λ_U = 0.3096 (proved)
-    and λ_cycle = 2.444211 (a cycle was found).
-    In that cycle node 0 slips and returns to where it was every cycle.
+    The load factor up to which the joint shakes down from every state lies between λ_U = 0.3095999
+    (proved) and λ_cycle = 2.444211 (a cycle was found).
     It lies at 78.9% of the first collapse λ_1 = 3.096, which is no guarantee here.
+    In that cycle node 0 slips and returns to where it was every cycle.
     """
-    from shakedown.long_term.outcome import cycles_in_words, nodes_in_words  # compiled code stands behind it
+    from shakedown.long_term.outcome import cycles_in_words  # compiled code stands behind it
+    from shakedown.report.node_words import open_in_words
 
+    contradiction = [f"CONTRADICTION: {found.contradiction}, and yet:"] if found.contradiction else []
+    sentences = [*contradiction, *_enclosed(found), *_against_first_collapse(found)]
     if found.state is None:
-        proved = found.universal.load_factor
-        known = f" Shakedown from every state is proved up to λ_U = {proved:.7g}." if proved > 0 else ""
-        return [f"No cycle was found in {found.tries} simulations.{known}"]
+        return [*sentences, _none_found(found)]
     one = len(found.slipping_nodes) == 1
     after = "gain slip" if found.state.drift.any() else "return to where they were"
     after = (
@@ -145,45 +150,64 @@ def cycle_in_words(found: "SmallestCycle") -> list[str]:
         if one
         else after
     )
-    who = f"In that cycle {nodes_in_words(found.slipping_nodes)} slip{'s' * one}"
-    return [
-        *([f"CONTRADICTION: {found.contradiction}, and yet:"] if found.contradiction else []),
-        _enclosed(found),
-        f"{who} and {after} every {cycles_in_words(found.period)}.",
-        *_against_first_collapse(found),
-    ]
+    apart = found.separation_load_factor < found.load_factor
+    which = f"The smallest cycle was found at λ_cycle = {up(found.load_factor)}. " if apart else ""
+    who = f"{which}In that cycle {open_in_words(found.slipping_nodes, problem)} slip{'s' * one}"
+    return [*sentences, f"{who} and {after} every {cycles_in_words(found.period)}."]
 
 
-def _enclosed(found: "SmallestCycle") -> str:
-    """The interval in which the true limit lies."""
-    proved, cycle = found.interval
-    if proved > 0:
-        return (
-            "The load factor up to which the joint shakes down from every state lies between "
-            f"λ_U = {proved:.7g} (proved) and λ_cycle = {cycle:.7g} (a cycle was found)."
-        )
-    if cycle <= NOTHING * found.tried_up_to:
-        return (
-            "No load factor is proved safe from every state, nor can be: from some state the joint cycles at "
-            f"λ = {cycle:.1g} already."
-        )
+def _none_found(found: "SmallestCycle") -> str:
+    """Where no cycle was found, and how far that goes."""
+    open_ones = f", {found.undecided} of them undecided," if found.undecided else ""
     return (
-        f"From some state the joint cycles at λ_cycle = {cycle:.7g}; below it no load factor is proved safe "
-        "from every state."
+        f"No cycle was found: {found.tries} simulations{open_ones} at load factors up to "
+        f"λ = {found.tried_up_to:.7g}."
     )
 
 
+def _enclosed(found: "SmallestCycle") -> Iterator[str]:
+    """The interval in which the true limit lies."""
+    proved, limit = found.interval
+    if not np.isfinite(limit):
+        if proved > 0:
+            yield f"Shakedown from every state is proved up to λ_U = {down(proved)}."
+        return
+    if limit == found.load_factor:
+        name, what, verb = "λ_cycle", "a cycle was found", "the joint cycles"
+    else:
+        name, what, verb = "λ", "separation was found", SEPARATES
+    if proved > 0:
+        yield (
+            "The load factor up to which the joint shakes down from every state lies between "
+            f"λ_U = {down(proved)} (proved) and {name} = {up(limit)} ({what})."
+        )
+        if name == "λ":
+            yield f"From some state {verb} there."
+    elif limit <= NOTHING * found.tried_up_to:
+        yield (
+            f"No load factor is proved safe from every state, nor can be: from some state {verb} at "
+            f"λ = {limit:.1g} already."
+        )
+    else:
+        yield (
+            f"From some state {verb} at {name} = {up(limit)}; below it no load factor is proved safe "
+            "from every state."
+        )
+
+
 def _against_first_collapse(found: "SmallestCycle") -> Iterator[str]:
-    """How the cycle stands to λ_1, where there is one."""
-    first, share = found.lower.load_factor, found.load_factor / (found.lower.load_factor or np.nan)
+    """How the smaller of cycle and separation stands to λ_1, where there is one."""
+    limit, first = found.interval[1], found.lower.load_factor
+    share = limit / (first or np.nan)
     if not np.isfinite(share):
         return
-    if found.below_first_collapse:
-        yield f"It lies at {share:.1%} of the first collapse λ_1 = {first:.7g}, which is no guarantee here."
+    if share < 1.0 - SAME or (limit == found.load_factor and found.below_first_collapse):
+        yield f"It lies at {share:.1%} of the first collapse λ_1 = {down(first)}, which is no guarantee here."
     elif share - 1.0 <= SAME:
+        rest = "cycles" if limit == found.load_factor else "cycles or separates"
         yield (
-            f"It begins at the first collapse, λ_1 = {first:.7g}: no state was found that cycles below it, "
+            f"It begins at the first collapse, λ_1 = {down(first)}: no state was found that {rest} below it, "
             "and some do at once above it."
         )
     else:
-        yield f"It lies {share - 1.0:.1%} above the first collapse, λ_1 = {first:.7g}."
+        yield f"It lies {share - 1.0:.1%} above the first collapse, λ_1 = {down(first)}."

@@ -7,6 +7,7 @@ import pytest
 from command import document, run
 
 import shakedown
+from shakedown.report import words
 
 QUICK = ("--states", "16", "--rounds", "3")
 
@@ -15,7 +16,7 @@ def test_the_first_sentence_is_the_interval():
     code, out, err = run("adversary", "three-node", *QUICK)
     assert (code, err) == (0, "")
     said = " ".join(out.split())
-    assert "lies between λ_U = 0.3096 (proved) and λ_cycle = 2.44421" in said
+    assert "lies between λ_U = 0.3095999 (proved) and λ_cycle = 2.444211 (a cycle was" in said
     assert "In that cycle node 0 slips and returns to where it was every cycle." in said
     assert "78.9% of the first collapse λ_1 = 3.096, which is no guarantee here" in said
     assert max(map(len, out.splitlines())) <= 80
@@ -23,8 +24,8 @@ def test_the_first_sentence_is_the_interval():
 
 def test_the_state_found_can_be_simulated(tmp_path):
     found = document("adversary", "three-node", *QUICK, "-o", "slip.npy", cwd=tmp_path)
-    words = ("--load-factor", repr(found["load_factor"]), "--initial", "slip.npy")
-    run_of_it = document("simulate", "three-node", *words, cwd=tmp_path)
+    state = ("--load-factor", repr(found["load_factor"]), "--initial", "slip.npy")
+    run_of_it = document("simulate", "three-node", *state, cwd=tmp_path)
     assert run_of_it["outcome"] == found["outcome"] == "cyclic-slip"
     assert run_of_it["initial_slip"] == found["initial_slip"]
     assert found["interval"] == [found["universal"]["load_factor"], found["load_factor"]]
@@ -34,8 +35,40 @@ def test_the_state_found_can_be_simulated(tmp_path):
 def test_where_no_cycle_is_found_the_answer_is_open():
     code, out, _ = run("adversary", "jump", *QUICK)
     assert code == 1
-    assert "No cycle was found in" in out
+    assert "No cycle was found: 48 simulations at load factors up to λ = 1." in out
+    assert "simulations             48   up to λ = 1, seed 0" in out
     assert document("adversary", "jump", *QUICK, code=1)["load_factor"] == "inf"
+
+
+def test_separation_is_said_apart_from_the_cycle(tmp_path):
+    joint = replace(shakedown.example("press-fit"), f=np.full(9, 0.8))
+    shakedown.save_problem(tmp_path / "fit.npz", joint)
+    out = run("adversary", "fit.npz", *QUICK, cwd=tmp_path)[1]
+    found = document("adversary", "fit.npz", *QUICK, cwd=tmp_path)
+    apart, cycle = found["separation_load_factor"], found["load_factor"]
+    assert found["interval"] == [found["universal"]["load_factor"], apart]
+    assert apart < cycle
+    said = " ".join(out.split())
+    assert f"and λ = {words.up(apart)} (separation was found)" in said
+    assert "nodes open and close in every period, or contact is lost, without slip in contact" in said
+    assert f"The smallest cycle was found at λ_cycle = {words.up(cycle)}." in said
+    assert f"smallest separation {words.up(apart, 10)}" in said
+    assert f"smallest cycle λ_cycle {words.up(cycle, 10)}" in said
+    assert f"from every state λ_U {words.down(found['universal']['load_factor'], 10)}" in said
+
+
+def test_the_table_has_units_and_the_labels_of_the_model():
+    out = run("adversary", "press-fit", *QUICK)[1]
+    assert "node    FE  initial slip [mm]  slip per period [mm]" in out
+    assert "N mm" in out
+    assert "In that cycle node 4 (FE 40/4) slips" in " ".join(out.split())
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_a_limit_that_does_not_exist_has_no_line():
+    out = run("adversary", "receding-block", *QUICK)[1]
+    assert "nan" not in out
+    assert "λ_1" not in out
 
 
 def test_a_limit_of_zero_is_said():
@@ -53,7 +86,7 @@ def test_transient_load_steps_are_said_to_be_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("options", "message"),
     [
         (("--states", "0"), "0 is not in the range x>=1"),
         (("--seed", "-1"), "-1 is not in the range x>=0"),
@@ -62,8 +95,8 @@ def test_transient_load_steps_are_said_to_be_left_out(tmp_path):
         (("-o", "no/such/slip.npy"), "cannot be written"),
     ],
 )
-def test_bad_words_are_one_line(tmp_path, words, message):
-    code, out, err = run("adversary", "two-node", *words, cwd=tmp_path)
+def test_bad_words_are_one_line(tmp_path, options, message):
+    code, out, err = run("adversary", "two-node", *options, cwd=tmp_path)
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1

@@ -8,9 +8,11 @@ import pytest
 import shakedown
 from benchmarks.adversary import difficult_joint
 from benchmarks.problems import in_units, random_problem
+from shakedown import fem
 from shakedown.designs import smallest_cycle as search
 from shakedown.designs.cycle_pattern import cycle_pattern, first_load_slip
 from shakedown.errors import UsageError
+from shakedown.model.constraints import step_loads
 
 TWO, THREE = shakedown.example("two-node"), shakedown.example("three-node")
 QUICK = {"states": 16, "rounds": 3}
@@ -19,6 +21,21 @@ QUICK = {"states": 16, "rounds": 3}
 def with_friction(name, f):
     problem = shakedown.example(name)
     return replace(problem, f=np.full(problem.n, f))
+
+
+@pytest.fixture(scope="module")
+def clamped():
+    """A clamped block whose outermost nodes open and close just above the first collapse."""
+    block = fem.ElasticBody(
+        fem.block_mesh(23.0, 8.0, 7, 3),
+        fem.Material(young=210e3, poisson=0.3),
+        loads=[
+            fem.Pressure("top", 60.0, history=1.0),
+            fem.Traction("top", (12.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+        ],
+        thickness=10.0,
+    )
+    return fem.contact_problem(block, "bottom", f=0.6, steps=24)
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +106,45 @@ def test_where_the_first_collapse_is_proved_a_cycle_begins_just_above_it(problem
     assert found.load_factor == pytest.approx(found.lower.load_factor, rel=1e-5)
     assert found.load_factor > found.universal.load_factor * (1 - 1e-9)
     assert not found.below_first_collapse
+
+
+def test_separation_just_above_the_first_collapse_is_no_cycle_but_ends_the_interval(clamped):
+    found = shakedown.smallest_cycle(clamped, **QUICK)
+    first, apart = found.lower.load_factor, found.separation_load_factor
+    assert first < apart == pytest.approx(first, rel=2e-6)
+    assert apart < 0.9 * found.load_factor
+    assert found.interval == (found.universal.load_factor, apart)
+    assert found.outcome == "cyclic-slip"
+    assert shakedown.long_term_state(clamped, apart, found.separation_slip).outcome == "separation"
+    document = found.to_dict()
+    assert document["separation_load_factor"] == apart
+    assert document["separation_slip"] == found.separation_slip.tolist()
+
+
+def test_separation_found_on_the_way_is_followed_down_and_does_not_know_the_units():
+    joint = with_friction("press-fit", 0.8)
+    one = shakedown.smallest_cycle(joint, **QUICK)
+    scaled = shakedown.smallest_cycle(in_units(joint, 2.0**10, 2.0**-5), **QUICK)
+    assert one.universal.load_factor < one.separation_load_factor < one.load_factor
+    state = shakedown.long_term_state(joint, one.separation_load_factor, one.separation_slip)
+    assert state.outcome == "separation"
+    assert scaled.separation_load_factor == pytest.approx(one.separation_load_factor, rel=1e-9)
+    rows, load = shakedown.constraints(joint), step_loads(joint)[0]
+    excess = rows.G @ one.separation_slip + one.separation_load_factor * load - rows.g
+    assert excess.max() <= 1e-9 * np.abs(rows.g).max()
+
+
+def test_separation_below_what_is_called_proved_is_a_contradiction(monkeypatch, clamped):
+    real = search.universal_bound
+
+    def mistaken(*arguments, **options):
+        return replace(real(*arguments, **options), load_factor=2.0)
+
+    monkeypatch.setattr(search, "universal_bound", mistaken)
+    found = shakedown.smallest_cycle(clamped, **QUICK)
+    assert found.load_factor > 2.0 > found.separation_load_factor
+    assert found.status == "contradiction"
+    assert "λ_U = 2 is called proved from every state" in found.contradiction
 
 
 def test_a_first_collapse_of_zero_is_real():
