@@ -1,8 +1,8 @@
 """Pictures of a joint: loads, bounds, paths, zones. Each function draws one and returns its axes.
 
-Every function takes ``ax``, the axes to draw on; without it a new figure is made, which ``save``
-writes to a file. Labels carry
-the units of the problem where they are known. The report is drawn by the same functions.
+Every function takes ``ax``, the axes to draw on; without it a new figure is made, which
+``plot.save(axes, path)`` writes to a file. Labels carry the units of the problem where they are
+known. The report is drawn by the same functions.
 
 Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
 loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,

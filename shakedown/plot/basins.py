@@ -96,7 +96,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     found
         A map of initial states.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def shakedown_share(found: MappedRange, *, ax: Axes | None = None) -> Axes:
     found
         Maps of initial states at several load factors.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------

@@ -47,7 +47,7 @@ def pressure(
     node_area : (n,), optional
         Area of each node [length²]: reactions are divided by it. By default the problem's own.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def slip_along(
     styles
         Keywords of ``Axes.plot`` for the line of a name.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------

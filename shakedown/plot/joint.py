@@ -30,7 +30,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     load_factor
         λ, the factor on the periodic part.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
     load_factor
         λ, the factor on the periodic part.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------
@@ -142,7 +142,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     load_factor
         λ, the factor on the periodic part.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------

@@ -45,7 +45,7 @@ def load_factor_scale(
     short
         Names alone, without values, where there is little room.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def guarantee(
     bounds
         To draw λ_1 and λ_max beside it.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------
@@ -146,7 +146,7 @@ def interaction(
     parameter
         Its name, for the axis.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def slip_per_cycle(
     resolution
         Slip per cycle up to which there is none [length]: it is drawn on the floor.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------

@@ -43,7 +43,7 @@ def hysteresis(
     nodes
         Which nodes; by default the ones that dissipate most, at most four.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def reactions_in_time(
     node
         Which node.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: 
     load_factor
         λ, the factor on the periodic part.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Examples
     --------

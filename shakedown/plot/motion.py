@@ -57,7 +57,7 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     cycle
         The time in cycles.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------

@@ -60,7 +60,7 @@ def slip_space(
     styles
         Keywords of ``Axes.plot`` for the path of a name.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     node
         The node to show.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def zones(
     marks
         Whether to mark where nodes that never slip are at their limit.
     ax
-        Where to draw.
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 
     Raises
     ------
