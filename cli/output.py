@@ -15,6 +15,7 @@ from shakedown import Problem
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
+from shakedown.report.words import down
 from shakedown.visible_text import LONGEST_NAME, one_line, visible
 
 QUIET = "shakedown.quiet"  # key of the command's context
@@ -47,6 +48,11 @@ def number(value: float | None, digits: int = 7) -> str:
     if value is None or value != value:
         return "-"
     return f"{value:.{digits}g}"
+
+
+def bound(value: float, digits: int = 10, *, rounded: Callable[[float, int], str] = down) -> str:
+    """A limit of the load factor, rounded down (or up) so that what is said of it stays true."""
+    return "-" if value != value else rounded(value, digits)
 
 
 def tiny(value: float) -> str:

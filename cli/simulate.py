@@ -12,6 +12,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.words import SEPARATION, margin_at_rest, sliding_in_words
 from shakedown.visible_text import shortened
 
 from .initial import initial_state, zone_nodes
@@ -133,15 +134,10 @@ def _jump_facts(run: shakedown.Simulation, work: str) -> list[tuple[str, str, st
 def _proof_facts(problem: Problem, run: shakedown.Simulation) -> list[tuple[str, str, str]]:
     """What is proved of a shakedown, and which nodes stay open."""
     facts = []
-    length = shakedown.units_of(problem)[1]
     if run.open_nodes:
         facts.append(("open throughout", open_in_words(tuple(run.open_nodes)), ""))
     if run.outcome == shakedown.Outcome.SHAKEDOWN:
         facts.append(("shakedown proved", "yes" if run.proved else "no", ""))
-    if run.proved and run.long_term is not None:
-        facts.append(
-            ("one node may be off by", number(run.long_term.single_node_margin), f"{length} of slip".strip())
-        )
     return facts
 
 
@@ -153,7 +149,14 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines.append(
         paragraph(f"Load factor {run.load_factor:.10g}, initial state {shortened(initial)}: {run.outcome}")
     )
-    lines.append(paragraph(f"({run.reason}).", "  "))
+    reason = sliding_in_words(run) if run.slides_away else run.reason
+    lines.append(paragraph(f"({reason}).", "  "))
+    if run.slides_away:
+        lines.append(paragraph("The joint does not hold."))
+    if run.outcome == shakedown.Outcome.SEPARATION and run.period:
+        lines.append(paragraph(SEPARATION))
+    if run.proved:
+        lines.append(paragraph(f"Shakedown is proved. {margin_at_rest(run, length, problem)}."))
     lines.append("")
     facts = [
         ("cycles simulated", str(run.cycles_simulated), ""),

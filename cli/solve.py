@@ -19,16 +19,22 @@ from shakedown.report.words import (
     certain_in_words,
     coupling_in_words,
     curve_in_words,
+    down,
     friction_in_words,
     hints_in_words,
+    up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
-from .output import echo_json, headline, listing, node_table, number, paragraph, say, with_unit
+from .output import bound, echo_json, headline, listing, node_table, number, paragraph, say, with_unit
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
+F_THRESHOLD = (
+    "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
+    "A_jj/|B_jj|."
+)
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
@@ -134,14 +140,14 @@ def _text(
     if problem.initial_slip is not None and not proved.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(bounds, proved)), ""]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, proved.energy)]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, *proved)]
     lines += [] if curve is None else [paragraph(curve_in_words(curve))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     safe, active = _safe_columns(problem, upper).items()
     witness = with_unit("witness", shakedown.units_of(problem)[1]), [number(slip) for slip in lower.slip]
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
-    return "\n".join([*lines, "", node_table(problem, columns)])
+    return "\n".join([*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)])
 
 
 def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
@@ -163,17 +169,17 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
         labelled = lower.problem.label is not None
         collapse = node_in_words(lower.problem, lower.node) if labelled else f"collapse of node {lower.node}"
     return [
-        ("from this state λ_E", number(energy.load_factor, 10), f"{energy.status}{certified}"),
-        ("from every state λ_U", number(universal.load_factor, 10), universal.argument),
-        ("lower bound λ_1", number(lower.load_factor, 10), f"{collapse}{_certified(lower.certified)}"),
+        ("from this state λ_E", bound(energy.load_factor), f"{energy.status}{certified}"),
+        ("from every state λ_U", bound(universal.load_factor), universal.argument),
+        ("lower bound λ_1", bound(lower.load_factor), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", number(lower.single_node_bound), "no node cycles alone below"),
+        ("  single-node bound", bound(lower.single_node_bound, 7), "no node cycles alone below"),
         (
             "  coupling ratio ρ",
             number(lower.coupling_ratio, 4),
             coupling_in_words(lower.coupling_ratio).partition(":")[0],
         ),
-        ("least load factor λ_lo", number(least or None, 10), "safe slips exist from here on"),
+        ("least load factor λ_lo", _from_here_on(least), "safe slips exist from here on"),
         _largest(upper),
     ]
 
@@ -184,7 +190,12 @@ def _largest(upper: shakedown.UpperBound) -> tuple[str, str, str]:
     if upper.open_nodes:
         remark += f", with {open_in_words(upper.open_nodes)} open"
     name = "λ_max of the zone" if upper.open_nodes else "upper bound λ_max"
-    return (name, number(upper.load_factor, 10), remark)
+    return (name, bound(upper.load_factor, rounded=down if upper.open_nodes else up), remark)
+
+
+def _from_here_on(least: float) -> str:
+    """λ_lo where there is one, rounded up."""
+    return bound(least, rounded=up) if least else "-"
 
 
 def _certified(interval: tuple[float, float] | None) -> str:

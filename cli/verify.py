@@ -12,6 +12,7 @@ from shakedown import Problem
 from shakedown.report.json_documents import verification_document
 from shakedown.report.node_words import resolution, without_round_off
 from shakedown.report.words import (
+    SEPARATION,
     as_given_in_words,
     bounds_in_words,
     certain_in_words,
@@ -36,7 +37,7 @@ from .output import echo_json, headline, number, paragraph, progress, say, table
 @click.command(
     short_help="Prediction against time integration; report.",
     epilog="Exit codes: 0 prediction and simulation agree in every run; 1 they disagree, or a run "
-    "is left open; 2 bad usage or bad input.",
+    "slides away or is left open; 2 bad usage or bad input.",
 )
 @problem_argument
 @click.option("-o", "--output", type=OutputFile(), help="Write the report (HTML) here, JSON beside it.")
@@ -108,17 +109,20 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
-        lines += ["DISAGREEMENT" if result.disagreements else "OPEN"]
+        lines += [_kind_of_findings(result)]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     proved = certain_in_words(result.energy, result.universal, result.bounds.upper, problem)
     lines += [
-        paragraph(sentence) for sentence in (as_given_in_words(result.as_given, length, problem), *proved)
+        paragraph(sentence)
+        for sentence in (as_given_in_words(result.as_given, length, problem, result.universal), *proved)
     ]
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(result.bounds, result.energy)]
+    lines += [
+        paragraph(sentence) for sentence in bounds_in_words(result.bounds, result.energy, result.universal)
+    ]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
@@ -136,10 +140,21 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     ]
     slip = with_unit("slip", length)
     lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", slip, "residual"], rows)]
+    if any(run.simulation.outcome == shakedown.Outcome.SEPARATION for run in result.runs):
+        lines += ["", paragraph(SEPARATION)]
     if not findings:
         judged = sum(run.agrees is not None for run in result.runs)
         lines += ["", f"Prediction and time integration agree in all {judged} runs with a prediction."]
     return "\n".join(lines)
+
+
+def _kind_of_findings(result: shakedown.Verification) -> str:
+    """What the findings are, in capitals; a body that slides away leaves nothing open."""
+    if result.disagreements:
+        return "DISAGREEMENT"
+    sliding = sum(run.simulation.slides_away for run in result.runs)
+    kinds = ["SLIDES AWAY"] * (sliding > 0) + ["OPEN"] * (sliding < len(result.open_questions))
+    return ", ".join(kinds)
 
 
 def _largest_slip(problem: Problem, run: shakedown.Simulation) -> float:

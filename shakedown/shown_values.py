@@ -1,8 +1,9 @@
-"""Values of any kind as results show them: as JSON knows them, in a few words, and compared."""
+"""Values of any kind as results show them: as JSON knows them, in a few words, rounded, and compared."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,31 @@ def _plain_parts(value: Any) -> Any:
     if is_dataclass(value):
         return {name: plain(getattr(value, name)) for name in field_names(value)}
     return one_line(str(value))
+
+
+def down(value: float, digits: int = 7) -> str:
+    """A number rounded down, for what holds below it.
+
+    What is rounded is the shortest decimal number that stands for the float, so that 1.9 stays 1.9.
+
+    Examples
+    --------
+    >>> down(0.65737347), up(0.73914551), down(1.9)
+    ('0.6573734', '0.7391456', '1.9')
+    """
+    return _rounded(value, digits, ROUND_FLOOR)
+
+
+def up(value: float, digits: int = 7) -> str:
+    """A number rounded up, for what holds above it."""
+    return _rounded(value, digits, ROUND_CEILING)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> str:
+    if not math.isfinite(value):
+        return f"{value:g}"
+    shortest = Decimal(repr(float(value)))
+    return f"{float(Context(prec=digits, rounding=rounding).create_decimal(shortest)):.{digits}g}"
 
 
 def same(one: Any, other: Any) -> bool:

@@ -13,6 +13,7 @@ from shakedown.bounds.coupling import WEAK, Coupling, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.single_node_cycle import single_node_cycle
 from shakedown.model.problem import Problem
+from shakedown.shown_values import down, up
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.in_contact import unique_in_contact
 
@@ -79,7 +80,7 @@ def guarantee_status(
         if stays_closed >= reached:
             return GuaranteeStatus("proved", argument, influence.ratio, alone, stays_closed)
         caveat = (
-            f"{argument}, but from the load factor {stays_closed:.6g} on locked-in slip can lift a node off"
+            f"{argument}, but from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
         )
         return GuaranteeStatus("single-node-excluded", caveat, influence.ratio, alone, stays_closed)
     return _without_proof(reached, influence, alone)
@@ -103,11 +104,11 @@ def _without_proof(reached: float, influence: Coupling, alone: float) -> Guarant
             f"coupling ratio {ratio:.3g} < 1: no node can cycle alone",
         )
     elif alone >= reached:
-        status, reason = "single-node-excluded", f"no node can cycle alone below {alone:.6g}"
+        status, reason = "single-node-excluded", f"no node can cycle alone below {down(alone)}"
     elif isnan(ratio):
         reason = "a node is at or above its own critical friction: there is no proof, only simulation"
     elif isnan(alone):
         reason = f"strong coupling, ratio {ratio:.3g}: there is no proof, only simulation"
     else:
-        reason = f"strong coupling, ratio {ratio:.3g}: a node may cycle alone from {alone:.6g} on"
+        reason = f"strong coupling, ratio {ratio:.3g}: a node may cycle alone from {up(alone)} on"
     return GuaranteeStatus(status, reason, ratio, alone, nan)

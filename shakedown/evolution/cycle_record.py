@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from shakedown.evolution.viscous_jump import Jump
 from shakedown.model.problem import FloatArray
 
+SLIDES_AWAY = "the body slides away"  # how the reason begins where friction does not hold it
+
 
 @dataclass(frozen=True)
 class Stop:

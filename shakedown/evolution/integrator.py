@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.errors import UsageError
 from shakedown.evolution.contact_law import law_violation, scales_of
-from shakedown.evolution.cycle_record import CycleRecord, State, Stop
+from shakedown.evolution.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.initial_state import beginning
 from shakedown.evolution.viscous_jump import Jump, ViscousMotion, default_damping, potential_energy
@@ -318,6 +318,7 @@ class Evolution:
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         if self.slides:
-            reasons[status] = "the body slides away: friction and stiffness do not hold it"
+            reasons[status] = SLIDES_AWAY
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
-        self.stop = Stop(f"{reasons[status]} {when}", time, node)
+        why = ": friction and stiffness do not hold it" * self.slides
+        self.stop = Stop(f"{reasons[status]} {when}{why}", time, node)

@@ -86,6 +86,11 @@ class Simulation(Result):
         return self.long_term is not None and self.long_term.proved
 
     @property
+    def slides_away(self) -> bool:
+        """Whether it is undecided because the body slides away for good: friction does not hold it."""
+        return self.settled.slides_away
+
+    @property
     def energy_margin(self) -> float:
         """How far the final state may be disturbed (:class:`LongTermState`) [√(force × length)]."""
         return np.nan if self.long_term is None else self.long_term.energy_margin

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.evolution.cycle_record import SLIDES_AWAY
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.reduced_scene import Scene
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
@@ -74,6 +75,11 @@ class SettledState(Result):
     open_nodes: tuple[int, ...]
     cycles_simulated: int
     residual: float
+
+    @property
+    def slides_away(self) -> bool:
+        """Whether it is undecided because the body slides away for good: friction does not hold it."""
+        return self.outcome == Outcome.UNDECIDED and self.reason.startswith(SLIDES_AWAY)
 
     @property
     def dissipation_per_cycle(self) -> float:

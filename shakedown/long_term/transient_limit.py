@@ -53,7 +53,9 @@ class TransientLimit(Result):
         motion comes into the energy ball); NaN where no proof was found.
     cycling
         The smallest simulated load factor above ``low`` at which a long-term state
-        other than shakedown was found; infinite where there is none.
+        other than shakedown was found: cyclic slip, ratchetting, or separation, where nodes
+        open and close and none slips in contact (``outcomes`` says which); infinite where there
+        is none.
     initial_slip : (n,)
         Slip at the start [length].
     scanned : (s,)
@@ -86,7 +88,7 @@ class TransientLimit(Result):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The interval in which λ_T lies: proved to shake down below, found to cycle above."""
+        """The interval in which λ_T lies: proved to shake down below, found not to above."""
         return self.proved, self.cycling
 
 

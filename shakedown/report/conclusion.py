@@ -16,9 +16,9 @@ NOT_SAID = "Nothing is said about the strength of the material, wear, or frettin
 
 
 def banner_class(v: Verification) -> str:
-    """The colour of the banner: green only where the joint shakes down and nothing contradicts."""
+    """The colour of the banner: green only where the joint shakes down, red where it slips for ever."""
     run = v.as_given.simulation
-    if v.disagreements or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+    if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
         return "disagree"
     exact = run.proved or run.long_term is not None  # with fixed load steps a slow slip may look like none
     return "agree" if run.outcome == Outcome.SHAKEDOWN and exact and not v.open_questions else "open"
@@ -30,7 +30,10 @@ def roads_in_words(v: Verification) -> str:
     if v.disagreements:
         return f"DISAGREEMENT: {count(len(v.disagreements), 'finding')}."
     if v.open_questions:
-        return f"Open: {count(len(v.open_questions), 'question')}."
+        sliding = sum(run.simulation.slides_away for run in v.runs)
+        found = f"In {count(sliding, 'run')} the joint does not hold: the body slides away."
+        asked = f"Open: {count(len(v.open_questions) - sliding, 'question')}."
+        return " ".join([found] * (sliding > 0) + [asked] * (sliding < len(v.open_questions)))
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({len(v.runs)} runs in all)."
@@ -61,9 +64,12 @@ def margin_in_words(v: Verification) -> str:
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
     limits = []
-    energy = v.energy
+    energy, known = v.energy, v.universal.load_factor
     if not energy.open_nodes and energy.least_load_factor <= 1:  # of a zone: from another state
         limits.append((energy.load_factor, "λ_E", "proved"))
+    if known > 0 and all(known > value for value, _, _ in limits):  # the larger of what is proved
+        state = "closed and admissible" + " after the transient" * v.universal.after_transient
+        limits = [(known, "λ_U", f"proved from every state, {state}")]
     if v.transient is not None and v.transient.monotone:
         limits.append(
             (v.transient.load_factor, "λ_T", "simulated" + ", proved there" * transient_is_proved(v))

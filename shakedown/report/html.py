@@ -39,6 +39,7 @@ from shakedown.report.page_tables import (
 )
 from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture
 from shakedown.report.words import (
+    SEPARATION,
     as_given_in_words,
     bounds_in_words,
     certain_in_words,
@@ -128,7 +129,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{count(problem.n, 'contact node')}, {count(problem.m, 'load step')}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
-        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem),
+        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.universal),
         "margin": margin_in_words(v),
         "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem),
         "verdict": roads_in_words(v),
@@ -147,7 +148,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "notes": [*hints_in_words(problem), *v.notes],
         "bounds": bounds_table(v),
         "meaning": [
-            *bounds_in_words(v.bounds, v.energy),
+            *bounds_in_words(v.bounds, v.energy, v.universal),
             *([] if v.transient is None else [transient_in_words(v.transient)]),
         ],
         "guarantee": guarantee_picture(v),
@@ -165,14 +166,15 @@ def _context(v: Verification) -> dict[str, Any]:
 
 
 RUNS_NOTE = (
-    "Agreement is judged only where the bounds predict something: below λ_1 every initial state must shake "
-    "down, above λ_max none can with all nodes in contact, the safe slip shakes down up to λ_max, and so "
-    "does every state inside the energy ball (“ball”: drawn just inside its surface); with nodes open the "
-    "safe slip of the zone, those nodes open and the transient left out, stays at rest up to its λ_max. "
-    "Slip per period: Σ|Δv| of the "
+    "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
+    "admissible, is proved to shake down; up to λ_1 that is predicted, and proved only where the guarantee "
+    "of λ_1 says so; above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
+    "and so does every state inside the energy ball (“ball”: drawn just inside its surface); with nodes "
+    "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
+    "λ_max. Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "
     "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
-    "re-computed from slips and gaps alone."
+    "re-computed from slips and gaps alone. " + SEPARATION
 )
 
 

@@ -1,6 +1,6 @@
 """The tables of a report about bounds, runs and nodes: texts ready to be shown."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,23 +28,29 @@ def bounds_table(v: Verification) -> Table:
     """Every limit of the load factor; λ_1 and λ_max on both roads."""
     upper, transient = v.bounds.upper.load_factor, v.transient
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
-    least = f" from {v.energy.least_load_factor:.4g} on" if v.energy.least_load_factor > 0 else ""
+    least = f" from {up(v.energy.least_load_factor, 4)} on" if v.energy.least_load_factor > 0 else ""
     pairs = (
         ("λ_1, lower bound: first collapse", v.bounds.lower.load_factor, v.second_lower.load_factor),
         (_name_of_largest(v), upper, v.second_upper.load_factor),
     )
     proved = [
-        ("λ_U, proved from every initial state", number(v.universal.load_factor, 10)),
-        (f"λ_E, proved from this state{least}", number(v.energy.load_factor, 10)),
+        ("λ_U, proved from every initial state", _bound(v.universal.load_factor)),
+        (f"λ_E, proved from this state{least}", _bound(v.energy.load_factor)),
         (
             "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
-            "–" if transient is None else number(transient.load_factor, 10),
+            "–" if transient is None else _bound(transient.load_factor),
         ),
     ]
     rows = [[*row, "–", "–"] for row in proved]
     for name, one, two in pairs:
-        rows.append([name, number(one, 10), number(two, 10), _difference(one, two, scale)])
+        rounded = up if name.startswith("λ_max") else down
+        rows.append([name, _bound(one, rounded), _bound(two, rounded), _difference(one, two, scale)])
     return Table(["", "load factor", "second road (Clarabel)", "relative difference"], rows)
+
+
+def _bound(value: float, rounded: Callable[[float, int], str] = down) -> str:
+    """A limit of the load factor to ten digits, rounded to where what is said of it stays true."""
+    return rounded(value, 10) if np.isfinite(value) else number(value)
 
 
 def _name_of_largest(v: Verification) -> str:

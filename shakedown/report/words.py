@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +10,13 @@ import numpy as np
 from shakedown.bounds.coupling import WEAK
 from shakedown.model.loading import loading
 from shakedown.model.status import Status
+from shakedown.model.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
 from shakedown.report.node_words import slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
+from shakedown.shown_values import down as down
+from shakedown.shown_values import up as up
+from shakedown.uniqueness.scaled_stiffness import held, scaled_stiffness
 
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
@@ -20,6 +24,7 @@ if TYPE_CHECKING:
     from shakedown.energy.energy_bound import EnergyBound
     from shakedown.enumeration.critical import CriticalLoadFactors
     from shakedown.friction.thresholds import FrictionThresholds, Threshold
+    from shakedown.long_term.simulation import Simulation
     from shakedown.long_term.transient_limit import TransientLimit
     from shakedown.model.problem import Problem
     from shakedown.universal.universal_bound import UniversalBound
@@ -28,13 +33,26 @@ if TYPE_CHECKING:
 
 LARGEST_USUAL_FRICTION = 5.0
 MANY = 10**15  # subsets, from here on only their order of magnitude is said
+SEPARATION = (
+    "Separation: within the period nodes open and close, and none slips while it is closed, except "
+    "perhaps in a jump."
+)
+ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
+    "Melan": "slip changes no pressure",
+    "closing box": "in the long run every node keeps a range of safe slips",
+    "swing": "a potential falls with every slip",
+    "swing with box": "in the long run a potential falls with every slip",
+}
 
 
-def bounds_in_words(bounds: ShakedownBounds, energy: EnergyBound | None = None) -> list[str]:
+def bounds_in_words(
+    bounds: ShakedownBounds, energy: EnergyBound | None = None, universal: UniversalBound | None = None
+) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
     Every sentence is about the joint with all nodes in contact, or names the open ones.
-    With the energy bound it is said on which side of λ_E the loading as given lies.
+    With the energy bound and the universal bound it is said on which side of λ_E and of λ_U the
+    loading as given lies.
 
     Examples
     --------
@@ -47,38 +65,17 @@ def bounds_in_words(bounds: ShakedownBounds, energy: EnergyBound | None = None) 
     """
     lower, upper = bounds.lower, bounds.upper
     if upper.open_nodes:
-        return [_closed(lower), *zone_in_words(upper, lower.problem), *_reservations(bounds)]
+        return [_closed(lower, universal), *zone_in_words(upper, lower.problem), *_reservations(bounds)]
     if upper.status == Status.INFEASIBLE:
         return [f"No load factor is safe with all nodes in contact: {upper.reason}."]
     if _is_constant(lower.problem):
         return [_constant(lower, upper), *_reservations(bounds)]
     if lower.status == Status.INFEASIBLE:
-        return [*_from_least(upper), _as_given(bounds, energy), *_reservations(bounds)]
+        return [*_from_least(upper), _as_given(bounds, energy, universal), *_reservations(bounds)]
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(lower, upper)] if gap else []
-    return [_below(lower), *between, _above(upper), _as_given(bounds, energy), *_reservations(bounds)]
-
-
-def down(value: float, digits: int = 7) -> str:
-    """A number rounded down, for what holds below it.
-
-    Examples
-    --------
-    >>> down(0.65737347), up(0.73914551)
-    ('0.6573734', '0.7391456')
-    """
-    return _rounded(value, digits, ROUND_FLOOR)
-
-
-def up(value: float, digits: int = 7) -> str:
-    """A number rounded up, for what holds above it."""
-    return _rounded(value, digits, ROUND_CEILING)
-
-
-def _rounded(value: float, digits: int, rounding: str) -> str:
-    if not np.isfinite(value):
-        return f"{value:g}"
-    return f"{float(Context(prec=digits, rounding=rounding).create_decimal_from_float(value)):.{digits}g}"
+    given = _as_given(bounds, energy, universal)
+    return [_below(lower, universal), *between, _above(upper), given, *_reservations(bounds)]
 
 
 def certain_in_words(
@@ -128,10 +125,13 @@ def hints_in_words(problem: Problem) -> list[str]:
     return hints
 
 
-def as_given_in_words(run: Run, unit: str = "", problem: Problem | None = None) -> str:
+def as_given_in_words(
+    run: Run, unit: str = "", problem: Problem | None = None, universal: UniversalBound | None = None
+) -> str:
     """The answer for the loading as given: what becomes of the joint at λ = 1, with the unit of slips.
 
-    With the problem its nodes are called by their labels.
+    With the problem its nodes are called by their labels; with the universal bound it is
+    said where shakedown is proved from every state.
 
     Examples
     --------
@@ -149,18 +149,60 @@ def as_given_in_words(run: Run, unit: str = "", problem: Problem | None = None) 
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
-        if state.proved and state.long_term is not None:
-            margin = state.long_term.single_node_margin
-            room = f"{margin:.3g} {unit}".rstrip() if np.isfinite(margin) else "any amount"
-            return f"{here} shakes down{kept}: proved; any one node may be off by {room}."
-        return f"{here} shakes down{kept}: simulated, not proved."
+        return f"{here} shakes down{kept}: {_certainty(state, unit, problem, universal)}."
+    if state.slides_away:
+        return f"{here} does not hold: {sliding_in_words(state)}."
     words = {
         Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, simulated.",
         Outcome.RATCHETTING: f"slips on and on in every cycle ({slipping}): ratchetting, simulated.",
-        Outcome.SEPARATION: f"loses contact in every cycle: {state.reason}.",
+        Outcome.SEPARATION: f"is in separation, simulated: {state.reason}.",
         Outcome.UNDECIDED: f"is undecided: {state.reason}.",
     }
     return f"{here} {words[state.outcome]}"
+
+
+def sliding_in_words(run: Simulation) -> str:
+    """That the body slides away, and when, in the words of its stop."""
+    from shakedown.evolution.cycle_record import SLIDES_AWAY  # compiled code stands behind it
+
+    return run.reason.replace(SLIDES_AWAY, f"{SLIDES_AWAY} (gross slip)", 1)
+
+
+def _certainty(
+    state: Simulation, unit: str, problem: Problem | None, universal: UniversalBound | None
+) -> str:
+    """How far the shakedown at λ = 1 is proved, and what the state at rest may be off by."""
+    everywhere = _proved_up_to(universal) > 1
+    from_all = f"from every initial state that is {_admissible(universal)}"
+    if not state.proved or state.long_term is None:
+        return f"simulated; it is proved {from_all}" if everywhere else "simulated, not proved"
+    proved = f"proved, and so it is {from_all} (λ = 1 < λ_U)" if everywhere else "proved"
+    return f"{proved}. {margin_at_rest(state, unit, problem)}"
+
+
+def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
+    """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
+    if state.long_term is None or np.isinf(state.long_term.single_node_margin):
+        return "From its state at rest it may be disturbed by any amount"
+    force, length = ("", unit) if problem is None else units_of(problem)
+    energy_unit = f"√({work_unit(force, length)})" if work_unit(force, length) else ""
+    one, all_nodes = (
+        f"{down(margin, 3)} {name}".rstrip()
+        for margin, name in (
+            (state.long_term.single_node_margin, unit),
+            (state.long_term.energy_margin, energy_unit),
+        )
+    )
+    return (
+        f"This stays so if the slip of any one node is off from its slip at rest by {one}, the others in "
+        f"place, or slips of several nodes by {all_nodes} in the energy norm"
+    )
+
+
+def _admissible(universal: UniversalBound | None) -> str:
+    """Which initial states λ_U is about."""
+    over = universal is not None and universal.after_transient
+    return "closed and admissible" + " after the transient" * over
 
 
 def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
@@ -174,7 +216,7 @@ def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
         hint = "; a smaller distance may do" if energy.distance > 0 else "; a state after some cycles may do"
         return f"From {start} no load factor is proved ({energy.reason}{hint})"
     least = energy.least_load_factor
-    begins = f" from λ = {least:.7g} on" if least > 0 else ""
+    begins = f" from λ = {up(least)} on" if least > 0 else ""
     if energy.status == Status.UNBOUNDED:
         return f"From {start} the joint is proved to shake down at every load factor{begins}"
     return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
@@ -183,23 +225,24 @@ def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
 def _proved_from_everywhere(universal: UniversalBound) -> str:
     if np.isnan(universal.load_factor):
         return ""
+    more = ARGUMENTS.get(universal.argument)
+    how = f"{universal.argument}: {more}" if more else universal.argument
     if universal.load_factor == 0:
         return f"from every initial state no load factor is proved ({universal.reason})"
     if np.isinf(universal.load_factor):
-        return f"from every initial state at every load factor ({universal.argument})"
+        return f"from every initial state, {_admissible(universal)}, at every load factor ({how})"
     number = f"λ_U = {down(universal.load_factor)}"
-    state = "closed and admissible" + (" after the transient" if universal.after_transient else "")
-    return f"from every initial state, {state}, up to {number} ({universal.argument})"
+    return f"from every initial state, {_admissible(universal)}, up to {number} ({how})"
 
 
-def _closed(lower: LowerBound) -> str:
+def _closed(lower: LowerBound, universal: UniversalBound | None) -> str:
     """What holds with all nodes closed, where the upper bound is that of a zone."""
     if lower.status == Status.INFEASIBLE:
         return "With all nodes in contact no slip is safe under the mean load alone."
-    return _below(lower)
+    return _below(lower, universal)
 
 
-def _below(lower: LowerBound) -> str:
+def _below(lower: LowerBound, universal: UniversalBound | None) -> str:
     if lower.load_factor == 0:
         return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
     where = f"Below λ_1 = {down(lower.load_factor)}"
@@ -210,8 +253,23 @@ def _below(lower: LowerBound) -> str:
             f"{where} the joint, closed at all nodes{_transient_over(lower)}, shakes down from every initial "
             f"state ({lower.reason})."
         )
-    claim = f"{where} no node collapses, but shakedown from every initial state is not proved"
-    return f"{claim} ({lower.guarantee}): {lower.reason}."
+    claim = "no node collapses, but it is not proved that the joint shakes down from every initial state"
+    known = _proved_up_to(universal)
+    if down(known) == down(lower.load_factor):
+        claim = (
+            f"the joint shakes down from every initial state that is {_admissible(universal)}: it is proved"
+        )
+        return f"{where} (= λ_U) {claim}."
+    if known > 0:
+        where = f"Between λ_U = {down(known)} and λ_1 = {down(lower.load_factor)}"
+        if lower.status == Status.UNBOUNDED:
+            where = f"Above λ_U = {down(known)}"
+    return f"{where} {claim} ({lower.guarantee}): {lower.reason}."
+
+
+def _proved_up_to(universal: UniversalBound | None) -> float:
+    """λ_U; 0 where there is none."""
+    return 0.0 if universal is None or np.isnan(universal.load_factor) else universal.load_factor
 
 
 def _transient_over(lower: LowerBound) -> str:
@@ -221,14 +279,14 @@ def _transient_over(lower: LowerBound) -> str:
 
 def _from_least(upper: UpperBound) -> list[str]:
     """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on have."""
-    start = f"λ_lo = {upper.least_load_factor:.7g}"
+    start = f"λ_lo = {down(upper.least_load_factor)}"
     sentences = [
         f"Below {start} there is no safe slip with all nodes in contact: under the mean load alone none "
         "keeps every node within its friction limits. So λ_1, which is counted from there, does not exist."
     ]
     if upper.status == Status.UNBOUNDED:
         return [*sentences, f"From λ_lo on a safe slip exists at every load factor: {upper.reason}."]
-    return [*sentences, f"Safe slips exist from λ_lo up to λ_max = {upper.load_factor:.7g}.", _above(upper)]
+    return [*sentences, f"Safe slips exist from λ_lo up to λ_max = {down(upper.load_factor)}.", _above(upper)]
 
 
 def _is_constant(problem: Problem) -> bool:
@@ -262,12 +320,12 @@ def _above(upper: UpperBound) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down with all nodes in contact."
 
 
-def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None) -> str:
+def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None, universal: UniversalBound | None) -> str:
     lower, upper = bounds.lower, bounds.upper
     if upper.least_load_factor > 1:
         place = "below λ_lo"
     elif lower.load_factor > 1:
-        place = "below λ_1"
+        place = _below_collapse(lower, energy, universal)
     elif upper.load_factor <= 1:
         place = "at or above λ_max"
     else:
@@ -277,6 +335,16 @@ def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None) -> str:
             place = "where safe slips exist"
         place += _against_energy(energy)
     return f"The loading as given (λ = 1) lies {place}."
+
+
+def _below_collapse(lower: LowerBound, energy: EnergyBound | None, universal: UniversalBound | None) -> str:
+    """Where the loading as given lies below λ_1: what is proved of it."""
+    known = _proved_up_to(universal)
+    if known > 1:
+        return "below λ_U: proved from every initial state that is " + _admissible(universal)
+    if lower.guarantee == "proved":
+        return "below λ_1"
+    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(energy)
 
 
 def _against_energy(energy: EnergyBound | None) -> str:
@@ -318,7 +386,7 @@ def coupling_in_words(ratio: float) -> str:
 def curve_in_words(curve: GuaranteeCurve) -> str:
     """How far the lower bound improves for initial states near the safe slip."""
     points = ", ".join(
-        f"{load_factor:.5g} (R = {radius:g})"
+        f"{down(load_factor, 5)} (R = {radius:g})"
         for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
     )
     return (
@@ -336,15 +404,17 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
     counts = f"{_subsets(total)} of n + 1 constraints: {critical.regular:,} critical load factor{plural}"
     if critical.degenerate:
         counts += f", {critical.degenerate:,} degenerate (their constraints do not meet in one point)"
+    if not critical.regular:
+        return [f"{counts}.", *_why_degenerate(bounds)]
     if not smallest.rows:
         return [f"{counts}. None of them is positive."]
-    sentences = [f"{counts}. The smallest positive one is {smallest.load_factor:.7g}."]
+    sentences = [f"{counts}. The smallest positive one is {down(smallest.load_factor)}."]
     if smallest.load_factor < bounds.lower.load_factor * (1 - bounds.tolerances.feasibility):
         sentences.append(
-            f"It lies below the first collapse λ_1 = {bounds.lower.load_factor:.7g}, because it belongs to "
+            f"It lies below the first collapse λ_1 = {down(bounds.lower.load_factor)}, because it belongs to "
             "an intersection outside the safe region: there, other constraints are broken already, and "
             "no safe state ends. Only intersections on the safe region matter; the smallest of those is "
-            f"{feasible.load_factor:.7g}."
+            f"{down(feasible.load_factor)}."
         )
     elif bounds.lower.load_factor == 0:
         sentences.append(
@@ -352,6 +422,24 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
             "intersection at a positive load factor says nothing about that."
         )
     return sentences
+
+
+def _why_degenerate(bounds: ShakedownBounds) -> list[str]:
+    """Why no subset meets in one point where a rigid slip changes no friction limit, and what helps."""
+    problem, lower, upper = bounds.lower.problem, bounds.lower, bounds.upper
+    if held(scaled_stiffness(problem, problem.f, bounds.tolerances).A, bounds.tolerances):
+        return []
+    known = [
+        f"{name} = {rounded(value)}"
+        for name, value, rounded in (("λ_1", lower.load_factor, down), ("λ_max", upper.load_factor, up))
+        if np.isfinite(value)
+    ]
+    there = f" They exist: {', '.join(known)} (see `solve`)." if known else ""
+    return [
+        "Only friction holds this body: a slip of all nodes together, as of a rigid body, changes no "
+        "reaction, so that the constraints of a subset meet along a line, or nowhere. The enumeration says "
+        f"nothing here. The bounds do not need such points.{there}"
+    ]
 
 
 def _subsets(total: int) -> str:
@@ -372,11 +460,24 @@ def transient_in_words(limit: TransientLimit) -> str:
     if np.isfinite(limit.proved):
         proved = f"; shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
-            proved += f", a cycle was found at λ = {up(limit.cycling)}"
+            proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
     return (
         f"From its initial state the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} "
         f"({scan})."
     )
+
+
+def _found_above(limit: TransientLimit) -> str:
+    """Which long-term state was found at ``cycling``."""
+    outcome = limit.outcomes[limit.scanned.tolist().index(limit.cycling)]
+    state = limit.at_high if limit.at_high is not None and limit.high == limit.cycling else None
+    if state is not None and outcome == "separation":
+        if not state.period:
+            return "the body was found to leave"
+        nodes = tuple(j for j in np.flatnonzero(state.opened).tolist() if j not in state.open_nodes)
+        verbs = "opens and closes" if len(nodes) == 1 else "open and close"
+        return f"separation was found ({open_in_words(nodes)} {verbs}, no slip in contact)"
+    return f"{outcome.replace('-', ' ')} was found"
 
 
 def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]:
@@ -398,10 +499,14 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]
     else:
         pairs = [(" with all nodes in contact", closed), (" where nodes separate", opened)]
     sentences = [_uniqueness(friction, where, threshold) for where, threshold in pairs]
+    if any(sentence.startswith("It is open") for sentence in sentences):
+        sentences.append(
+            "Below it a motion has one continuation; above it may have several or none, and then it jumps."
+        )
     wedging = limits.wedging
     if wedging.high <= friction:
         sentences.append(
-            f"It lies above the threshold of wedging ({wedging.high:.5g}): locked-in slip can hold "
+            f"It lies above the threshold of wedging ({up(wedging.high, 5)}): locked-in slip can hold "
             "the joint without any load."
         )
     elif wedging.low <= friction:
@@ -414,12 +519,16 @@ def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
     name = f"the threshold of uniqueness{where}"
     if friction >= threshold.high:
         return (
-            f"The friction lies above {name} ({threshold.high:.5g}): the evolution may have several "
+            f"The friction lies above {name} ({up(threshold.high, 5)}): the evolution may have several "
             "continuations or none, and then it jumps."
         )
     if threshold.low == threshold.high == np.inf:
         return f"Friction of any size leaves the evolution unique{where}."
     if friction < threshold.low:
-        limit = f"{threshold.low:.5g}" if threshold.low == threshold.high else f"at least {threshold.low:.5g}"
+        limit = down(threshold.low, 5)
+        limit = limit if threshold.low == threshold.high else f"at least {limit}"
         return f"The friction lies below {name} ({limit})."
-    return f"It is open whether the friction lies below {name} ({threshold.low:.5g} … {threshold.high:.5g})."
+    between = f"between {down(threshold.low, 5)} and {up(threshold.high, 5)}"
+    if np.isinf(threshold.high):
+        between = f"at {down(threshold.low, 5)} or above"
+    return f"It is open whether the friction lies below {name}, which is only known to lie {between}."

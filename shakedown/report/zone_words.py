@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from shakedown.model.status import Status
 from shakedown.report.node_words import open_in_words as open_in_words
+from shakedown.shown_values import down, up
 
 if TYPE_CHECKING:
     from shakedown.bounds.shakedown_bounds import UpperBound
@@ -22,7 +23,7 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
     >>> for line in zone_in_words(shakedown.upper_bound(block, open_nodes="auto")):
     ...     print(line)
     With nodes 0–4, 28–32 open and all others closed there is a safe slip up to λ_max = 0.2281044: ...
-    Above it no slip-free state has exactly these nodes open and all others closed throughout; ...
+    Above λ_max = 0.2281045 no slip-free state has exactly these nodes open and all others closed ...
     The loading as given (λ = 1) lies at or above λ_max of this zone.
     """
     where = f"With {open_in_words(upper.open_nodes, problem)} open and all others closed"
@@ -32,15 +33,16 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
             "limits and every open one open, even under the mean load alone."
         ]
     least = upper.least_load_factor
-    begins = f" from λ_lo = {least:.7g} on" if least > 0 else ""
+    begins = f" from λ_lo = {up(least)} on" if least > 0 else ""
     begun = f"{where} there is a safe slip{begins}"
     held = "in that state, in equilibrium with its load, no node slips, opens or closes"
     if upper.status == Status.UNBOUNDED:
         sentences = [f"{begun} at every load factor: {held}."]
     else:
         sentences = [
-            f"{begun} up to λ_max = {upper.load_factor:.7g}: {held}.",
-            "Above it no slip-free state has exactly these nodes open and all others closed throughout; "
+            f"{begun} up to λ_max = {down(upper.load_factor)}: {held}.",
+            f"Above λ_max = {up(upper.load_factor)} no slip-free state has exactly these nodes open and "
+            "all others closed throughout; "
             "of other zones, and of nodes that open and close, nothing is said.",
         ]
     return [*sentences, f"The loading as given (λ = 1) lies {_place(upper)}."]

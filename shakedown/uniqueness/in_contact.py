@@ -69,7 +69,9 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     stiffness = scaled_stiffness(problem, problem.f, tolerances)
     friction = stiffness.friction_unit * (1 + tolerances.feasibility)  # the factor that f is on the weights
     if not held(stiffness.A, tolerances):
-        return Uniqueness(False, "only friction holds the body: where all nodes slip, their rates are open")
+        return Uniqueness(
+            False, "only friction holds the body: if all its nodes slip, nothing determines how fast"
+        )
     if not stiffness.weighted.any():
         return Uniqueness(True, "slip changes no friction limit (f B = 0)")
     if distance_from_one(stiffness, friction) > 0:

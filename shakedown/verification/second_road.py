@@ -53,7 +53,8 @@ def road_findings(
     for name, first, other in pairs:
         one, two = first.load_factor, other.load_factor
         if other.status == Status.UNDECIDED:
-            yield None, f"{name}: the second road ({other.solver}) stopped without an answer"
+            left = "the value rests on linear programming alone"
+            yield None, f"{name}: the second road ({other.solver}) stopped without an answer; {left}"
         elif first.status != other.status:
             yield False, f"{name}: {first.status} by linear programming, {other.status} on the second road"
         elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):

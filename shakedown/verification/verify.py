@@ -237,8 +237,9 @@ def verify(
 ) -> Verification:
     """Hold the bounds against time integration from several initial states.
 
-    Below λ_1 every initial state must shake down; above λ_max none can with all nodes
-    in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
+    Below λ_U every initial state, closed and admissible, is proved to shake down. Below λ_1
+    that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
+    with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
     bounds the safe slip must shake down, and every state inside the energy ball, of
     which some are drawn just inside its surface; other states may do either. Where λ_max
     is that of a zone, its safe slip, with its nodes open and after the transient, must

@@ -57,7 +57,11 @@ def test_bad_states_and_distances_are_one_line(words, message):
     ("name", "colour", "answer"),
     [
         ("two-node", "disagree", "slips in every cycle (node 1): cyclic slip"),
-        ("block-9", "agree", "shakes down: proved; any one node may be off by"),
+        (
+            "block-9",
+            "agree",
+            "shakes down: proved. This stays so if the slip of any one node is off from its slip at rest by",
+        ),
     ],
 )
 def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, name, colour, answer):

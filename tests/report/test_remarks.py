@@ -1,8 +1,21 @@
 """What the report says beside an outcome."""
 
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
 import shakedown
+from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.page_tables import remarks
+from shakedown.report.words import (
+    as_given_in_words,
+    bounds_in_words,
+    critical_in_words,
+    transient_in_words,
+)
+from shakedown.shown_values import down, up
 
 
 def test_jumps_open_nodes_and_proof_are_told():
@@ -24,3 +37,89 @@ def test_the_document_of_a_simulation_tells_friction_from_jumps():
     assert document["energy_margin"] is None
     stepped = shakedown.simulate(shakedown.example("two-node"), 1.0, method="gauss-seidel")
     assert simulation_document(stepped)["jumps_per_cycle"] is None
+
+
+def sliding() -> shakedown.Problem:
+    """No stiffness against a rigid shift, and at λ = 1 more load than friction."""
+    return shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[-2.0, -2.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
+    )  # fmt: skip
+
+
+def test_a_body_that_slides_away_is_a_negative_answer() -> None:
+    v = shakedown.verify(sliding(), load_factors=[1.0], random_states=0)
+    said = as_given_in_words(v.as_given, "mm", v.problem, v.universal)
+    assert "the joint does not hold: the body slides away (gross slip) " in said
+    assert "undecided" not in said
+    assert banner_class(v) == "disagree"
+    assert "the body slides away" in roads_in_words(v)
+    assert "Open" not in roads_in_words(v)
+    assert v.as_given.simulation.outcome == "undecided"
+    assert not v.agrees
+
+
+def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> None:
+    joint = half_load()
+    v = shakedown.verify(joint, load_factors=[1.0], random_states=0)
+    said = as_given_in_words(v.as_given, "", joint, v.universal)
+    assert "proved, and so it is from every initial state that is closed and admissible" in said
+    assert "off from its slip at rest by" in said
+    assert "in the energy norm" in said
+    assert "lies below λ_U" in " ".join(bounds_in_words(v.bounds, v.energy, v.universal))
+    wider = replace(v, universal=replace(v.universal, load_factor=2 * v.energy.load_factor))
+    assert "λ_U" in margin_in_words(wider)
+    assert "λ_E" not in margin_in_words(wider)
+    assert "λ_E" in margin_in_words(v)
+
+
+def half_load() -> shakedown.Problem:
+    """The two-node joint with half the varying load."""
+    joint = shakedown.example("two-node")
+    mean_q, mean_p = joint.q_w.mean(axis=0), joint.p_w.mean(axis=0)
+    return replace(joint, q_w=mean_q + (joint.q_w - mean_q) / 2, p_w=mean_p + (joint.p_w - mean_p) / 2)
+
+
+def test_between_proof_and_collapse_nothing_is_called_certain() -> None:
+    joint = shakedown.example("three-node")
+    universal, bounds = shakedown.universal_bound(joint), shakedown.shakedown_bounds(joint)
+    first = bounds_in_words(bounds, None, universal)[0]
+    assert first.startswith(f"Between λ_U = {down(universal.load_factor)} and λ_1 = 3.096 ")
+    assert "not proved that the joint shakes down from every initial state (evidence)" in first
+
+
+def test_the_state_found_above_the_limit_is_named() -> None:
+    limit = shakedown.transient_limit(shakedown.example("two-node"), accuracy=1e-3)
+    assert "cyclic slip was found at λ = " in transient_in_words(limit)
+    outcomes = tuple(
+        shakedown.Outcome.SEPARATION if x == limit.cycling else o
+        for x, o in zip(limit.scanned, limit.outcomes, strict=True)
+    )
+    apart = replace(limit, outcomes=outcomes, at_high=replace(limit.at_high, opened=np.array([True, False])))
+    assert "separation was found (node 0 opens and closes, no slip in contact) at λ = " in transient_in_words(
+        apart
+    )
+    assert "cycle was found" not in transient_in_words(apart)
+
+
+def test_a_free_body_is_told_why_no_subset_is_regular() -> None:
+    joint = sliding()
+    found, bounds = shakedown.critical_load_factors(joint), shakedown.shakedown_bounds(joint)
+    said = " ".join(critical_in_words(found, found.total, bounds))
+    assert "Only friction holds this body" in said
+    assert "None of them is positive" not in said
+    assert "λ_max = " in said
+
+
+@pytest.mark.parametrize("value", [1.3276878539, 0.65, 1.9, 1e-7, 123456.7891])
+def test_a_rounded_limit_is_never_on_the_wrong_side(value: float) -> None:
+    assert float(down(value)) <= value <= float(up(value))
+    assert float(up(value)) - float(down(value)) <= 1.0001e-6 * value
+
+
+def test_the_load_factor_below_which_no_node_cycles_alone_is_rounded_down() -> None:
+    joint = shakedown.example("three-node")
+    alone = shakedown.single_node_cycle(joint).load_factor
+    status = shakedown.shakedown_bounds(joint).lower
+    assert f"may cycle alone from {up(alone)} on" in status.reason
+    assert float(up(alone)) >= alone

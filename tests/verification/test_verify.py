@@ -53,7 +53,7 @@ def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem:
 def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
     text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_LATER)))
     assert "No load factor is safe" not in text
-    assert "λ_lo = 0.4166667" in text
+    assert "Below λ_lo = 0.4166666 " in text
     assert "all nodes in contact" in text
     text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_BETWEEN)))
     assert "from λ_lo up to λ_max = 1.5" in text
@@ -103,7 +103,8 @@ def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) 
     report = shakedown.verify(shakedown.example("one-node"), random_states=0)
     assert report.agrees
     assert report.open_questions == ()
-    assert report.notes == ("λ_max: the second road (A SOLVER) stopped without an answer",)
+    (note,) = report.notes
+    assert note.startswith("λ_max: the second road (A SOLVER) stopped without an answer; the value rests on")
 
 
 def test_one_subset_is_singular() -> None:
