@@ -106,10 +106,10 @@ if TYPE_CHECKING:
     from shakedown.long_term.transient_limit import transient_limit as transient_limit
     from shakedown.maps.basin_boundary import basin_boundary as basin_boundary
     from shakedown.maps.basin_map import InitialStateMap as InitialStateMap
-    from shakedown.maps.basin_map import InitialStateMaps as InitialStateMaps
     from shakedown.maps.limit_cycles import LimitCycle as LimitCycle
     from shakedown.maps.mapping import initial_state_map as initial_state_map
     from shakedown.maps.samplers import Sampler as Sampler
+    from shakedown.maps.several_maps import InitialStateMaps as InitialStateMaps
     from shakedown.model.constraints import SIDE_NAMES as SIDE_NAMES
     from shakedown.model.constraints import Constraints as Constraints
     from shakedown.model.constraints import constraints as constraints
@@ -155,10 +155,11 @@ _HOMES = {
     "shakedown.tolerances": "Tolerances",
     "shakedown.uniqueness.in_contact": "Uniqueness unique_in_contact",
     "shakedown.maps.basin_boundary": "basin_boundary",
-    "shakedown.maps.basin_map": "InitialStateMap InitialStateMaps",
+    "shakedown.maps.basin_map": "InitialStateMap",
     "shakedown.maps.limit_cycles": "LimitCycle",
     "shakedown.maps.mapping": "initial_state_map",
     "shakedown.maps.samplers": "Sampler",
+    "shakedown.maps.several_maps": "InitialStateMaps",
     "shakedown.model.loading": "Loading loading",
     "shakedown.model.constraints": "Constraints constraints SIDE_NAMES",
     "shakedown.errors": "ShakedownError ProblemError UsageError BudgetExceeded SolverError",

@@ -1,6 +1,7 @@
 """The shape of the package: wings, floors and the direction of imports, read from the imports themselves."""
 
 import ast
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -136,6 +137,12 @@ def test_wings_are_small_and_say_what_they_are_for():
         assert purpose, wing
         unnamed = [path.stem for path in rooms if f"``{path.stem}``" not in purpose]
         assert not unnamed, f"{wing}: the reading order does not name {unnamed}"
+
+
+def test_every_wing_is_packaged():
+    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
+    wings = {f"shakedown.{path.parent.name}" for path in PACKAGE.glob("*/__init__.py")}
+    assert listed == wings | {"shakedown", "shakedown.cli"}
 
 
 def test_no_room_is_named_as_a_part_of_another():

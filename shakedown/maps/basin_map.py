@@ -1,24 +1,25 @@
 """A map of initial states: how many shake down, what the others dissipate, and in which limit cycles."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from shakedown.long_term.outcome import Outcome
-from shakedown.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, limit_cycles
+from shakedown.maps.final_states import FinalStates, final_states
+from shakedown.maps.limit_cycles import LimitCycle, limit_cycles
 from shakedown.maps.map_file import Columns
 from shakedown.maps.map_pieces import Search
 from shakedown.maps.samplers import Sampler, Sampling
 from shakedown.maps.slip_plane import SlipPlane, admissible, slip_plane
+from shakedown.maps.slip_scatter import Scatter, slip_scatter
+from shakedown.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.shown_values import plain
-from shakedown.tolerances import Tolerances
 
 CONFIDENCE = 0.95
 
@@ -117,8 +118,32 @@ class InitialStateMap(Result):
     @cached_property
     def dissipation_quartiles(self) -> FloatArray:
         """Minimum, quartiles and maximum of the dissipation per cycle over all decided states, (5,)."""
-        known = self.dissipation[~np.isnan(self.dissipation)]
-        return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
+        return _quartiles(self.dissipation)
+
+    @cached_property
+    def dissipation_of(self) -> dict[str, FloatArray]:
+        """The same over the states of each outcome, (5,) each."""
+        return {word: _quartiles(self.dissipation[self.outcome == word]) for word in self.outcomes}
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """How far apart the slips lie that stay locked in where it shakes down; NaN where it does not."""
+        shaken = np.flatnonzero(self.outcome == Outcome.SHAKEDOWN)
+        return slip_scatter(self.final_slip, shaken, np.asarray(self.final_slip[shaken[:1]]))
+
+    @property
+    def looked_at_again(self) -> int:
+        """How many of the undecided states ``undecided_reasons`` rests on."""
+        return min(self.undecided, LOOKED_AT)
+
+    @cached_property
+    def undecided_reasons(self) -> tuple[UndecidedReason, ...]:
+        """Why states are undecided, the most frequent reason first.
+
+        A few of them, spread evenly over their numbers, are followed once more.
+        """
+        undecided = np.flatnonzero(self.outcome == Outcome.UNDECIDED)
+        return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
@@ -130,19 +155,36 @@ class InitialStateMap(Result):
         """Safe region, admissible slips, energy ball in the plane of the two coordinates."""
         return slip_plane(self.sampling)
 
+    @cached_property
+    def final_states(self) -> FinalStates:
+        """Whether all states end in the same outcome, and in one and the same state."""
+        return final_states(
+            self.problem,
+            self.load_factor,
+            self.outcomes,
+            self.limit_cycles,
+            self.scatter,
+            self.search.tolerances,
+        )
+
+    @property
+    def same_outcome(self) -> bool | None:
+        """Whether the outcome is the same from all states; None where that is not known."""
+        return self.final_states.same_outcome
+
     @property
     def unique(self) -> bool | None:
-        """Whether all states end in one and the same motion; None where that is not known.
+        """Whether all states end in one and the same state; None where that is not known.
 
-        Slips that stay locked in may differ, as long as the dissipation does not: by the
-        tolerance ``same_cycle``, relative to itself. All shaking down counts as one motion.
+        The slips at the end of a period agree too, those that stay locked in among them, to
+        the tolerance ``same_cycle``.
         """
-        return uniqueness(self)[0]
+        return self.final_states.unique
 
     @property
     def evidence(self) -> str:
         """What that rests on, in words."""
-        return uniqueness(self)[1]
+        return self.final_states.evidence
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""
@@ -154,46 +196,18 @@ class InitialStateMap(Result):
             "shakedown_fraction": self.shakedown_fraction,
             "interval": list(self.interval),
             "outcomes": self.outcomes,
+            "fractions": {word: count / len(self) for word, count in self.outcomes.items()},
             "dissipation": self.dissipation_quartiles,
+            "dissipation_of": self.dissipation_of,
             "limit_cycles": [_cycle_document(cycle) for cycle in self.limit_cycles],
+            "same_outcome": self.same_outcome,
+            "slip_spread": self.scatter.spread,
+            "largest_slip": self.scatter.largest,
             "unique": self.unique,
             "evidence": self.evidence,
+            "undecided_reasons": self.undecided_reasons,
         }
         return {word: plain(value) for word, value in document.items()}
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class InitialStateMaps(Result):
-    """Maps of initial states over a range of load factors.
-
-    Attributes
-    ----------
-    maps
-        One for each load factor, in the order asked for.
-    """
-
-    TABLE: ClassVar[str] = "load_factors shakedown_fraction interval"
-
-    maps: tuple[InitialStateMap, ...]
-
-    @property
-    def load_factors(self) -> FloatArray:
-        """λ, (k,)."""
-        return np.array([one.load_factor for one in self.maps])
-
-    @property
-    def shakedown_fraction(self) -> FloatArray:
-        """Share of the states that shake down at each load factor, (k,)."""
-        return np.array([one.shakedown_fraction for one in self.maps])
-
-    @property
-    def interval(self) -> FloatArray:
-        """Its confidence interval at each load factor, (k, 2)."""
-        return np.array([one.interval for one in self.maps])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the states themselves, for JSON."""
-        return {"maps": [one.to_dict() for one in self.maps]}
 
 
 def basin_map(chosen: Sampling, search: Search, columns: Columns) -> InitialStateMap:
@@ -203,44 +217,10 @@ def basin_map(chosen: Sampling, search: Search, columns: Columns) -> InitialStat
     return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, **own)
 
 
-def uniqueness(found: InitialStateMap) -> tuple[bool | None, str]:
-    """Whether the final state of motion is one and the same, and the evidence in words."""
-    cycles, shaken = found.limit_cycles, found.outcomes.get(Outcome.SHAKEDOWN, 0)
-    differences = _differences(found.outcomes, cycles, found.search.tolerances)
-    if differences:
-        return False, "; ".join(differences)
-    if found.undecided:
-        return None, f"{found.undecided} of {len(found)} states are undecided, the others agree"
-    if not cycles and shaken == len(found):
-        return True, f"all {len(found)} states shake down"
-    if len(cycles) == 1:
-        if cycles[0].stability == BORDER:
-            return True, f"all {len(found)} states end in a continuum of limit cycles that dissipate the same"
-        return True, f"all {len(found)} states end in the same limit cycle, which is {cycles[0].stability}"
-    return None, "the body leaves the contact from every state"
-
-
-def _differences(
-    outcomes: Mapping[str, int], cycles: tuple[LimitCycle, ...], tolerances: Tolerances
-) -> list[str]:
-    """What tells final states apart, in words."""
-    words = []
-    moving = sum(count for name, count in outcomes.items() if name not in ("shakedown", "undecided"))
-    if outcomes.get(Outcome.SHAKEDOWN, 0) and moving:
-        words.append("some states shake down and others do not")
-    if len(cycles) > 1:
-        words.append(f"{len(cycles)} different limit cycles")
-        sets = len({cycle.slipping_nodes for cycle in cycles})
-        words += [f"{sets} different sets of slipping nodes"] * (sets > 1)
-    for cycle in cycles:
-        low, high = cycle.dissipation
-        if cycle.stability != STABLE and high - low > tolerances.same_cycle * high:
-            words.append(
-                f"the slip locked in selects one of a continuum (dissipation {low:.6g} to {high:.6g})"
-            )
-            break
-    words += ["one of them is unstable"] * any(cycle.stability == UNSTABLE for cycle in cycles)
-    return words
+def _quartiles(values: FloatArray) -> FloatArray:
+    """Minimum, quartiles and maximum of what is known, (5,)."""
+    known = values[~np.isnan(values)]
+    return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
 
 
 def _cycle_document(cycle: LimitCycle) -> dict[str, Any]:
@@ -255,4 +235,6 @@ def _cycle_document(cycle: LimitCycle) -> dict[str, Any]:
         "multipliers": multipliers,
         "contact_sequences": cycle.contact_sequences,
         "example": cycle.example,
+        "spread": cycle.spread,
+        "coincide": cycle.coincide,
     }

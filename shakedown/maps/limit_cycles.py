@@ -13,12 +13,13 @@ from shakedown.long_term.limit_search import LimitSearch
 from shakedown.long_term.outcome import Outcome
 from shakedown.maps.map_file import Columns
 from shakedown.maps.map_pieces import Search
+from shakedown.maps.slip_scatter import AT_ONCE, slip_scatter
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.tolerances import Tolerances
 
 Rows = NDArray[np.intp]  # numbers of states
 
-AT_ONCE = 1 << 16  # states looked at together
 STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
 
@@ -36,13 +37,14 @@ class LimitCycle(Result):
         Cycles of the load after which the motion repeats.
     dissipation
         Smallest and largest dissipation per cycle [force × length]: the same for one limit
-        cycle, a range for a continuum.
+        cycle, mostly a range for a continuum.
     slipping_nodes
         The nodes that slip.
     stability
         ``"stable"``: every multiplier is below 1 in size, and small disturbances die out.
-        ``"border"``: one is 1: a continuum of limit cycles, a disturbance leads to a
-        neighbouring one. ``"unstable"``: one is above 1. ``"unknown"``: the state jumps.
+        ``"border"``: one is 1: a disturbance may lead to a neighbouring limit cycle of a
+        continuum; whether the states found make use of that, ``coincide`` says.
+        ``"unstable"``: one is above 1. ``"unknown"``: the state jumps.
     multipliers : (k,)
         Eigenvalues of the derivative of the map over one period with respect to the slips
         of the nodes stuck at its start, the largest first, at the example.
@@ -52,6 +54,12 @@ class LimitCycle(Result):
         Number of a state that leads there.
     final_slip : (period, n)
         Slips at the ends of its cycles, from the example [length].
+    spread
+        Largest difference, at any node, between the slips that the states end on, in the same
+        phase of the period and drift apart [length].
+    coincide
+        Whether the states end in one and the same limit cycle: spread and dissipation
+        agree to the tolerance ``same_cycle``.
     """
 
     count: int
@@ -64,6 +72,8 @@ class LimitCycle(Result):
     contact_sequences: int
     example: int
     final_slip: FloatArray
+    spread: float = 0.0
+    coincide: bool = True
 
 
 class _Kind(NamedTuple):
@@ -72,6 +82,13 @@ class _Kind(NamedTuple):
     outcome: str
     period: int
     slipping_nodes: tuple[int, ...]
+
+
+class _Examined(NamedTuple):
+    """A limit cycle looked at closely, and how its slip grows per period, (n,) [length]."""
+
+    cycle: LimitCycle
+    drift: FloatArray
 
 
 @dataclass(frozen=True)
@@ -91,7 +108,13 @@ class _Seen:
     @property
     def same(self) -> float:
         """Difference of slips that counts as none [length]."""
-        return self.search.tolerances.same_cycle * scales(self.problem, self.load_factor).length
+        return same_slip(self.problem, self.load_factor, self.search.tolerances)
+
+    @property
+    def same_work(self) -> float:
+        """Difference of dissipations that counts as none, beside a share of the larger [force × length]."""
+        scale, tolerance = scales(self.problem, self.load_factor), self.search.tolerances.periodicity
+        return tolerance * scale.length * scale.force
 
     def parts(self) -> Iterator[slice]:
         """All states, some at a time."""
@@ -119,15 +142,19 @@ def limit_cycles(
     """
     seen, found = _Seen(problem, load_factor, columns, search), list[LimitCycle]()
     for kind, rows in _by_kind(seen).items():
-        continuum: list[LimitCycle] = []
+        continuum: list[tuple[_Examined, Rows]] = []
         while len(rows):
-            cycle = _examined(seen, kind, int(rows[0]))
-            alone = cycle.stability in (STABLE, UNSTABLE)
-            mine = _ends_on(seen, rows, cycle) if alone else _like(seen, rows, kind)
-            cycle = _counted(seen, cycle, rows[mine])
-            (found if alone else continuum).append(cycle)
+            one = _examined(seen, kind, int(rows[0]))
+            alone = one.cycle.stability in (STABLE, UNSTABLE)
+            mine = _ends_on(seen, rows, one.cycle) if alone else _like(seen, rows, kind)
+            if alone:
+                found.append(_counted(seen, one, rows[mine]))
+            else:
+                continuum.append((one, rows[mine]))
             rows = rows[~mine]
-        found += [_joined(continuum)] if continuum else []
+        if continuum:  # or several with the same slipping nodes; the largest part is the example
+            one = max(continuum, key=lambda part: len(part[1]))[0]
+            found.append(_counted(seen, one, np.concatenate([part for _, part in continuum])))
     return tuple(sorted(found, key=lambda cycle: (-cycle.count, cycle.example)))
 
 
@@ -173,7 +200,7 @@ def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
     return np.asarray(signature == signature[0])
 
 
-def _examined(seen: _Seen, kind: _Kind, example: int) -> LimitCycle:
+def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
     """The limit cycle that one state leads to, with the multipliers of its cycle map."""
     cycle = LimitCycle(
         count=1,
@@ -192,13 +219,14 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> LimitCycle:
     state = seek.run(search.max_cycles)
     over = follow_period(seek.evolution, state.period) if state.period else None
     if over is None:
-        return cycle
+        return _Examined(cycle, state.drift)
     ends = np.array([record.end_slip for record in over.records])
     if any(record.jumps for record in over.records):
-        return replace(cycle, final_slip=ends)
+        return _Examined(replace(cycle, final_slip=ends), state.drift)
     multipliers = np.linalg.eigvals(over.jacobian).astype(complex)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
-    return replace(cycle, stability=_stability(multipliers), multipliers=multipliers, final_slip=ends)
+    cycle = replace(cycle, stability=_stability(multipliers), multipliers=multipliers, final_slip=ends)
+    return _Examined(cycle, state.drift)
 
 
 def _stability(multipliers: NDArray[np.complex128]) -> str:
@@ -208,23 +236,26 @@ def _stability(multipliers: NDArray[np.complex128]) -> str:
     return BORDER if largest >= 1.0 - UNIT else STABLE
 
 
-def _counted(seen: _Seen, cycle: LimitCycle, rows: Rows) -> LimitCycle:
-    """A limit cycle with the states that lead there."""
+def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
+    """A limit cycle with the states that lead there, and how far apart they end."""
     dissipation = seen.columns["dissipation"][rows]
+    low, high = float(dissipation.min()), float(dissipation.max())
+    scatter = slip_scatter(seen.columns["final_slip"], rows, one.cycle.final_slip, _known(one.drift))
+    same_work = high - low <= seen.search.tolerances.same_cycle * high + seen.same_work
     return replace(
-        cycle,
+        one.cycle,
         count=len(rows),
-        dissipation=(float(dissipation.min()), float(dissipation.max())),
+        dissipation=(low, high),
         contact_sequences=len(np.unique(seen.columns["signature"][rows])),
+        spread=scatter.spread,
+        coincide=one.cycle.stability in (STABLE, UNSTABLE) or bool(scatter.spread <= seen.same and same_work),
     )
 
 
-def _joined(cycles: list[LimitCycle]) -> LimitCycle:
-    """Parts of one continuum, or of several with the same slipping nodes; the largest is the example."""
-    low, high = np.array([cycle.dissipation for cycle in cycles]).T
-    return replace(
-        max(cycles, key=lambda cycle: cycle.count),
-        count=sum(cycle.count for cycle in cycles),
-        dissipation=(float(low.min()), float(high.max())),
-        contact_sequences=sum(cycle.contact_sequences for cycle in cycles),
-    )
+def _known(drift: FloatArray) -> FloatArray | None:
+    return None if np.isnan(drift).any() else drift
+
+
+def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
+    """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
+    return tolerances.same_cycle * scales(problem, load_factor).length

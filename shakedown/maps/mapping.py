@@ -18,10 +18,11 @@ from shakedown.campaign.pieces import run_campaign
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import check_target
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.maps.basin_map import InitialStateMap, InitialStateMaps, basin_map
+from shakedown.maps.basin_map import InitialStateMap, basin_map
 from shakedown.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
 from shakedown.maps.map_pieces import MapPieces, Search
-from shakedown.maps.samplers import Sampler, sampling
+from shakedown.maps.samplers import Sampler, require_ball, sampling
+from shakedown.maps.several_maps import InitialStateMaps, MissingMap
 from shakedown.model.arguments import check_load_factor, checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -97,7 +98,7 @@ def initial_state_map(
     problem
         The joint and its loading.
     load_factor
-        λ ≥ 0, or several: then a map is made at each of them.
+        λ ≥ 0, or several: then a map is made at each of them where the sampler has states.
     states
         Number of initial states at each load factor. A grid has the largest square
         number up to it.
@@ -133,8 +134,9 @@ def initial_state_map(
     Raises
     ------
     UsageError
-        If an argument is out of range, the file cannot be written, what is recorded
-        there is of another map, or the cluster does not answer.
+        If an argument is out of range, a ball is asked for and none of the load factors has
+        one, the file cannot be written, what is recorded there is of another map, or the
+        cluster does not answer.
     SolverError
         If workers die again and again.
 
@@ -156,7 +158,7 @@ def initial_state_map(
     for factor in factors:
         check_load_factor(factor)
     target = None if path is None else check_target(path)
-    chosen = tuple(
+    wanted = [
         sampling(
             problem,
             factor,
@@ -168,7 +170,13 @@ def initial_state_map(
             tolerances=tolerances,
         )
         for factor in factors
+    ]
+    missing = tuple(
+        MissingMap(place, one.load_factor, one.missing_ball)
+        for place, one in enumerate(wanted)
+        if one.missing_ball
     )
+    chosen = tuple(one for one in wanted if not one.missing_ball) or (require_ball(wanted[0]),)
     work = MapPieces(chosen, Search(max_cycles, longest_period, tolerances))
     if workers is None and work.little:
         workers = 1
@@ -180,7 +188,7 @@ def initial_state_map(
         )
         for k, one in enumerate(chosen)
     )
-    return InitialStateMaps(maps) if several else maps[0]
+    return InitialStateMaps(maps, missing) if several else maps[0]
 
 
 def _columns(

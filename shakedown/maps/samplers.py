@@ -91,6 +91,13 @@ class Sampling:
         """States along one side of a grid."""
         return isqrt(self.states)
 
+    @property
+    def missing_ball(self) -> str:
+        """Why states cannot be drawn from the energy ball, where that is asked for; else empty."""
+        if self.sampler != Sampler.BALL or 0 < self.ball.radius < np.inf:
+            return ""
+        return f"radius {self.ball.radius:g} ({self.ball.reason})"
+
     def slips(self, start: int, stop: int) -> FloatArray:
         """The initial slips of the states numbered start … stop − 1, (stop − start, n) [length]."""
         stop = min(stop, self.states)
@@ -119,7 +126,7 @@ def sampling(
     Raises
     ------
     UsageError
-        If an argument is out of range, or a ball is asked for where there is none.
+        If an argument is out of range.
 
     Examples
     --------
@@ -152,10 +159,15 @@ def sampling(
     )
     if sampler == Sampler.GRID:
         return replace(chosen, states=chosen.side**2)
-    if sampler == Sampler.BALL and not 0 < chosen.ball.radius < np.inf:
+    return chosen
+
+
+def require_ball(chosen: Sampling) -> Sampling:
+    """The sampling itself; raises ``UsageError`` if it draws from an energy ball that is not there."""
+    if chosen.missing_ball:
         raise UsageError(
-            f"sampler ball: expected a finite energy ball at load factor {load_factor:g}, found radius "
-            f"{chosen.ball.radius:g} ({chosen.ball.reason})"
+            f"sampler ball: expected a finite energy ball at load factor {chosen.load_factor:g}, found "
+            f"{chosen.missing_ball}"
         )
     return chosen
 

@@ -10,13 +10,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of, work_unit
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, axes_for, labelled, node_name
+from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, labelled, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
@@ -69,6 +70,8 @@ class Mapped(Protocol):
     @property
     def outcome(self) -> NDArray[np.str_]: ...
     @property
+    def period(self) -> NDArray[np.int64]: ...
+    @property
     def dissipation(self) -> FloatArray: ...
 
 
@@ -87,7 +90,8 @@ class MappedRange(Protocol):
 def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     """Which initial slips shake down, and what the others dissipate (thesis §7.2.1).
 
-    The cells of a grid are filled, other states are dots. The energy ball (shakedown proved),
+    Separation, where nodes open and close and none slips in contact, has a colour of its own. The
+    cells of a grid are filled, other states are dots. The energy ball (shakedown proved),
     the safe region and the slips that are admissible under the first load are outlined where
     all other slips are those of the centre: for two nodes, and for a grid.
 
@@ -125,19 +129,21 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     plane = found.problem.n == 2 or found.sampling.sampler == "grid"
     if plane:
         handles += _draw_outlines(axes, found.plane)
-    centre: dict[str, Any] = {
-        "marker": "P",
-        "color": "white",
-        "markeredgecolor": BLACK,
+    centre: dict[str, Any] = {  # hollow: a safe region may be smaller than the marker
+        "marker": "o",
+        "mfc": "none",
+        "mec": BLACK,
         "ms": 9,
         "ls": "none",
+        "path_effects": [withStroke(linewidth=3.0, foreground="white")],
     }
-    handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=5, **centre)
+    handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=3, **centre)
     axes.set(
         xlabel=labelled(f"initial slip of {node_name(pair[0], found.problem)}", length),
         ylabel=labelled(f"initial slip of {node_name(pair[1], found.problem)}", length),
     )
-    others = "" if plane else f"; the other {found.problem.n - 2} slips vary too"
+    rest = found.problem.n - 2
+    others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"
     axes.set_title(f"λ = {found.load_factor:.6g}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
@@ -146,12 +152,14 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
 def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:
     """Every state by what becomes of it, a colour bar; entries of the legend."""
     resting, undecided = found.outcome == "shakedown", found.outcome == "undecided"
-    moving = ~resting & ~undecided
+    separation, leaving = found.outcome == "separation", (found.period == 0) & ~undecided
+    moving = ~resting & ~undecided & ~separation
     colours = np.ma.masked_array(np.asarray(found.dissipation), mask=~(moving & ~np.isnan(found.dissipation)))
     kinds = (
         (resting, RESTING, "shakes down"),
         (undecided, RED, "undecided"),
-        (moving & colours.mask, PURPLE, "leaves contact"),
+        (separation & ~leaving, SKY, "separation: opens and closes, no slip in contact"),
+        (leaving, PURPLE, "leaves contact"),
     )
     draw = _cells if found.sampling.sampler == "grid" and found.sampling.side > 1 else _dots
     for mask, colour, _ in kinds:

@@ -35,17 +35,19 @@ class SwingBound(Result):
     status
         ``"optimal"``, or ``"unbounded"`` where no load factor ends it.
     load_factor
-        λ_S; inf where unbounded. Where it is certified, a float that is no larger than what is proved.
+        λ_S; inf where unbounded. Where it is certified, a float that is no larger than what is proved;
+        else exact to the accuracy of the linear programs.
     node
         The node that ends it; −1 where none does, or where the rigid motion of a floating body does.
     forward_slip, backward_slip : (n,)
         Two slips, admissible at two loads of the hull of the loop, at which ``node`` can slip
-        forward and backward at the same (A v)_node [length]; NaN where there is no such node.
+        forward, and backward at no larger (A v)_node [length]; NaN where there is no such node.
     multipliers : (n, 2, 2n)
         y ≤ 0 (of either sign in the active row) with yᵀG = −A_i in forward slip and A_i in backward
         slip of node i: they bound (A v)_i there, :meth:`gaps`. NaN where there is no such slip.
     certified
-        Whether the load factor was proved in exact arithmetic.
+        Whether the load factor was proved in exact arithmetic, by its ``multipliers``. They prove less
+        where a node can be brought to both its limits; then nothing is certified.
     programs
         How many linear programs in two states were needed, because a bound by multipliers was not sharp.
     """
@@ -88,7 +90,8 @@ def swing_bound(
     certify
         Whether to prove the number in exact arithmetic; by default where that is quick.
     tolerances
-        ``feasibility`` decides how clearly a node must pass without a program of its own;
+        ``feasibility`` decides how clearly a node must pass without a program of its own, and how near
+        a proof in exact arithmetic must come to certify;
         ``zero_mode`` what is a rigid motion.
 
     Raises
@@ -113,8 +116,9 @@ def swing_bound(
         held = upper_bound(problem, certify=False, tolerances=tolerances).load_factor
         limited = min(_held_rigidly(lines, rigid, found.load_factor), held)
         if limited < found.load_factor:
-            found = found._replace(load_factor=limited, node=-1)
-    return _result(problem, found, lines, certify)
+            nowhere = np.full(problem.n, np.nan)
+            found = found._replace(load_factor=limited, node=-1, forward=nowhere, backward=nowhere)
+    return _result(problem, found, lines, certify, tolerances)
 
 
 class _Found(NamedTuple):
@@ -170,11 +174,15 @@ def _completed(
     return replace(known, values=np.where(unbounded, inf, known.values))
 
 
-def _result(problem: Problem, found: _Found, lines: SwingLines, certify: bool | None) -> SwingBound:
+def _result(
+    problem: Problem, found: _Found, lines: SwingLines, certify: bool | None, tolerances: Tolerances
+) -> SwingBound:
     load_factor, proved = found.load_factor, None
     certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify
     if certify and 0.0 < load_factor < inf and found.node >= 0:
         proved = proved_swing(problem, lines)
+        if proved is not None and proved < load_factor * (1.0 - tolerances.feasibility):
+            proved = None  # the lines leave a gap, which the program in two states has closed
     return SwingBound(
         status=Status.OPTIMAL if load_factor < inf else Status.UNBOUNDED,
         load_factor=load_factor if proved is None else min(proved, load_factor),

@@ -53,7 +53,8 @@ def meeting_states(
 ) -> tuple[FloatArray, FloatArray] | None:
     """The forward and the backward slip on which the lines of a node rest, if both are admissible.
 
-    Then the node can slip both ways at the same A v where its lines meet, by duality.
+    Then the node can slip both ways at the same A v where its lines meet, by duality. None also where
+    the slips are so large, for example along a rigid motion, that round-off hides whether they are.
     """
     if not load_factor > -inf:
         return None
@@ -64,11 +65,33 @@ def meeting_states(
         step = int(lines.steps[node, side])
         room = states.g if step == AT_MEAN else states.g - load_factor * states.loads[:, step]
         try:
-            slip = np.linalg.solve(states.G[rows], room[rows])
+            slip = np.asarray(np.linalg.solve(states.G[rows], room[rows]), dtype=float)
         except np.linalg.LinAlgError:
             return None
-        sizes = np.maximum((np.abs(states.G) * np.abs(slip)).max(axis=1), np.abs(states.g))
-        if not np.all(states.G @ slip - room <= tolerances.feasibility * sizes):
+        if not _rests_on(states, room, rows, slip, tolerances):
             return None
-        pair.append(np.asarray(slip))
+        pair.append(slip)
+    A_i = 0.5 * (states.G[2 * node] - states.G[2 * node + 1])
+    apart = np.abs(A_i @ (pair[0] - pair[1]))
+    if not apart <= tolerances.feasibility * _force(states, load_factor):
+        return None
     return pair[0], pair[1]
+
+
+def _rests_on(
+    states: AdmissibleStates,
+    room: FloatArray,
+    rows: NDArray[np.intp],
+    slip: FloatArray,
+    tolerances: Tolerances,
+) -> bool:
+    """Whether a slip keeps to every limit and reaches some, relative to the terms and to the forces."""
+    excess = states.G @ slip - room
+    terms = np.maximum((np.abs(states.G) * np.abs(slip)).max(axis=1), np.abs(states.g))
+    near = tolerances.feasibility * np.minimum(terms, np.abs(room).max())
+    return bool(np.all(excess <= near) and np.all(np.abs(excess[rows]) <= near[rows]))
+
+
+def _force(states: AdmissibleStates, load_factor: float) -> float:
+    """The largest force that the mean load or the loop brings at a load factor."""
+    return float(max(np.abs(states.g).max(), load_factor * np.abs(states.loads).max()))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,7 +73,80 @@ def test_undecided_states_are_said_and_counted():
     words = [*MAP, "--states", "16", "--cycles", "1"]
     found = document(*words, code=1)
     assert found["outcomes"]["undecided"] > 0
-    assert "are undecided: see --cycles" in " ".join(run(*words)[1].split())
+    text = " ".join(run(*words)[1].split())
+    assert "states are undecided: no periodic state within 1 cycles" in text
+    assert "More --cycles may decide them." in text
+
+
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    """Two nodes on a body that only friction holds, pushed harder than it can."""
+    path = tmp_path_factory.mktemp("joint") / "sliding.npz"
+    problem = shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[0.0, 0.0], [4.0, 4.0], [0.0, 0.0], [-1.0, -1.0]], p_w=np.ones((4, 2)),
+    )  # fmt: skip
+    shakedown.save_problem(path, problem)
+    return str(path)
+
+
+def test_what_slides_away_is_said_without_advice_that_cannot_help(sliding):
+    code, out, err = run("map", sliding, "--load-factor", "1", "--states", "16")
+    text = " ".join(out.split())
+    assert (code, err) == (1, "")
+    assert "none is decided" in text
+    assert "16 states are undecided: the body slides away" in text
+    for misleading in ("--cycles", "0.0 %", "the others agree"):
+        assert misleading not in text
+
+
+def test_a_row_without_energy_ball_costs_the_others_nothing():
+    words = ["map", "two-node", "--load-factor", "0.6:0.8:3", "--sampler", "ball", "--states", "16"]
+    code, out, err = run(*words)
+    assert (code, err) == (0, "")
+    rows = [line.split() for line in out.splitlines()]
+    assert next(row for row in rows if row[:1] == ["0.6"])[:3] == ["0.6", "100.0", "%"]
+    assert ["0.8", "no", "energy", "ball"] in rows
+    found = document(*words)
+    assert [one["load_factor"] for one in found["maps"]] == [0.6, 0.7]
+    assert [one["load_factor"] for one in found["missing"]] == [0.8]
+
+
+@pytest.fixture(scope="module")
+def breathing(tmp_path_factory):
+    """A node that opens and closes, and one that stays where it is put; dissipation is round-off at most."""
+    path = tmp_path_factory.mktemp("joint") / "breathing.npz"
+    p_w = [[1.0, 1.0], [-1.0, 1.0], [-2.0, 1.0], [-1.0, 1.0]]
+    one = np.eye(2)
+    problem = shakedown.Problem(A=one, B=0.0 * one, C=one, f=0.5, q_w=np.zeros((4, 2)), p_w=p_w)
+    shakedown.save_problem(path, problem)
+    return str(path)
+
+
+def test_separation_is_no_limit_cycle_with_slip(breathing):
+    code, out, err = run("map", breathing, "--load-factor", "1", "--states", "64")
+    assert (code, err) == (0, "")
+    assert max(map(len, out.splitlines())) <= 80
+    text = " ".join(out.split())
+    assert "Limit cycles" not in text
+    assert "Motions with separation" in text
+    assert "separation 64 nodes open and close in every period; none slips in contact" in text
+    assert "slip at" not in text
+    assert "The outcome is the same for all states: separation." in text
+    assert "The final state is not unique" in text
+    (cycle,) = document("map", breathing, "--load-factor", "1", "--states", "64")["limit_cycles"]
+    assert (cycle["outcome"], cycle["coincide"]) == ("separation", False)
+
+
+def test_round_off_is_no_dissipation(breathing, monkeypatch):
+    problem = shakedown.load_problem(breathing)
+    found = shakedown.initial_state_map(problem, 1.0, states=16)
+    found.dissipation[:] = 6e-14
+    found = replace(found, limit_cycles=(replace(found.limit_cycles[0], dissipation=(5e-14, 6e-14)),))
+    monkeypatch.setattr(shakedown, "initial_state_map", lambda *_, **__: found, raising=False)
+    _, out, _ = run("map", breathing, "--load-factor", "1", "--states", "16")
+    assert "e-14" not in out
+    assert "over all states: 0." in out
 
 
 @pytest.mark.parametrize(

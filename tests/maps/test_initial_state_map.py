@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.maps.basin_map import InitialStateMaps
 from shakedown.maps.map_pieces import BLOCK
+from shakedown.maps.several_maps import InitialStateMaps
 from tests.joints import FAMILY, member
 
 JOINT = shakedown.example("two-node")
@@ -105,7 +105,8 @@ def test_several_load_factors_make_several_maps():
     alone = shakedown.initial_state_map(JOINT, 0.7, states=BLOCK)
     np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
     assert maps.interval.shape == (3, 2)
-    assert maps.maps[0].unique is True
+    assert maps.maps[0].same_outcome is True
+    assert maps.maps[1].same_outcome is False
     assert len(maps.to_dict()["maps"]) == 3
 
 
@@ -135,3 +136,20 @@ def test_units_change_nothing(found, factor):
 def test_misuse_is_said_in_one_line(words, said):
     with pytest.raises(shakedown.UsageError, match=said):
         shakedown.initial_state_map(JOINT, **{"load_factor": 0.7, **words})
+
+
+def test_a_load_factor_without_energy_ball_costs_the_others_nothing(tmp_path):
+    words = {"states": BLOCK, "sampler": "ball", "path": tmp_path / "map.npz"}
+    maps = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], **words)
+    np.testing.assert_array_equal(maps.load_factors, [0.6, 0.65])
+    (missing,) = maps.missing
+    assert (missing.place, missing.load_factor) == (1, 0.8)
+    assert missing.reason.startswith("radius 0 (")
+    alone = shakedown.initial_state_map(JOINT, 0.65, states=BLOCK, sampler="ball")
+    np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
+    with np.load(tmp_path / "map.npz") as file:
+        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.6, 0.65], BLOCK))
+    again = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], resume=True, **words)
+    assert again.to_dict() == maps.to_dict()
+    with pytest.raises(shakedown.UsageError, match=r"a finite energy ball at load factor 0\.8"):
+        shakedown.initial_state_map(JOINT, [0.8, 0.9], states=BLOCK, sampler="ball")

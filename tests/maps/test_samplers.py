@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.maps.samplers import Sampler, sampling
+from shakedown.maps.samplers import Sampler, require_ball, sampling
 
 JOINT = shakedown.example("two-node")
 
@@ -76,4 +76,4 @@ def test_above_the_upper_bound_the_box_is_about_the_last_safe_slip():
 )
 def test_what_cannot_be_sampled_is_said_in_one_line(words, said):
     with pytest.raises(shakedown.UsageError, match=said):
-        sampling(JOINT, words.pop("load_factor", 0.7), **words)
+        require_ball(sampling(JOINT, words.pop("load_factor", 0.7), **words))

@@ -64,3 +64,27 @@ def test_the_share_is_drawn_with_its_interval():
     maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=32)
     (line,) = plot.shakedown_share(maps).lines
     np.testing.assert_allclose(line.get_ydata(), 100 * maps.shakedown_fraction)
+
+
+def apart(n):
+    """Nodes that do not feel each other; node 0 opens and closes, node 1 stays where it is put."""
+    p_w = np.ones((4, n))
+    p_w[:, 0] = [1.0, -1.0, -2.0, -1.0]
+    return shakedown.Problem(
+        A=np.eye(n), B=np.zeros((n, n)), C=np.eye(n), f=0.5, q_w=np.zeros((4, n)), p_w=p_w
+    )
+
+
+def test_separation_has_a_colour_of_its_own():
+    found = shakedown.initial_state_map(apart(2), 1.0, states=36, sampler="grid")
+    assert found.outcomes == {"separation": 36}
+    axes = plot.basin(found)
+    assert "separation: opens and closes, no slip in contact" in words(axes)
+    assert len(axes.figure.axes) == 1  # no colour bar of dissipations
+    (drawn,) = [image for image in axes.collections if image.get_array().count()]
+    assert drawn.get_array().count() == 36
+
+
+def test_one_other_slip_is_one():
+    found = shakedown.initial_state_map(apart(3), 1.0, states=8)
+    assert plot.basin(found).get_title() == "λ = 1; the other slip varies too"

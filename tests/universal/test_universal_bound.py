@@ -309,3 +309,93 @@ def test_without_loads_there_is_no_room_to_sharpen_in():
     problem = shakedown.Problem(A=[[1.0]], B=[[0.3]], f=0.5, q_w=[[0.0]], p_w=[[0.0]], C=[[1.0]])
     climb = shakedown.sharpened_swing(problem, 0.01, 0.5)
     assert (climb.load_factor, climb.intervals) == (0.01, ())
+
+
+def first_swing(problem: shakedown.Problem) -> float:
+    """The least load factor of two states, the one that slips forward at no smaller (A v)_i, by SciPy."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    half, empty, share = np.hstack([G, S]), np.zeros((2 * n, n + k)), np.append(np.zeros(n), np.ones(k))
+    limits = [np.hstack([half, empty]), np.hstack([empty, half])]
+    shares = [np.append(share, 0 * share), np.append(0 * share, share)]
+    least = [np.inf]
+    for i in range(n):
+        swing = np.concatenate([-problem.A[i], np.zeros(k), problem.A[i], np.zeros(k)])
+        matrix = np.column_stack([np.vstack([*limits, *shares, swing]), np.zeros(4 * n + 3)])
+        matrix[4 * n : 4 * n + 2, -1] = -1.0
+        right = np.concatenate([g, g, np.zeros(3)])
+        equal = [n + i, 2 * n + i]
+        end = linprog(
+            np.append(np.zeros(2 * (n + k)), 1.0),
+            matrix,
+            right,
+            matrix[equal],
+            right[equal],
+            bounds=2 * ([(None, None)] * n + [(0, None)] * k) + [(0, None)],
+        )
+        assert end.status in (0, 2)
+        least.append(end.fun if end.status == 0 else np.inf)
+    return min(least)
+
+
+def inadmissible_by(problem: shakedown.Problem, slip: np.ndarray, load_factor: float, row: int) -> float:
+    """By how much a slip misses every load of the hull at which one row is active, in the largest force."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    room = g - G @ slip
+    matrix = np.vstack(
+        [np.column_stack([S, -np.ones(2 * n)]), np.append(-S[row], -1.0), np.append(np.ones(k), 0)]
+    )
+    right = np.concatenate([room, [-room[row], load_factor]])
+    end = linprog(np.append(np.zeros(k), 1.0), matrix, right, bounds=[(0, None)] * (k + 1))
+    return end.fun / max(np.abs(g).max(), load_factor * np.abs(S).max())
+
+
+RIGID = {
+    "A": [[1.0, -1.0], [-1.0, 1.0]],
+    "B": [[-0.2, 0.2], [0.35, -0.35]],
+    "C": 20 * np.eye(2),
+    "f": 0.5,
+    "q_w": [[0.1, 0.0], [-0.1, 0.2], [0.3, -0.2], [0.0, 0.1]],
+    "p_w": [[1.0, 1.2], [1.2, 0.8], [0.9, 1.0], [1.0, 1.1]],
+}
+
+
+def hard_joints():
+    """Lines with a gap to the program, rigid motions, and stiffnesses that are nearly singular."""
+    yield "cyclic", shakedown.example("one-node-cyclic")
+    yield "separation", shakedown.example("one-node-separation")
+    yield "rigid", shakedown.Problem(**RIGID)
+    for seed in range(6):
+        problem = joint(seed, n=3, m=5)
+        values, vectors = np.linalg.eigh(problem.A)
+        for name, least in (("floating", 0.0), ("nearly floating", 1e-4 * values[-1])):
+            rigid = vectors[:, 0]
+            A = (vectors[:, 1:] * values[1:]) @ vectors[:, 1:].T + least * np.outer(rigid, rigid)
+            B = problem.B - np.outer(problem.B @ rigid, rigid)
+            size = 20 * np.abs(problem.A).max() * np.eye(3)
+            yield f"{name} {seed}", replace(problem, A=(A + A.T) / 2, B=B, C=size)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"), list(hard_joints()), ids=lambda x: x if isinstance(x, str) else ""
+)
+def test_swing_bound_and_its_slips_in_hard_joints(name, problem):
+    swing, expected = shakedown.swing_bound(problem), first_swing(problem)
+    if swing.node < 0:
+        assert swing.load_factor <= expected
+        assert np.all(np.isnan([swing.forward_slip, swing.backward_slip]))
+        return
+    assert swing.load_factor == pytest.approx(expected, rel=1e-6)
+    pair, (n, i) = (swing.forward_slip, swing.backward_slip), (problem.n, swing.node)
+    assert inadmissible_by(problem, pair[0], swing.load_factor, n + i) <= 1e-6
+    assert inadmissible_by(problem, pair[1], swing.load_factor, i) <= 1e-6
+    terms = np.abs(problem.A[i]) @ np.abs(pair[0])
+    assert problem.A[i] @ (pair[0] - pair[1]) >= -1e-6 * terms
+
+
+def test_what_the_multipliers_do_not_prove_is_not_certified():
+    for name, expected in (("one-node-cyclic", 1 / 11), ("one-node-separation", 1 / 3)):
+        swing = shakedown.swing_bound(shakedown.example(name), certify=True)
+        assert swing.load_factor == pytest.approx(expected, rel=1e-12)
+        assert not swing.certified

@@ -1,0 +1,43 @@
+"""Why states are undecided, and whether more cycles could decide them."""
+
+import numpy as np
+
+import shakedown
+
+JOINT = shakedown.example("two-node")
+
+
+def sliding():
+    """Two nodes on a body that nothing but friction holds, pushed harder than friction can hold."""
+    return shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[0.0, 0.0], [4.0, 4.0], [0.0, 0.0], [-1.0, -1.0]], p_w=np.ones((4, 2)),
+    )  # fmt: skip
+
+
+def test_gross_slip_is_said_and_more_cycles_cannot_help():
+    problem = sliding()
+    found = shakedown.initial_state_map(problem, 1.0, states=16)
+    assert found.undecided == 16
+    (reason,) = found.undecided_reasons
+    alone = shakedown.long_term_state(problem, 1.0, found.initial_slip[reason.example])
+    assert "slides away" in reason.reason
+    assert alone.reason.startswith(reason.reason)
+    assert not reason.more_cycles
+    assert reason.count == found.looked_at_again
+    assert found.unique is None
+    assert "no state is decided" in found.evidence
+    assert found.to_dict()["undecided_reasons"][0]["reason"] == reason.reason
+
+
+def test_where_cycles_ran_out_more_may_help():
+    found = shakedown.initial_state_map(JOINT, 0.7, states=16, max_cycles=1)
+    assert found.undecided
+    assert any(reason.more_cycles for reason in found.undecided_reasons)
+    counts = [reason.count for reason in found.undecided_reasons]
+    assert counts == sorted(counts, reverse=True)
+    assert sum(counts) == found.looked_at_again <= found.undecided
+
+
+def test_decided_states_need_no_reason():
+    assert shakedown.initial_state_map(JOINT, 0.7, states=16).undecided_reasons == ()
