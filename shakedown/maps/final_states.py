@@ -84,7 +84,8 @@ def _the_one(cycle: LimitCycle) -> str:
     motion = "separation" if cycle.outcome == Outcome.SEPARATION else "limit cycle"
     if cycle.stability == STABLE:
         return f"the same {motion}, which is stable"
-    agree = f"one and the same {motion}: final slips and dissipation agree"
+    slips = "final slips" + ", but for the drift," * (cycle.outcome == Outcome.RATCHETTING)
+    agree = f"one and the same {motion}: {slips} and dissipation agree"
     if cycle.stability == BORDER:
         return f"{agree}, although a multiplier is 1: a continuum is possible, and none is seen"
     return agree
