@@ -77,7 +77,8 @@ class LongTermStates(Result):
         Σ|Δv| in contact over one period [length]; NaN where undecided.
     contraction : (s,)
         Factor per cycle by which the distance to the long-term state shrinks in the end; 0
-        where it is reached exactly, NaN where undecided.
+        where it is reached exactly, NaN where undecided. An estimate, limited by round-off:
+        that of :func:`long_term_state` may differ from it by a few per cent.
     cycles_simulated : (s,)
         Effort: cycles followed in all.
     signature : (s,)

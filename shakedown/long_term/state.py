@@ -101,7 +101,9 @@ class LongTermState(SettledState):
         Events followed in all.
     contraction
         Factor per cycle by which the distance to the long-term state shrinks in
-        the end; 0 where it is reached exactly, NaN where undecided.
+        the end; 0 where it is reached exactly, NaN where undecided. An
+        estimate: it is followed over as many cycles as the approach stands out of round-off,
+        and differs by a few per cent with where that ends.
     return_error
         How far one period from the long-term state misses it, drift apart,
         relative to the length scale.

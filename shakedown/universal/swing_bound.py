@@ -11,7 +11,6 @@ from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
-from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import (
     AdmissibleStates,
@@ -21,6 +20,7 @@ from shakedown.universal.admissible_states import (
 )
 from shakedown.universal.exact_swing import proved_swing
 from shakedown.universal.limit_multipliers import limit_multipliers
+from shakedown.universal.rigid_swing import limited_rigidly, rigid_motions
 from shakedown.universal.swing_lines import SwingLines, known_lines, meeting_states
 
 CERTIFIED_UP_TO = 20  # nodes up to which exact arithmetic is quick enough not to be asked for
@@ -114,8 +114,10 @@ def swing_bound(
     rigid = rigid_motions(problem, tolerances)
     if rigid.shape[1] and found.load_factor > 0.0:
         held = upper_bound(problem, certify=False, tolerances=tolerances).load_factor
-        limited = min(_held_rigidly(lines, rigid, found.load_factor), held)
-        if limited < found.load_factor:
+        lines, limited = limited_rigidly(problem, states, lines, rigid, min(found.load_factor, held))
+        if limited >= found.load_factor * (1.0 - tolerances.feasibility):
+            found = found._replace(load_factor=min(limited, found.load_factor))
+        else:
             nowhere = np.full(problem.n, np.nan)
             found = found._replace(load_factor=limited, node=-1, forward=nowhere, backward=nowhere)
     return _result(problem, found, lines, certify, tolerances)
@@ -193,37 +195,3 @@ def _result(
         certified=proved is not None,
         programs=found.programs,
     )
-
-
-def rigid_motions(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatArray:
-    """Slips that A does not resist, as columns (n, r): r = 0 but for floating bodies."""
-    values, vectors = np.linalg.eigh(problem.A)
-    return vectors[:, values <= tolerances.zero_mode * max(values[-1], 0.0)]
-
-
-def _held_rigidly(lines: SwingLines, rigid: FloatArray, most: float) -> float:
-    """Largest λ at which some z in the range of A lies between the lines of all forward and backward slips.
-
-    A node without a line for one side, as no state lets it slip that way, puts no condition there.
-    """
-    if np.isinf(lines.values).any():
-        return 0.0
-    node, side = np.nonzero(np.isfinite(lines.values))
-    rows = np.zeros((len(node), len(rigid) + 1))
-    rows[np.arange(len(node)), node] = np.where(side == 0, -1.0, 1.0)
-    rows[:, -1] = lines.slopes[node, side]
-    return _largest_load_factor(rows, -lines.values[node, side], rigid, most)
-
-
-def _largest_load_factor(rows: FloatArray, right: FloatArray, rigid: FloatArray, most: float) -> float:
-    n, r = rigid.shape
-    program = LinearProgram(
-        np.vstack([rows, np.column_stack([rigid.T, np.zeros(r)])]),
-        cost=np.append(np.zeros(n), -1.0),
-        lower=np.append(np.full(len(rows), -INF), np.zeros(r)),
-        upper=np.append(right, np.zeros(r)),
-        column_lower=np.append(np.full(n, -INF), 0.0),
-        column_upper=np.append(np.full(n, INF), most),
-    )
-    vertex = program.solve().vertex
-    return 0.0 if vertex is None else float(vertex.x[-1])
