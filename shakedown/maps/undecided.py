@@ -1,5 +1,6 @@
 """Why states of a map are undecided: a few of them are followed once more, and say so."""
 
+import re
 from collections import defaultdict
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from shakedown.maps.map_pieces import Search
 from shakedown.model.problem import FloatArray, Problem
 
 LOOKED_AT = 8  # undecided states, at most
+WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,11 @@ def undecided_reasons(
 
 
 def _without_time(reason: str) -> str:
-    """What went wrong, without when."""
-    for when in (" at time ", " on the way to "):
-        reason = reason.partition(when)[0]
-    return reason
+    """What went wrong, without when.
+
+    Examples
+    --------
+    >>> _without_time("the body slides away at time 0.158095 cycles: friction does not hold it")
+    'the body slides away: friction does not hold it'
+    """
+    return WHEN.sub("", reason)
