@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,8 @@ from .pictures import PictureFile
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
 
+MOST_LOAD_FACTORS = 100_000  # more rows than anyone reads
+
 
 class LoadFactors(click.ParamType):
     """A load factor, or several evenly spaced ones as FIRST:LAST:COUNT."""
@@ -39,10 +42,14 @@ class LoadFactors(click.ParamType):
         try:
             if ":" not in value:
                 return float(value)
-            first, last, count = value.split(":")
-            return np.linspace(float(first), float(last), int(count)).tolist()
+            low, high, count = value.split(":")
+            first, last, many = float(low), float(high), int(count)
+            if not (isfinite(first) and isfinite(last) and 1 <= many <= MOST_LOAD_FACTORS):
+                raise ValueError
+            return np.linspace(first, last, many).tolist()
         except ValueError:
-            self.fail(f"expected a number or FIRST:LAST:COUNT like 0.5:1:11, found {value!r}", param, ctx)
+            wanted = f"a number or FIRST:LAST:COUNT like 0.5:1:11 (COUNT from 1 to {MOST_LOAD_FACTORS:,})"
+            self.fail(f"expected {wanted}, found {value!r}", param, ctx)
 
 
 @click.command(

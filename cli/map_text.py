@@ -139,13 +139,18 @@ def _of(count: int, states: int) -> str:
 def _uniqueness(found: InitialStateMap) -> list[str]:
     """Whether the outcome, and whether the state itself, is one and the same for all."""
     outcome = {
-        True: "The outcome is the same for all states",
+        True: "The outcome is the same for all states tried",
         False: "The outcome is not the same for all states",
         None: "The outcome is not known to be the same for all states",
     }[found.same_outcome]
     word = f": {next(iter(found.outcomes)).replace('-', ' ')}" if found.same_outcome else ""
-    state = {True: "unique", False: "not unique", None: "not known to be unique"}[found.unique]
-    return [f"{outcome}{word}.", f"The final state is {state}: {found.evidence}."]
+    state = {
+        True: "The final state is the same for all states tried",
+        False: "The final state is not unique",
+        None: "The final state is not known to be unique",
+    }[found.unique]
+    untried = " Of states not tried only λ_U says something (solve)." if found.same_outcome else ""
+    return [f"{outcome}{word}.{untried}", f"{state}: {found.evidence}."]
 
 
 def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:

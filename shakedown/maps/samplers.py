@@ -16,8 +16,10 @@ from shakedown.evolution.evolve import evolve
 from shakedown.model.arguments import check_count, is_finite
 from shakedown.model.loading import loading, slip_reach, transient_path
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.shown_values import short
 from shakedown.tolerances import DEFAULT, Tolerances
 
+MOST_STATES = 100_000_000  # in one map: a day of a small joint, 2.5 GB of what is kept for the statistics
 BLOCK = 64  # states that share one stream of random numbers
 LONGEST_TRANSIENT = 12  # random load steps
 
@@ -136,6 +138,8 @@ def sampling(
     ((1000, 2), True)
     """
     check_count("states", states)
+    if states > MOST_STATES:
+        raise UsageError(f"states: expected at most {MOST_STATES:,}, found {short(states)}")
     if sampler not in list(Sampler):
         raise UsageError(f"sampler: expected one of {', '.join(Sampler)}, found {sampler!r}")
     if not isinstance(seed, int) or seed < 0:
@@ -143,6 +147,12 @@ def sampling(
     if not (is_finite(reach) and reach > 0):
         raise UsageError(f"reach: expected a number > 0, found {reach!r}")
     centre, centre_is = _centre(problem, load_factor, tolerances)
+    with np.errstate(over="ignore"):
+        half_width = reach * slip_reach(problem, load_factor)
+    if not np.isfinite(half_width).all():
+        raise UsageError(
+            f"reach: expected slips in the range of numbers, found a box {reach:g} times as large"
+        )
     chosen = Sampling(
         problem=problem,
         load_factor=float(load_factor),
@@ -152,7 +162,7 @@ def sampling(
         coordinates=_coordinates(problem, coordinates, sampler),
         centre=centre,
         centre_is=centre_is,
-        half_width=reach * slip_reach(problem, load_factor),
+        half_width=half_width,
         reach=float(reach),
         ball=energy_ball(problem, load_factor, tolerances=tolerances),
         tolerances=tolerances,

@@ -132,7 +132,7 @@ def test_separation_is_no_limit_cycle_with_slip(breathing):
     assert "Motions with separation" in text
     assert "separation 64 nodes open and close in every period, none slips" in text
     assert "slip at" not in text
-    assert "The outcome is the same for all states: separation." in text
+    assert "The outcome is the same for all states tried: separation." in text
     assert "The final state is not unique" in text
     (cycle,) = document("map", breathing, "--load-factor", "1", "--states", "64")["limit_cycles"]
     assert (cycle["outcome"], cycle["coincide"]) == ("separation", False)
@@ -170,7 +170,7 @@ def test_round_off_is_no_dissipation(breathing, monkeypatch):
     [
         (["--load-factor", "a"], "FIRST:LAST:COUNT"),
         (["--load-factor", "1:2"], "FIRST:LAST:COUNT"),
-        (["--load-factor", "1:2:0"], "load factor: expected at least one"),
+        (["--load-factor", "1:2:0"], "expected a number or FIRST:LAST:COUNT like 0.5:1:11 (COUNT from 1 to"),
         (["--load-factor", "-1"], "load factor: expected a number >= 0"),
         (["--grid", "0", "5"], "two different nodes from 0 to 1"),
         (["--resume"], "--resume: expected -o FILE"),
@@ -250,3 +250,27 @@ def test_a_film_of_a_simulation(tmp_path):
     code, _, err = run(*words, str(tmp_path / "film.png"))
     assert code == 2
     assert "expected a name that ends in .gif" in err
+
+
+def test_a_sample_in_which_all_agree_claims_nothing_of_other_states():
+    code, text, _ = run("map", "three-node", "--load-factor", "2.45", "--states", "16", "-q")
+    assert code == 0
+    assert "The outcome is the same for all states tried: shakedown. Of states not tried" in " ".join(
+        text.split()
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--load-factor", "0.1:1e400:5"], "expected a number or FIRST:LAST:COUNT"),
+        (["--load-factor", "0.1:1:100000000000"], "expected a number or FIRST:LAST:COUNT"),
+        (["--load-factor", "0.7", "--states", "10000000000"], "states: expected at most 100,000,000, found"),
+        (["--load-factor", "0.7", "--reach", "1e308"], "reach: expected slips in the range of numbers"),
+    ],
+)
+def test_numbers_beyond_all_measure_are_one_line(words, line):
+    code, out, err = run("map", "two-node", *words, "-q")
+    assert (code, out) == (2, "")
+    assert line in err
+    assert err.count("\n") == 1
