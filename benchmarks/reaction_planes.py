@@ -28,8 +28,9 @@ from matplotlib.patches import Polygon
 
 import shakedown
 from shakedown import Constraints, FloatArray, Problem, plot
-from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, labelled, units_of
+from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
 from shakedown.report.text_table import table
+from shakedown.visible_text import with_unit
 
 TITLE = "Chapters IV and V: planes of slips and reactions, wedging, slip in the tenth cycle"
 CYCLE = 9  # the tenth
@@ -214,9 +215,9 @@ def extreme_figure(problem: Problem, nodes: tuple[int, int], where: str) -> Figu
                 q[step, node], p[step, node], "o", color=colour, ms=size, label=f"extreme, {name} limit"
             )
         axes.set(title=f"node {node}")
-        axes.set(xlabel=labelled("tangential reaction q", units_of(problem)[0]))
+        axes.set(xlabel=with_unit("tangential reaction q", units_of(problem)[0]))
         axes.grid(alpha=0.3)
-    panels[0].set_ylabel(labelled("normal reaction p", units_of(problem)[0]))
+    panels[0].set_ylabel(with_unit("normal reaction p", units_of(problem)[0]))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     figure.suptitle(
         f"Extreme points of the reaction loops {where}, safe slip, λ_max = {upper.load_factor:.6g}"

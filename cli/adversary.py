@@ -12,6 +12,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.words import down, up
+from shakedown.visible_text import with_unit
 
 from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
 from .output import (
@@ -23,7 +24,6 @@ from .output import (
     paragraph,
     progress,
     say,
-    with_unit,
     work_unit,
 )
 

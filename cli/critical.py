@@ -7,6 +7,7 @@ import click
 import shakedown
 from shakedown import SIDE_NAMES, Problem
 from shakedown.report.words import critical_in_words
+from shakedown.visible_text import with_unit
 
 from .options import json_option, problem_argument, quiet_option
 from .output import (
@@ -19,7 +20,6 @@ from .output import (
     remark,
     say,
     table,
-    with_unit,
 )
 
 

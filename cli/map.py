@@ -21,6 +21,8 @@ from .options import (
     problem_argument,
     quiet_option,
     refuse_overwriting_input,
+    resume_option,
+    scheduler_option,
 )
 from .output import echo_json, progress, say
 from .pictures import PictureFile
@@ -88,13 +90,13 @@ class LoadFactors(click.ParamType):
 )
 @cycles_option
 @click.option("-o", "--output", type=OutputFile(), help="Write all states here (NPZ).")
-@click.option("--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial.")
+@resume_option
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
     help="Number of processes; all cores by default, where it is worth while.",
 )
-@click.option("--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead.")
+@scheduler_option
 @click.option("--picture", type=PictureFile(), help="Draw it here (PNG, PDF or SVG).")
 @json_option
 @quiet_option

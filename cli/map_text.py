@@ -9,9 +9,9 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.visible_text import shortened
+from shakedown.visible_text import shortened, with_unit
 
-from .output import headline, listing, number, paragraph, table, with_unit, work_unit
+from .output import headline, listing, number, paragraph, table, work_unit
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps, LimitCycle

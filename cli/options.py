@@ -82,6 +82,12 @@ def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None
 
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
 json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+resume_option = click.option(
+    "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial."
+)
+scheduler_option = click.option(
+    "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
+)
 quiet_option = click.option(
     "-q",
     "--quiet",

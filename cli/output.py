@@ -93,11 +93,6 @@ def work_unit(problem: Problem) -> str:
     return shakedown.work_unit(*shakedown.units_of(problem))
 
 
-def with_unit(name: str, unit: str) -> str:
-    """A heading with its unit, where that is known."""
-    return f"{name} [{unit}]" if unit else name
-
-
 def headline(problem: Problem) -> str:
     """Name, size and friction of a problem, in one or two lines."""
     f = problem.f

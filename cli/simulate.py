@@ -13,7 +13,7 @@ from shakedown import Problem
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import SEPARATION, margin_at_rest, sliding_in_words
-from shakedown.visible_text import shortened
+from shakedown.visible_text import shortened, with_unit
 
 from .initial import initial_state, zone_nodes
 from .options import (
@@ -35,7 +35,6 @@ from .output import (
     paragraph,
     say,
     tiny,
-    with_unit,
     work_unit,
 )
 from .pictures import PictureFile

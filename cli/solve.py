@@ -25,10 +25,11 @@ from shakedown.report.words import (
     up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
+from shakedown.visible_text import with_unit
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
-from .output import bound, echo_json, headline, listing, node_table, number, paragraph, say, with_unit
+from .output import bound, echo_json, headline, listing, node_table, number, paragraph, say
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 F_THRESHOLD = (

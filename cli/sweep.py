@@ -23,6 +23,8 @@ from .options import (
     json_option,
     quiet_option,
     refuse_overwriting_input,
+    resume_option,
+    scheduler_option,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table
 from .pictures import PictureFile
@@ -150,8 +152,8 @@ class TableFile(OutputFile):
 @click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
 @click.option("--picture", type=PictureFile(), help="Draw the regions here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
-@click.option("--scheduler", metavar="ADDRESS", help="A dask scheduler, whose workers take over.")
-@click.option("--resume", is_flag=True, help="Go on with what a killed run has left beside the output.")
+@scheduler_option
+@resume_option
 @json_option
 @quiet_option
 @click.pass_context

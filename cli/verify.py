@@ -20,6 +20,7 @@ from shakedown.report.words import (
     hints_in_words,
     transient_in_words,
 )
+from shakedown.visible_text import with_unit
 
 from .options import (
     OutputFile,
@@ -31,7 +32,7 @@ from .options import (
     quiet_option,
     refuse_overwriting_input,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table, tiny, with_unit
+from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
 
 
 @click.command(

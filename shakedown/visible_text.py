@@ -63,3 +63,14 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     'no such file: \\x00'
     """
     return shortened(visible(" ".join(shortened(text, 4 * longest).split())), longest)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A heading or an axis label with its unit, where that is known.
+
+    Examples
+    --------
+    >>> with_unit("slip", "mm"), with_unit("slip", "")
+    ('slip [mm]', 'slip')
+    """
+    return f"{name} [{unit}]" if unit else name

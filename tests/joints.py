@@ -1,7 +1,5 @@
 """Joints that several tests share: random ones, changed units, limit cycles of period two, slow approach."""
 
-from dataclasses import replace
-
 import numpy as np
 
 import shakedown
@@ -55,15 +53,6 @@ def any_joint(rng):
     return shakedown.Problem(
         A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.2, 3.0), q_w=q_w, p_w=p_w
     )
-
-
-def in_units(problem, force, length):
-    """The same joint in units of force and length 1/``force`` and 1/``length`` times as large."""
-    stiffness = force / length
-    return replace(
-        problem, A=stiffness * problem.A, B=stiffness * problem.B, C=stiffness * problem.C,
-        q_w=force * problem.q_w, p_w=force * problem.p_w,
-    )  # fmt: skip
 
 
 def joint_of_kind(rng, kind):

@@ -20,7 +20,7 @@ from shakedown.model.problem import FloatArray
 from shakedown.model.result import Result
 from shakedown.model.status import Status
 from shakedown.shown_values import plain
-from shakedown.visible_text import shortened
+from shakedown.visible_text import shortened, with_unit
 
 COLUMNS = dict(zip(LIMITS, ("lambda_1", "lambda_U", "lambda_E", "lambda_T", "lambda_max"), strict=True))
 
@@ -293,8 +293,7 @@ def _never_from(point: DesignPoint) -> float:
 
 def heading(parameter: str, meaning: str) -> str:
     """The heading of a parameter's column, with its unit where that is known."""
-    unit = PARAMETERS.get(meaning)
-    return parameter if unit is None else f"{parameter} [{unit}]"
+    return with_unit(parameter, PARAMETERS.get(meaning, ""))
 
 
 def _remarks(point: DesignPoint) -> Iterator[str]:

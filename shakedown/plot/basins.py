@@ -17,7 +17,8 @@ from shakedown.errors import UsageError
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of, work_unit
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, labelled, node_name
+from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, node_name
+from shakedown.visible_text import with_unit
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
@@ -121,7 +122,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     force, length = units_of(found.problem)
     pair = list(found.plane.coordinates)
     points = np.asarray(found.initial_slip)[:, pair]
-    handles = _draw_states(axes, found, points, labelled("dissipation per cycle", work_unit(force, length)))
+    handles = _draw_states(axes, found, points, with_unit("dissipation per cycle", work_unit(force, length)))
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, BEYOND * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
@@ -139,8 +140,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     }
     handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=3, **centre)
     axes.set(
-        xlabel=labelled(f"initial slip of {node_name(pair[0], found.problem)}", length),
-        ylabel=labelled(f"initial slip of {node_name(pair[1], found.problem)}", length),
+        xlabel=with_unit(f"initial slip of {node_name(pair[0], found.problem)}", length),
+        ylabel=with_unit(f"initial slip of {node_name(pair[1], found.problem)}", length),
     )
     rest = found.problem.n - 2
     others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"

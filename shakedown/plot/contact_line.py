@@ -18,11 +18,11 @@ from shakedown.plot.style import (
     Style,
     axes_for,
     flanks,
-    labelled,
     path_of,
     positions,
     style_of,
 )
+from shakedown.visible_text import with_unit
 
 
 @checked
@@ -70,7 +70,7 @@ def pressure(
         _along(axes, problem, values, _at_time(path, row, k))
     unit = force if area is None else stress_unit(force, length)
     what = "normal reaction p" if area is None else "pressure"
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled(what, unit))
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit(what, unit))
     return _finished(axes, problem)
 
 
@@ -145,7 +145,7 @@ def slip_along(
     axes = axes_for(ax)
     for k, (name, slip) in enumerate(slips.items()):
         _along(axes, problem, np.asarray(slip), style_of(name, k, styles))
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled(what, units_of(problem)[1]))
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit(what, units_of(problem)[1]))
     return _finished(axes, problem)
 
 
@@ -168,7 +168,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     _along(axes, problem, np.where(closed.any(axis=0), high - low, np.nan), style_of("", 0, None))
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=labelled("slip range", units_of(problem)[1]))
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit("slip range", units_of(problem)[1]))
     return _finished(axes, problem)
 
 
@@ -197,9 +197,9 @@ def dissipation_along(
     work = friction_work(path) if area is None else _over(friction_work(path), area)
     _along(axes, problem, work, style_of("", 0, None))
     if area is None:
-        label = labelled("friction work", work_unit(force, length))
+        label = with_unit("friction work", work_unit(force, length))
     else:
-        label = labelled("friction work per area", f"{force}/{length}" if force and length else "")
+        label = with_unit("friction work per area", f"{force}/{length}" if force and length else "")
     axes.set(xlabel=positions(problem, problem.n)[1], ylabel=label)
     return _finished(axes, problem)
 

@@ -18,7 +18,6 @@ from matplotlib.lines import Line2D
 from shakedown.visible_text import visible
 
 SVG = "{http://www.w3.org/2000/svg}"
-LINK = "{http://www.w3.org/1999/xlink}href"
 POINTS = 72  # of an inch: then a place on the figure is a place in the picture
 SHARP = 150  # dots per inch of what is drawn as an image
 ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a third decimal

@@ -8,7 +8,8 @@ from shakedown.model.arguments import checked
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import stress_unit, units_of
-from shakedown.plot.style import BLACK, BLUE, GREY, ORANGE, RED, axes_for, flanks, labelled, positions
+from shakedown.plot.style import BLACK, BLUE, GREY, ORANGE, RED, axes_for, flanks, positions
+from shakedown.visible_text import with_unit
 
 MOST_ARROWS = 40
 LONGEST_ARROW = 0.16  # of the size of the picture
@@ -69,7 +70,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     unit = units_of(problem)[1] if problem.x is not None or problem.coordinates is not None else ""
-    axes.set(xlabel=labelled(label[0], unit), ylabel=labelled(label[1], unit) if label[1] else "")
+    axes.set(xlabel=with_unit(label[0], unit), ylabel=with_unit(label[1], unit) if label[1] else "")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes
@@ -125,7 +126,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
             shown = "_nolegend_"
     tractions = problem.node_area is not None
     what, unit = ("welded traction", stress_unit(force, length)) if tractions else ("welded reaction", force)
-    axes.set(xlabel=label, ylabel=labelled(what, unit))
+    axes.set(xlabel=label, ylabel=with_unit(what, unit))
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes
@@ -157,7 +158,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     for name, values, colour in (("Σ p_w, all nodes", p, BLUE), ("Σ q_w, all nodes", q, ORANGE)):
         total = values.sum(axis=1)
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
-    axes.set(xlabel="time [cycles]", ylabel=labelled("sum of welded reactions", units_of(problem)[0]))
+    axes.set(xlabel="time [cycles]", ylabel=with_unit("sum of welded reactions", units_of(problem)[0]))
     axes.set_xlim(0.0, 1.0)
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")

@@ -14,7 +14,8 @@ from shakedown.long_term.simulation import Simulation
 from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 from shakedown.model.units import units_of
-from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, labelled, style_of
+from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, style_of
+from shakedown.visible_text import with_unit
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
@@ -227,7 +228,7 @@ def slip_per_cycle(
     if largest <= floor:  # nothing but the floor: no range to scale by
         axes.set_ylim(floor / 30, ROOM * floor)
     axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
-    axes.set_ylabel(labelled("slip per cycle, largest node", units_of(problem)[1]))
+    axes.set_ylabel(with_unit("slip per cycle, largest node", units_of(problem)[1]))
     axes.set_ylim(bottom=floor / 30)
     if longest <= MANY_CYCLES:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))

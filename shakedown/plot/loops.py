@@ -16,10 +16,10 @@ from shakedown.plot.style import (
     LINES,
     Recorded,
     axes_for,
-    labelled,
     node_name,
     path_of,
 )
+from shakedown.visible_text import with_unit
 
 MOST_LOOPS = 4
 
@@ -64,9 +64,9 @@ def hysteresis(
     force, length = units_of(problem)
     axes = axes_for(ax)
     for colour, node in zip(LINES * len(chosen), chosen, strict=False):
-        label = labelled(f"{node_name(int(node), problem)}: {work[node]:.4g}", work_unit(force, length))
+        label = with_unit(f"{node_name(int(node), problem)}: {work[node]:.4g}", work_unit(force, length))
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
-    axes.set(xlabel=labelled("slip v", length), ylabel=labelled("tangential reaction q", force))
+    axes.set(xlabel=with_unit("slip v", length), ylabel=with_unit("tangential reaction q", force))
     axes.grid(alpha=0.3)
     axes.ticklabel_format(scilimits=(-2, 3))
     axes.legend(title="dissipation", fontsize="small")
@@ -117,7 +117,7 @@ def reactions_in_time(
     axes = axes_for(ax)
     axes.fill_between(path.cycle, -limit, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
     axes.plot(path.cycle, path.q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label="q")
-    axes.set(xlabel="time [cycles]", ylabel=labelled("tangential reaction q", units_of(problem)[0]))
+    axes.set(xlabel="time [cycles]", ylabel=with_unit("tangential reaction q", units_of(problem)[0]))
     axes.set_title(node_name(node, problem), fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
@@ -170,7 +170,7 @@ def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: 
             [0.0, side * f * top], [0.0, top], color=GREY, lw=1, label="friction limit" if side > 0 else None
         )
     axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.set(xlabel=labelled("welded reaction q_w", force), ylabel=labelled("welded reaction p_w", force))
+    axes.set(xlabel=with_unit("welded reaction q_w", force), ylabel=with_unit("welded reaction p_w", force))
     axes.set_title(f"{node_name(node, problem)}, λ = {load_factor:g}", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")

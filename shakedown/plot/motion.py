@@ -27,11 +27,11 @@ from shakedown.plot.style import (
     STATES,
     Recorded,
     axes_for,
-    labelled,
     node_name,
     path_of,
 )
 from shakedown.programs.polygon import corners
+from shakedown.visible_text import with_unit
 
 FRAMES = 60
 PER_SECOND = 12
@@ -91,8 +91,8 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     _, length = units_of(problem)
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set(
-        xlabel=labelled(f"slip of {node_name(0, problem)}", length),
-        ylabel=labelled(f"slip of {node_name(1, problem)}", length),
+        xlabel=with_unit(f"slip of {node_name(0, problem)}", length),
+        ylabel=with_unit(f"slip of {node_name(1, problem)}", length),
     )
     _finish(axes, cycle)
     return axes
@@ -152,7 +152,7 @@ def reactions_at(
         axes.plot(*place, "o", color=colour, ms=7, zorder=4, label=STATES[state][0])
     unit, _ = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.set(xlabel=labelled("F₁ = q_w", unit), ylabel=labelled("F₂ = p_w", unit))
+    axes.set(xlabel=with_unit("F₁ = q_w", unit), ylabel=with_unit("F₂ = p_w", unit))
     _finish(axes, cycle, f"{node_name(node, problem)}, ")
     return axes
 

@@ -25,11 +25,11 @@ from shakedown.plot.style import (
     Recorded,
     Style,
     axes_for,
-    labelled,
     path_of,
     style_of,
 )
 from shakedown.programs.polygon import corners
+from shakedown.visible_text import with_unit
 
 ROW_COLOURS = (SKY, ORANGE)
 SECTORS = 4  # stick sectors drawn, at most
@@ -89,7 +89,7 @@ def slip_space(
     draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.set(xlabel=labelled("slip of node 0", length), ylabel=labelled("slip of node 1", length))
+    axes.set(xlabel=with_unit("slip of node 0", length), ylabel=with_unit("slip of node 1", length))
     axes.set_title(f"λ = {load_factor:.6g}", fontsize="medium")
     axes.legend(fontsize="small")
     return axes
@@ -191,7 +191,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
         axes.plot(*apex, "^", color=colour, ms=6, zorder=2)
     unit, _ = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.set(xlabel=labelled("F₁ = q_w", unit), ylabel=labelled("F₂ = p_w", unit))
+    axes.set(xlabel=with_unit("F₁ = q_w", unit), ylabel=with_unit("F₂ = p_w", unit))
     axes.legend(fontsize="small", loc="best")
     return axes
 

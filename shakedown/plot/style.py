@@ -15,7 +15,7 @@ from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
-from shakedown.visible_text import shortened
+from shakedown.visible_text import shortened, with_unit
 
 # Okabe–Ito colours, told apart by readers with colour-blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -86,16 +86,11 @@ def path_of(result: Recorded | EventHistory) -> EventHistory:
     return history
 
 
-def labelled(name: str, unit: str) -> str:
-    """An axis label with its unit, where that is known."""
-    return f"{name} [{unit}]" if unit else name
-
-
 def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
     """Where the nodes are drawn, (n,), and the label of that axis."""
     if problem is None or problem.x is None:
         return np.arange(n, dtype=float), "node"
-    return problem.x, labelled("position along the contact", units_of(problem)[1])
+    return problem.x, with_unit("position along the contact", units_of(problem)[1])
 
 
 def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:

@@ -13,6 +13,7 @@ from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import down, up
 from shakedown.verification.verify import Run, Verification
+from shakedown.visible_text import with_unit
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def runs_table(v: Verification) -> Table:
     force, length = units_of(v.problem)
     head = [
         "λ", "region", "initial state", "predicted", "simulated", "agree", "cycles",
-        in_unit("slip per period", length), in_unit("dissipation per cycle", work_unit(force, length)),
+        with_unit("slip per period", length), with_unit("dissipation per cycle", work_unit(force, length)),
         "law residual", "time",
     ]  # fmt: skip
     return Table(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
@@ -144,10 +145,10 @@ def nodes_table(v: Verification) -> Table:
     slips, works = without_round_off(run.slip_per_cycle, none[0]), without_round_off(work, none[1])
     labels = [] if problem.label is None else ["FE label"]
     head = [
-        "node", *labels, in_unit("safe slip at λ_max", length), in_unit("witness at λ_1", length),
+        "node", *labels, with_unit("safe slip at λ_max", length), with_unit("witness at λ_1", length),
         "limits reached at λ_max", "friction threshold",
-        in_unit("slip per period at λ = 1", length),
-        in_unit("friction work per period at λ = 1", work_unit(force, length)),
+        with_unit("slip per period at λ = 1", length),
+        with_unit("friction work per period at λ = 1", work_unit(force, length)),
     ]  # fmt: skip
     rows = []
     for j in range(problem.n):
@@ -161,8 +162,3 @@ def nodes_table(v: Verification) -> Table:
             ]
         )
     return Table(head, rows, words=(*range(1, 1 + len(labels)), 3 + len(labels)))
-
-
-def in_unit(name: str, unit: str) -> str:
-    """A name with its unit, where that is known."""
-    return f"{name} [{unit}]" if unit else name

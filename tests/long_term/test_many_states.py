@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.problems import in_units
 from shakedown.long_term.many_states import LongTermStates
-from tests.joints import FAMILY, any_joint, in_units, joint_of_kind, member, slow_problem
+from tests.joints import FAMILY, any_joint, joint_of_kind, member, slow_problem
 
 
 def assert_agree(problem, load_factor, starts, **options):

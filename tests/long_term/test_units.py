@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from tests.joints import any_joint, in_units
+from benchmarks.problems import in_units
+from tests.joints import any_joint
 
 
 def agree(one, other, force, length):
