@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan
-from numbers import Integral
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from shakedown.errors import UsageError
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
 from shakedown.long_term.outcome import Outcome, numbers
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import check_count, checked, is_finite, require_problem
+from shakedown.model.arguments import check_count, check_seed, checked, is_finite, require_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -201,8 +200,7 @@ def smallest_cycle(
     check_count("rounds", rounds)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
-    if not (isinstance(seed, Integral) and seed >= 0):
-        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    seed = check_seed(seed)
     joint = replace(problem, q_transient=None, p_transient=None)
     limits = _limits(joint, tolerances)
     top = _top(joint, limits, largest, tolerances)
@@ -225,7 +223,7 @@ def smallest_cycle(
     search.lower_separation()
     if progress is not None:
         progress(len(levels), len(levels))
-    return _result(search, limits, top, int(seed), tolerances)
+    return _result(search, limits, top, seed, tolerances)
 
 
 class _Limits(NamedTuple):

@@ -13,7 +13,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.errors import UsageError
 from shakedown.evolution.evolve import evolve
-from shakedown.model.arguments import check_count, is_finite
+from shakedown.model.arguments import check_count, check_seed, is_finite
 from shakedown.model.loading import loading, slip_reach, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.shown_values import short
@@ -142,8 +142,7 @@ def sampling(
         raise UsageError(f"states: expected at most {MOST_STATES:,}, found {short(states)}")
     if sampler not in list(Sampler):
         raise UsageError(f"sampler: expected one of {', '.join(Sampler)}, found {sampler!r}")
-    if not isinstance(seed, int) or seed < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    seed = check_seed(seed)
     if not (is_finite(reach) and reach > 0):
         raise UsageError(f"reach: expected a number > 0, found {reach!r}")
     centre, centre_is = _centre(problem, load_factor, tolerances)

@@ -166,6 +166,13 @@ def check_count(name: str, count: int) -> None:
         raise UsageError(f"{name}: expected at least 1, found {short(int(count))}")
 
 
+def check_seed(seed: int) -> int:
+    """The seed of what is random; raises ``UsageError`` unless it is whole and at least 0."""
+    if not isinstance(seed, Integral) or seed < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {_written(seed)}")
+    return int(seed)
+
+
 def _written(value: object) -> str:
     """A value as Python writes it, in short."""
     try:

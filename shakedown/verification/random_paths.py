@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.errors import UsageError
-from shakedown.model.arguments import check_count, require_problem
+from shakedown.model.arguments import check_count, check_seed, require_problem
 from shakedown.model.loading import loading
 from shakedown.model.problem import Problem
 
@@ -42,8 +41,7 @@ def random_paths(problem: Problem, count: int, seed: int = 0) -> Iterator[Proble
     """
     require_problem(problem)
     check_count("paths", count)
-    if not isinstance(seed, int) or seed < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    seed = check_seed(seed)
     return _paths(problem, count, seed)
 
 

@@ -19,7 +19,7 @@ from shakedown.friction.thresholds import FrictionThresholds, friction_threshold
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
-from shakedown.model.arguments import checked
+from shakedown.model.arguments import check_seed, checked
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -317,8 +317,7 @@ def _check(random_states: int, seed: int, load_factors: Sequence[float] | None) 
     """Raise ``UsageError`` where an argument of a verification is out of range."""
     if random_states < 0:
         raise UsageError(f"random states: expected at least 0, found {random_states}")
-    if not isinstance(seed, int) or seed < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {seed!r}")
+    check_seed(seed)
     if load_factors is not None and np.ndim(load_factors) != 1:
         raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
 
