@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
 from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
 from shakedown.programs.exact_rows import ExactRows, exact_rows
@@ -81,6 +82,9 @@ def certified_upper(
         The certificate, or why there is none: no regular basis was found, or the
         answer rests on the round-off of the stored stiffness.
     """
+    doubt = rigid_slips(problem).doubt
+    if doubt:
+        return NoCertificate(doubt)
     rows = exact_rows(problem)
     program = _upper_program(rows)
     start = _start(program, outcome)
@@ -108,6 +112,8 @@ def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> 
 
     ``outcome`` is the end of the linear program min λ subject to every row.
     """
+    if rigid_slips(problem).doubt:
+        return None
     rows = exact_rows(problem)
     program = replace(_upper_program(rows), cost=[0] * problem.n + [-1])
     end = exact_vertex(program, *_start(program, outcome))
@@ -133,6 +139,9 @@ def certified_lower(
     tolerances
         ``stored_digits`` and ``cancellation`` are used.
     """
+    doubt = rigid_slips(problem).doubt
+    if doubt:
+        return first, NoCertificate(doubt)
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
     best = exact_vertex(program, *_start(program, outcomes[first]))

@@ -23,7 +23,7 @@ def mean_load_is_safe(
     exact = starts_safe(problem, start, tolerances) if certify else None
     if exact is not None or start.vertex is None:
         return bool(exact)
-    return bool(rows.relative_excess(start.vertex.x[:-1], 0.0).max() <= tolerances.feasibility)
+    return bool(rows.relative_excess(rows.slips(start.vertex.x[:-1]), 0.0).max() <= tolerances.feasibility)
 
 
 def collapses(rows: Constraints, program: LinearProgram, all_nodes: bool) -> list[Solution]:
@@ -61,13 +61,6 @@ def first_to_collapse(outcomes: list[Solution]) -> int:
 
 def _value(outcome: Solution) -> float:
     return inf if outcome.vertex is None else float(outcome.vertex.x[-1])
-
-
-def has_free_motion(rows: Constraints, tolerances: Tolerances) -> bool:
-    """Whether some slip changes no row, to round-off: a body that nothing but the contact holds."""
-    sizes = np.linalg.norm(rows.G, axis=1, keepdims=True)
-    values = np.linalg.svd(rows.G / np.where(sizes > 0, sizes, 1.0), compute_uv=False)
-    return bool(values[-1] <= tolerances.degeneracy * values[0])
 
 
 def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.uniqueness.weak_coupling import influence
 
 WEAK = 1.0 / 3.0  # weak coupling: no cycle at all is possible below the first collapse
@@ -59,4 +60,5 @@ def coupling(problem: Problem) -> Coupling:
     values, vectors = np.linalg.eig(N + _TRACE * (ratio or 1.0))
     weights = np.abs(np.real(vectors[:, np.argmax(np.real(values))]))
     weights = np.maximum(weights / weights.max(), _LEAST_WEIGHT)
-    return Coupling(ratio, float(np.max(N @ weights / weights)), weights, N)
+    least = 1.0 if rigid_slips(problem).pinned else 0.0  # A z = 0 gives |z| <= N |z|
+    return Coupling(ratio, max(float(np.max(N @ weights / weights)), least), weights, N)

@@ -48,9 +48,11 @@ class GuaranteeCurve(Result):
         Whether slip never leads out of a box while all nodes stay closed and λ ≤ λ_max:
         so it is for a coupling ratio ρ < 1 and d the Perron vector, N d ≤ d, because
         every limit at a slip in the box differs from that at ṽ by at most N (R d) ≤ R d.
+    pinned
+        Where the joint can move as a whole: the nodes that slips, and so the boxes, are relative to.
     """
 
-    DOCUMENT: ClassVar[str] = "status radii load_factors nodes unit weights invariant"
+    DOCUMENT: ClassVar[str] = "status radii load_factors nodes unit weights invariant pinned"
     TABLE: ClassVar[str] = "radii load_factors nodes"
 
     status: Status
@@ -62,6 +64,7 @@ class GuaranteeCurve(Result):
     weights: FloatArray
     unit: float
     invariant: bool
+    pinned: tuple[int, ...] = ()
 
 
 @checked
@@ -112,6 +115,7 @@ def guarantee_curve(
     if radius.ndim != 1 or not np.all(radius >= 0):
         raise UsageError(f"radii: expected numbers >= 0, found {radius}")
     middle = _centre(problem, tolerances) if centre is None else _vector("centre", centre, problem.n)
+    middle = rows.rigid.relative(middle)
     influence = coupling(problem)
     perron = influence.bound < 1.0
     shape = influence.weights if perron else np.ones(problem.n)
@@ -132,6 +136,7 @@ def guarantee_curve(
         weights=shape,
         unit=unit,
         invariant=perron,
+        pinned=rows.pinned,
     )
 
 
@@ -170,6 +175,7 @@ def _first_collapses(
         return [(nan, *nothing[1:])] * len(radii)
     program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
     found = [nothing] * len(radii)
+    shape = np.where(np.isin(np.arange(rows.n), rows.pinned), 0.0, shape)
     known = np.zeros(rows.n)  # load factors below which a node does not collapse
     for k in np.argsort(-radii, kind="stable"):
         lower, upper = centre - radii[k] * shape, centre + radii[k] * shape
@@ -181,7 +187,7 @@ def _first_collapses(
             value = inf if vertex is None else float(vertex[-1])
             known[node] = max(known[node], value)
             if vertex is not None and value < found[k][0]:
-                found[k] = value, node, vertex[:-1]
+                found[k] = value, node, rows.slips(vertex[:-1])
     return found
 
 

@@ -97,7 +97,7 @@ def conic_upper_bound(
     )
     while True:  # ends: every round takes further rows, and there are finitely many
         step, row = np.nonzero(taken)
-        matrix = np.column_stack([rows.G[row], steps[step, row]])
+        matrix = np.column_stack([rows.coefficients[row], steps[step, row]])
         bound = _bound(matrix, rows.g[row], -1.0, solver, tolerances)
         if bound.status != Status.OPTIMAL:
             return bound
@@ -113,8 +113,9 @@ def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances
     """λ_max of closed and open nodes; gaps, most of which never close, where they are broken."""
     taken = rows.side != GAP
     while True:
-        matrix = np.column_stack([rows.G, rows.d])[taken]
+        matrix = np.column_stack([rows.coefficients, rows.d])[taken]
         bound = _bound(matrix, rows.g[taken], -1.0, solver, tolerances)
+        bound = replace(bound, slip=rows.slips(bound.slip))
         violated = ~taken
         if bound.status == Status.OPTIMAL:
             excess = rows.relative_excess(bound.slip, bound.load_factor)
@@ -155,7 +156,7 @@ def conic_lower_bound(
     0.657373
     """
     rows = constraints(problem)
-    matrix = np.column_stack([rows.G, rows.d])
+    matrix = np.column_stack([rows.coefficients, rows.d])
     start = _bound(matrix, rows.g, +1.0, solver, tolerances)
     if start.status == Status.UNDECIDED:
         return start
@@ -199,6 +200,12 @@ def _bound(
     and the unit of load is a typical right-hand side, or where there is none that of the loop.
     """
     count = matrix.shape[1]
+    kept = np.append(matrix[:, :-1].any(axis=0), True)
+    if not kept.all():  # slips that no row knows stay zero
+        part = _bound(matrix[:, kept], right, towards, solver, tolerances)
+        slip = np.zeros(count - 1)
+        slip[kept[:-1]] = part.slip
+        return replace(part, slip=slip if part.status == Status.OPTIMAL else np.full(count - 1, nan))
     row_scale, column_scale = equilibration(matrix, tolerances.equilibration_sweeps)
     size = _load_unit(right * row_scale, column_scale)
     positive = np.append(np.zeros(count - 1), -1.0)

@@ -53,7 +53,7 @@ def _first_lift_off(problem: Problem, corners: FloatArray, tolerances: Tolerance
     """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which some node has p = q = 0."""
     rows, count = constraints(problem), len(corners)
     program = LinearProgram(
-        np.column_stack([rows.G, corners.T]),
+        np.column_stack([rows.coefficients, corners.T]),
         cost=np.append(np.zeros(rows.n), np.ones(count)),
         lower=np.full(len(rows.g), -INF),
         upper=rows.g,

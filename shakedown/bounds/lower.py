@@ -19,7 +19,6 @@ from shakedown.bounds.collapse_programs import (
     collapse_values,
     collapses,
     first_to_collapse,
-    has_free_motion,
     mean_load_is_safe,
 )
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
@@ -79,11 +78,13 @@ class LowerBound(Result):
         The tolerances that decided.
     kind
         What the number is: ``"first-collapse"``.
+    pinned
+        Where the joint can move as a whole: the nodes that slips are given relative to, their own being 0.
     """
 
     DOCUMENT: ClassVar[str] = (
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
-        "lift_off_bound certified uncertified reduced_accuracy residual"
+        "lift_off_bound certified uncertified reduced_accuracy residual pinned"
     )
     TABLE: ClassVar[str] = "slip per_node"
 
@@ -101,6 +102,7 @@ class LowerBound(Result):
     reduced_accuracy: bool = False
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
     kind: str = "first-collapse"
+    pinned: tuple[int, ...] = ()
 
     @cached_property
     def proof(self) -> GuaranteeStatus:
@@ -220,9 +222,9 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
             return _vanishing(problem, upper, tolerances)
         return _without_collapse(problem, Status.UNBOUNDED, inf, tolerances)
     answer = _collapse(problem, node, outcomes, found, tolerances)
-    # Where the witness satisfies every row, λ_max is no smaller; so it is without free motions.
+    # Where the witness satisfies every row, λ_max is no smaller; so it is where something holds the body.
     safe = rows.relative_excess(answer.slip, answer.load_factor).max() <= tolerances.feasibility
-    if not safe and has_free_motion(rows, tolerances):
+    if rows.pinned and not safe:
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
         if upper.status == Status.OPTIMAL and upper.load_factor < answer.load_factor:
             return _vanishing(problem, upper, tolerances)
@@ -244,7 +246,12 @@ def _collapse(
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
     else:
         assert vertex is not None
-        x, y, active, certified = vertex.x, vertex.multipliers, outcomes[node].active, None
+        x, y, active, certified = (
+            np.append(rows.slips(vertex.x[:-1]), vertex.x[-1]),
+            vertex.multipliers,
+            outcomes[node].active,
+            None,
+        )
     per_node = np.append(collapse_values(outcomes), np.full(rows.n - len(outcomes), nan))
     per_node[node] = x[-1]
     return LowerBound(
@@ -261,6 +268,7 @@ def _collapse(
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
         reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes),
         tolerances=tolerances,
+        pinned=rows.pinned,
     )
 
 
@@ -293,4 +301,5 @@ def _without_collapse(
         multipliers=np.zeros(2 * problem.n),
         residual=nan,
         tolerances=tolerances,
+        pinned=constraints(problem).pinned,
     )

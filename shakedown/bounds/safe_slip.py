@@ -42,6 +42,8 @@ class SafeSlip(Result):
         Whether the linear program ended only at loosened tolerances (1e-7).
     open_nodes
         The nodes that are open; their slip is their displacement under the mean load.
+    pinned
+        The nodes that slips are given relative to, where the joint can move as a whole.
     """
 
     status: Status
@@ -52,6 +54,7 @@ class SafeSlip(Result):
     residual: float
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
+    pinned: tuple[int, ...] = ()
 
 
 @checked
@@ -97,17 +100,20 @@ def safe_slip(
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
-    found = widest(rows.G, norms, room, cap=cap, tolerances=tolerances)
-    residual = float(rows.relative_excess(found.x, load_factor).max())
+    found = widest(rows.coefficients, norms, room, cap=cap, tolerances=tolerances)
+    slip = rows.slips(found.x)
+    residual = float(rows.relative_excess(slip, load_factor).max())
     active = rows_named(rows, np.flatnonzero(found.multipliers))
-    status, slip, margin = Status.OPTIMAL, found.x, found.margin
+    status, margin = Status.OPTIMAL, found.margin
     if residual > tolerances.feasibility:
         status, slip = Status.INFEASIBLE, np.full(rows.n, nan)
     elif margin > 0.75 * cap:
         status, margin, active = Status.UNBOUNDED, inf, ()
     reduced = found.reduced_accuracy
     slip = zone.slips(slip)
-    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes)
+    return SafeSlip(
+        status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, zone.pinned
+    )
 
 
 def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:

@@ -118,8 +118,8 @@ def _cycle_rows(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Rows ``matrix`` · (v without node, λ) ≤ ``right``, and v_j at its lowest as coefficients of (…, 1)."""
     rows, steps = constraints(problem), step_loads(problem)
-    total = partial(_sum, cancellation)
-    share, G = rows.G[:, node], np.delete(rows.G, node, axis=1)
+    total, coefficients = partial(_sum, cancellation), rows.rigid.avoiding(node).columns(rows.G)
+    share, G = coefficients[:, node], np.delete(coefficients, node, axis=1)
     lowest, highest = (_slip_where_active(rows, G, i, share[i]) for i in (2 * node, 2 * node + 1))
     blocks, bounds = [total(lowest[None, :-1], -highest[None, :-1])], [highest[-1:] - lowest[-1:]]
     for end, row in ((lowest, 2 * node), (highest, 2 * node + 1)):

@@ -78,11 +78,14 @@ class UpperBound(Result):
     open_nodes
         The nodes that are open through the whole period; empty with all nodes in contact.
         The slip of an open node is its displacement under the mean load.
+    pinned
+        Where the joint can move as a whole: the nodes that slips are given relative to. Their own
+        slips are 0, as safe slips are known only up to that motion; empty for a joint that is held.
     """
 
     DOCUMENT: ClassVar[str] = (
         "status load_factor least_load_factor slip open_nodes direction active certified uncertified "
-        "exact reduced_accuracy reason residual"
+        "exact reduced_accuracy reason residual pinned"
     )
     TABLE: ClassVar[str] = "slip"
 
@@ -100,6 +103,7 @@ class UpperBound(Result):
     uncertified: str = ""
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
+    pinned: tuple[int, ...] = ()
 
 
 @checked
@@ -161,6 +165,7 @@ def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
         direction=zone.spread(found.direction),
         reason=found.reason,
         open_nodes=zone.open_nodes,
+        pinned=zone.pinned,
     )
 
 
@@ -176,6 +181,7 @@ def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tole
         answer(rows, outcome, certificate, tolerances),
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
         reduced_accuracy=outcome.reduced_accuracy,
+        pinned=rows.pinned,
     )
 
 
@@ -188,7 +194,7 @@ def _optimal(
         active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
     else:
         assert outcome.vertex is not None
-        slip, load_factor = outcome.vertex.x[:-1], float(outcome.vertex.x[-1])
+        slip, load_factor = rows.slips(outcome.vertex.x[:-1]), float(outcome.vertex.x[-1])
         y, active, certified = -outcome.vertex.multipliers, outcome.active, None
     return UpperBound(
         status=Status.OPTIMAL,
@@ -214,7 +220,7 @@ def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
     vertex = load_factor_program(rows, towards=+1.0, tolerances=tolerances).solve().vertex
     if vertex is None:
         return nan
-    at_mean = rows.relative_excess(vertex.x[:-1], 0.0).max()
+    at_mean = rows.relative_excess(rows.slips(vertex.x[:-1]), 0.0).max()
     return 0.0 if at_mean <= tolerances.feasibility else float(vertex.x[-1])
 
 
@@ -224,7 +230,7 @@ def _infeasible(
     if certificate is not None:
         y = certificate.multipliers
     else:
-        matrix = np.column_stack([rows.G, rows.d])
+        matrix = np.column_stack([rows.coefficients, rows.d])
         sizes = np.abs(matrix).max(axis=1)
         norms = np.where(sizes > 0, sizes, 1.0)
         y = widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances).multipliers
@@ -237,7 +243,7 @@ def _infeasible(
         multipliers=y,
         direction=np.full(rows.n, nan),
         reason=NO_SAFE_STATE,
-        residual=float(np.max(np.abs(y @ rows.G) / np.where(terms > 0, terms, 1.0))),
+        residual=float(np.max(np.abs(y @ rows.coefficients) / np.where(terms > 0, terms, 1.0))),
         least_load_factor=nan,
         certified=None,
         exact=certificate is not None,
@@ -274,5 +280,5 @@ def _widest_direction(
     """v with G v + d ≤ 0, with room to spare where there is any."""
     norms = np.linalg.norm(rows.G, axis=1)
     cap = float(np.max(np.abs(rows.d)[norms > 0] / norms[norms > 0], initial=0.0))
-    found = widest(rows.G, norms, -rows.d, cap=cap, tolerances=tolerances)
-    return found.x if found.margin >= 0 or certificate is None else certificate.slip
+    found = widest(rows.coefficients, norms, -rows.d, cap=cap, tolerances=tolerances)
+    return rows.slips(found.x) if found.margin >= 0 or certificate is None else certificate.slip

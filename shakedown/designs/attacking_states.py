@@ -71,7 +71,7 @@ class AttackingStates:
         rows, n = constraints(self.problem), self.problem.n
         limits = rows.g - load_factor * step_loads(self.problem)[0]
         program = LinearProgram(
-            rows.G,
+            rows.coefficients,
             cost=np.ones(n),
             lower=np.full(2 * n, -INF),
             upper=limits,

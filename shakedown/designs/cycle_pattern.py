@@ -115,6 +115,8 @@ class CyclePattern:
         limits, right, equal = self._limits(share, count)
         moved = self._moved(count)
         order = self._order(share, count)
+        for part in (limits, moved):  # a body that can move as a whole is where its pinned nodes are at first
+            part[:, self.columns[self.first, list(constraints(self.problem).pinned)]] = 0.0
         kept = np.append(np.zeros(len(limits), dtype=bool), np.ones(len(moved) + len(order), dtype=bool))
         return PatternRows(
             matrix=np.vstack([limits, moved, order]),

@@ -90,6 +90,12 @@ class EnergyBall(Result):
         return () if self.zone is None else self.zone.open_nodes
 
     @property
+    def pinned(self) -> tuple[int, ...]:
+        """Where the joint can move as a whole: the nodes that ``slip`` is given relative to."""
+        closed = range(len(self.slip)) if self.zone is None else self.zone.closed_nodes
+        return tuple(closed[k] for k in self.metric.pinned)
+
+    @property
     def nodes(self) -> tuple[int, ...]:
         """The nodes that limit the ball."""
         return tuple(dict.fromkeys(node for node, _ in self.active))
@@ -199,7 +205,7 @@ def energy_ball(
         return _in_zone(zone, _nothing(rows, load_factor, reason))
     if state is None:
         return _in_zone(zone, largest_ball(rows, load_factor, tolerances))
-    held = state[list(zone.closed_nodes)]
+    held = rows.rigid.relative(state[list(zone.closed_nodes)])
     check_resolved(rows, held, 0.0, tolerances)
     return _in_zone(zone, ball_around(rows, load_factor, held, tolerances))
 
@@ -277,7 +283,7 @@ def _widest_ball(rows: EnergyRows, room: FloatArray, cap: float, tolerances: Tol
     """Maximise R in 0 ≤ R ≤ cap over the columns (v, R)."""
     n = rows.n
     return LinearProgram(
-        np.column_stack([rows.G, rows.spread]),
+        np.column_stack([rows.coefficients, rows.spread]),
         cost=np.append(np.zeros(n), -1.0),
         lower=np.full(len(room), -INF),
         upper=room,
@@ -311,7 +317,7 @@ def _widest_margin(rows: EnergyRows, load_factor: float, tolerances: Tolerances)
     norms = np.where(norms > 0, norms, 1.0) * sizes
     room = rows.g - load_factor * rows.d
     cap = typical_size(np.abs(room) / norms)
-    found = widest(rows.G, norms, room, cap=cap, tolerances=tolerances)
+    found = widest(rows.coefficients, norms, room, cap=cap, tolerances=tolerances)
     sizes = rows.sizes(found.x, load_factor)
     return found.x, bool(np.all(rows.room(found.x, load_factor) > tolerances.feasibility * sizes))
 

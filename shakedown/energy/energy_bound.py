@@ -91,11 +91,14 @@ class EnergyBound(Result):
         The status in words; empty where optimal.
     open_nodes
         The nodes that stay open.
+    pinned
+        Where the joint can move as a whole: the nodes that ``slip`` is given relative to. The energy
+        distance takes no account of that motion.
     """
 
     DOCUMENT: ClassVar[str] = (
         "load_factor least_load_factor slip radius distance status reason certified residual initial_slip "
-        "open_nodes active gap"
+        "open_nodes active gap pinned"
     )
     TABLE: ClassVar[str] = "initial_slip slip"
 
@@ -112,6 +115,7 @@ class EnergyBound(Result):
     certificate: EnergyCertificate | None
     reason: str
     open_nodes: tuple[int, ...] = ()
+    pinned: tuple[int, ...] = ()
 
     @property
     def certified(self) -> float | None:
@@ -169,29 +173,29 @@ def energy_bound(
     require_problem(problem)
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
     zone = chosen_zone(problem, open_nodes, tolerances)
-    rows, held = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]
+    rows, given = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]
+    held = rows.rigid.relative(given)
     reason = without_margin(problem, rows)
     if reason:
-        return _in_zone(zone, _nothing(rows, held, reach, reason))
+        return _in_zone(zone, given, _nothing(rows, held, reach, reason))
     check_resolved(rows, held, reach, tolerances)
     bound = farthest_load_factor(rows, held, reach, tolerances)
-    if zone.open_nodes:
-        return _in_zone(zone, bound)
     wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
-    if wanted and bound.status == Status.OPTIMAL:
+    if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
         exact = ExactBall(problem, transient=True)
-        return replace(bound, certificate=_certificate(exact, rows, bound))
-    return bound
+        bound = replace(bound, certificate=_certificate(exact, rows, bound))
+    return _in_zone(zone, given, bound)
 
 
-def _in_zone(zone: Zone, bound: EnergyBound) -> EnergyBound:
-    """A bound for the closed nodes in terms of all nodes."""
+def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
+    """A bound for the closed nodes, from the slip that was given, in terms of all nodes."""
+    bound = replace(bound, initial_slip=given, pinned=zone.pinned)
     if not zone.open_nodes:
         return bound
     return replace(
         bound,
         slip=zone.slips(bound.slip),
-        initial_slip=zone.slips(bound.initial_slip),
+        initial_slip=zone.slips(given),
         open_nodes=zone.open_nodes,
     )
 

@@ -10,6 +10,7 @@ from shakedown.errors import UsageError
 from shakedown.model.constraints import GAP, constraints
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import RigidSlips
 from shakedown.tolerances import DEFAULT, Tolerances
 
 
@@ -34,6 +35,8 @@ class EnergyRows:
         Node and side (±1, or :data:`GAP` of an open node) of every row.
     metric
         The energy norm.
+    rigid
+        The slips that change no frictional limit, and where they are pinned.
     """
 
     G: FloatArray
@@ -43,11 +46,17 @@ class EnergyRows:
     node: NDArray[np.intp]
     side: NDArray[np.intp]
     metric: EnergyMetric
+    rigid: RigidSlips
 
     @property
     def n(self) -> int:
         """Number of contact nodes."""
         return self.G.shape[1]
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """G in the unknowns of programs: zero in the columns of pinned nodes."""
+        return self.rigid.columns(self.G)
 
     def room(self, slip: FloatArray, load_factor: float, radius: float = 0.0) -> FloatArray:
         """Distance to the limit of every row (k,), less what a ball of a relative radius needs [force]."""
@@ -96,7 +105,7 @@ def _known_rows(problem: Problem) -> dict[tuple[bool, Tolerances], EnergyRows]:
 
 def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRows:
     rows = constraints(problem)
-    metric = energy_metric(problem.A, problem.B, tolerances=tolerances)
+    metric = energy_metric(problem.A, problem.B, rows.rigid, tolerances=tolerances)
     spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
     G, d, g, node, side = rows.G, rows.d, rows.g, rows.node, rows.side
     if transient and problem.q_transient is not None and problem.p_transient is not None:
@@ -105,7 +114,7 @@ def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRo
         if len(sides):
             G, d, g = np.vstack([G, G]), np.append(d, np.zeros_like(d)), np.append(g, sides.min(axis=0))
             spread, node, side = np.tile(spread, 2), np.tile(node, 2), np.tile(side, 2)
-    return EnergyRows(G, d, g, spread, node, side, metric)
+    return EnergyRows(G, d, g, spread, node, side, metric, rows.rigid)
 
 
 def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:

@@ -2,9 +2,12 @@
 
 from fractions import Fraction
 from math import isqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.programs.exact_rows import exact_rows
 
 if TYPE_CHECKING:
@@ -13,13 +16,26 @@ if TYPE_CHECKING:
 DIGITS = 2**80  # to which a square root is rounded up
 
 
+class Products(NamedTuple):
+    """B_i A⁻¹ B_iᵀ, B_i A⁻¹ A_iᵀ and A_i A⁻¹ A_iᵀ of a node, of any generalised inverse.
+
+    The last two are B_ii and A_ii but for pinned nodes, where round-off makes a difference.
+    """
+
+    pressure: Fraction
+    mixed: Fraction
+    own: Fraction
+
+
 class ExactBall:
     """Exact rows and exact γ² of a problem, against which slips and radii are checked.
 
+    Slips are those relative to the pinned nodes, zero there.
+
     Nothing is rounded: stored numbers are fractions, square roots are avoided by
     comparing squares. ``regular`` is False where A as stored is not exactly positive
-    semi-definite, or where B reaches outside its range (a floating body with the
-    round-off of its assembly): then nothing is proved.
+    semi-definite, where B reaches outside its range, or where it is not clear whether the
+    body floats: then nothing is proved. What is pinned of a floating body plays no part.
 
     Examples
     --------
@@ -40,9 +56,9 @@ class ExactBall:
             for i, (row, right) in enumerate(zip(rows.matrix, rows.right, strict=True))
         ]
         self._transient = self._least_transient(problem) if transient else None
-        squares = _complements(problem)
-        self.regular = squares is not None and all(f > 0 for f in self._f)
-        self._spread_squares = [] if squares is None else self._clipped(squares)
+        products = _products(problem)
+        self.regular = products is not None and all(f > 0 for f in self._f)
+        self._spread_squares = [] if products is None else self._clipped(products)
 
     def holds(self, load_factor: float, slip: FloatArray, radius: float | Fraction) -> bool:
         """Whether every row at a slip keeps more than the room of a ball: f γ R < margin, exactly."""
@@ -68,11 +84,11 @@ class ExactBall:
         )
         return _root_above(Fraction(square)) + Fraction(distance)
 
-    def _clipped(self, squares: list[Fraction]) -> list[Fraction]:
+    def _clipped(self, products: list[Products]) -> list[Fraction]:
         """(f γ)² of every row: c = B_ii / A_ii, but not beyond ±1/f."""
         found = []
-        for i, (f, S) in enumerate(zip(self._f, squares, strict=True)):
-            own, coupled = self._A[i][i], f * self._B[i][i]
+        for f, (S, mixed, own) in zip(self._f, products, strict=True):
+            coupled = f * mixed
             for sign in (1, -1):
                 if sign * coupled > own:  # ‖f B_i ∓ A_i‖²
                     found.append(f * f * S - 2 * sign * coupled + own)
@@ -107,25 +123,34 @@ def _root_above(square: Fraction) -> Fraction:
     return Fraction(isqrt(int(whole)) + 1, DIGITS) * size
 
 
-def _complements(problem: Problem) -> list[Fraction] | None:
-    """B_i A⁻¹ B_iᵀ of every node, of any generalised inverse; None where A and B are not of the kind."""
+def _products(problem: Problem) -> list[Products] | None:
+    """Products of every node; None where A and B are not of the kind, or it is not clear what is rigid."""
     from flint import fmpq, fmpq_mat  # a plain sweep of floats does not need it
 
-    n = problem.n
-    numbers = ([fmpq(*x.as_integer_ratio()) for x in M.ravel().tolist()] for M in (problem.A, problem.B))
-    A, B = (fmpq_mat(n, n, entries) for entries in numbers)
-    if not _semidefinite(A):
+    rigid, n = rigid_slips(problem), problem.n
+    kept = [j for j in range(n) if j not in rigid.pinned]
+    stacked = np.vstack([problem.A[kept][:, kept], problem.B[:, kept], problem.A[:, kept]])
+    table = [[fmpq(*x.as_integer_ratio()) for x in row] for row in stacked.tolist()]
+    k, zero = len(kept), fmpq(0)
+    rows_B, rows_A = table[k : k + n], table[k + n :]
+    if rigid.doubt or (k and not _semidefinite(fmpq_mat(table[:k]))):
         return None
-    both = fmpq_mat([[*left, *right] for left, right in zip(A.tolist(), B.transpose().tolist(), strict=True)])
-    reduced, rank = both.rref()
-    pivots = [next(j for j in range(2 * n) if reduced[k, j] != 0) for k in range(rank)]
-    if any(j >= n for j in pivots):
+    pivots: list[int] = []
+    if k:
+        reduced, rank = fmpq_mat(table).transpose().rref()
+        pivots = [next(j for j in range(len(table)) if reduced[i, j] != 0) for i in range(rank)]
+    if any(j >= k for j in pivots):
         return None  # some row of B is outside the range of A
-    found = []
-    for i in range(n):
-        value = sum((B[i, j] * reduced[k, n + i] for k, j in enumerate(pivots)), B[0, 0] * 0)
-        found.append(Fraction(int(value.p), int(value.q)))
-    return found
+
+    def product(row: "list[fmpq]", column: int) -> Fraction:
+        """row · A⁻¹ · (a further row)."""
+        value = sum((row[j] * reduced[i, column] for i, j in enumerate(pivots)), zero)
+        return Fraction(int(value.p), int(value.q))
+
+    return [
+        Products(product(rows_B[i], k + i), product(rows_B[i], k + n + i), product(rows_A[i], k + n + i))
+        for i in range(n)
+    ]
 
 
 def _semidefinite(A: "fmpq_mat") -> bool:

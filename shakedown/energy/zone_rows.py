@@ -41,7 +41,7 @@ def zone_rows(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DE
     gap = whole.side == GAP
     slope, d, g, node = whole.G[gap], whole.d[gap], whole.g[gap], whole.node[gap]
     lengths = np.abs(slope) @ (metric.unit**2 / metric.sizes)
-    spread = metric.relative_dual_norms(slope, lengths, tolerances)
+    spread = metric.relative_dual_norms(slope, lengths, tolerances)  # inf where a rigid slip changes it
     before = transient_path(zone.problem)
     if transient and len(before):
         n, at_zero = zone.problem.n, np.zeros(len(zone.closed_nodes))

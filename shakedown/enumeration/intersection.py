@@ -77,8 +77,8 @@ class ScaledRows:
 
 def scaled_rows(rows: Constraints) -> ScaledRows:
     """Equilibrate the rows of a problem by powers of two, the same way in all units."""
-    stiffness, force = _power(rows.G), _power(np.column_stack([rows.d, rows.g]))
-    matrix = np.column_stack([np.ldexp(rows.G, -stiffness), np.ldexp(rows.d, -force)])
+    stiffness, force = _power(rows.coefficients), _power(np.column_stack([rows.d, rows.g]))
+    matrix = np.column_stack([np.ldexp(rows.coefficients, -stiffness), np.ldexp(rows.d, -force)])
     row_scale, column_scale = equilibration(matrix)
     unit = np.append(np.full(rows.n, np.ldexp(1.0, force - stiffness)), 1.0)
     right = np.ldexp(rows.g, -force) * row_scale

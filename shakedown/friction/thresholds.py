@@ -124,7 +124,7 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
         if contact.high < anywhere.high:  # no node open is one of the sets
             anywhere = replace(contact, low=min(anywhere.low, contact.high))
     # Self-stress A v = t S φ B v, S between −1 and 1, needs a determinant that vanishes at t or below.
-    safe = contact.low * stiffness.friction_unit if held(stiffness.A, tolerances) else 0.0
+    safe = contact.low * stiffness.friction_unit if held(stiffness.A, stiffness.tolerances) else 0.0
     return FrictionThresholds(
         single_node=_single_node(stiffness),
         factor=factor,

@@ -185,6 +185,7 @@ def wedged_slip(stiffness: ScaledStiffness, factor: float, weights: FloatArray) 
     A, B, row = A / size, B / size, -weights[:, None]
     pressure = stiffness.B.sum(axis=0) / np.abs(stiffness.B).max()
     matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
+    matrix[:, list(stiffness.pinned)] = 0.0  # no friction limit knows the rigid slips
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(n), 1.0),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.errors import ProblemError, UsageError
-from shakedown.model.magnitudes import check_slip
+from shakedown.model.field_values import check_slip
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.shown_values import short

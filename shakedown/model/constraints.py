@@ -1,6 +1,7 @@
 """The 2n frictional constraints in slip space and load factor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from shakedown.model.derived import once_per_problem
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.model.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
 
 BACKWARD, FORWARD = +1, -1
 GAP = 0  # the row of an open node: its gap
@@ -21,6 +23,8 @@ class Constraints(Result):
 
     Row 2j is the backward-slip limit of node j (side +1, q = f p), row 2j + 1
     its forward-slip limit (side −1, q = −f p): the thesis's I, II, III, IV, …
+    Programs over the rows take their coefficients from ``coefficients``, not from G: there the slips
+    of a body that only friction holds are those relative to its pinned nodes.
 
     Attributes
     ----------
@@ -32,6 +36,8 @@ class Constraints(Result):
         Right-hand sides: the distance of the mean load from the limit [force].
     node, side, step : (2n,)
         Node, side (±1) and extreme load step of every row.
+    rigid
+        The slips that change no frictional limit, and where they are pinned.
     """
 
     G: FloatArray
@@ -40,6 +46,7 @@ class Constraints(Result):
     node: NDArray[np.intp]
     side: NDArray[np.intp]
     step: NDArray[np.intp]
+    rigid: RigidSlips = field(repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for array in (self.G, self.d, self.g, self.node, self.side, self.step):
@@ -49,6 +56,35 @@ class Constraints(Result):
     def n(self) -> int:
         """Number of contact nodes."""
         return self.G.shape[1]
+
+    @cached_property
+    def coefficients(self) -> FloatArray:
+        """G in the unknowns of programs, (2n, n): zero in the columns of pinned nodes.
+
+        What a rigid slip changes in a gap stays: there the unknown is how far the body has moved.
+        """
+        kept, pinned = self.rigid.columns(self.G), list(self.rigid.pinned)
+        gaps = np.flatnonzero(self.side == GAP)
+        if pinned and gaps.size:
+            terms = np.abs(self.G[gaps]) @ np.abs(self.rigid.motions)
+            moved = self.G[gaps] @ self.rigid.motions
+            kept[np.ix_(gaps, np.array(pinned))] = np.where(np.abs(moved) > ROUND_OFF * terms, moved, 0.0)
+        return kept
+
+    @cached_property
+    def pinned(self) -> tuple[int, ...]:
+        """The columns that are left out: the slips that are set to zero because no row knows them."""
+        return tuple(k for k in self.rigid.pinned if not self.coefficients[:, k].any())
+
+    def slips(self, x: FloatArray) -> FloatArray:
+        """The slips (…, n) that the unknowns of a program stand for; at pinned nodes zero."""
+        rigid = list(self.rigid.pinned)
+        if not rigid:
+            return x
+        kept = np.array(x)
+        moved = kept[..., rigid] * ~np.isin(rigid, self.pinned)
+        kept[..., rigid] = 0.0
+        return np.asarray(kept + moved @ self.rigid.motions.T)
 
     def excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
         """Violation (positive) or distance to the limit (negative) of every row, (2n,) [force]."""
@@ -84,6 +120,7 @@ def constraints(problem: Problem) -> Constraints:
         node=np.repeat(np.arange(n), 2),
         side=np.tile([BACKWARD, FORWARD], n),
         step=steps.argmax(axis=0),
+        rigid=rigid_slips(problem),
     )
 
 

@@ -73,12 +73,18 @@ class Zone:
             node=np.concatenate([closed[rows.node], self.open_nodes]),
             side=np.concatenate([rows.side, np.full(o, GAP)]),
             step=np.concatenate([rows.step, h1.argmax(axis=0)]),
+            rigid=rows.rigid,
         )
 
     def _of_open(self, q: FloatArray, p: FloatArray) -> FloatArray:
         """κ_OO⁻¹ r_w,O for some load steps (m, n): (m, 2o)."""
         o = list(self.open_nodes)
         return np.hstack([q[:, o], p[:, o]]) @ self.flexibility.T
+
+    @property
+    def pinned(self) -> tuple[int, ...]:
+        """The nodes of the whole joint whose slips are set to zero, as no row knows them."""
+        return tuple(self.closed_nodes[k] for k in self.constraints.pinned)
 
     def spread(self, slip: FloatArray, elsewhere: float = np.nan) -> FloatArray:
         """What belongs to the closed nodes (k,) in an array of all nodes (n,)."""

@@ -13,13 +13,14 @@ from shakedown.model.field_values import (
     NAMES,
     SHAPES,
     TEXTS,
+    check_ratios,
     check_shapes,
+    in_range,
     json_object,
     names,
     plain_text,
     real_numbers,
 )
-from shakedown.model.magnitudes import check_ratios, in_range
 from shakedown.shown_values import same
 from shakedown.tolerances import DEFAULT
 from shakedown.visible_text import shortened, visible
@@ -67,6 +68,11 @@ class Problem:
     node_area : (n,), optional
         Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
         tractions. Of a plane model it is that of unit thickness, or of the one it has.
+    stiffness_accuracy : float, optional
+        How accurate the stored A and B are, relative to their entries: 1e-7 where they come
+        from seven printed digits. What meets less resistance than that is a rigid slip
+        (:class:`~shakedown.model.rigid_slips.RigidSlips`). By default that of floating-point
+        numbers which went through the condensation of a large model.
     label : (n,), optional
         What each node, or pair of nodes, is called in that model.
     load_names : (c,), optional
@@ -110,6 +116,7 @@ class Problem:
     normal: FloatArray | None = None
     tangent: FloatArray | None = None
     node_area: FloatArray | None = None
+    stiffness_accuracy: float | None = None
     label: tuple[str, ...] | None = None
     load_names: tuple[str, ...] | None = None
     name: str = ""
@@ -137,6 +144,7 @@ class Problem:
             normal: ArrayLike | None = None,
             tangent: ArrayLike | None = None,
             node_area: ArrayLike | None = None,
+            stiffness_accuracy: float | None = None,
             label: ArrayLike | None = None,
             load_names: ArrayLike | None = None,
             name: str = "",
@@ -158,6 +166,8 @@ class Problem:
         if "initial_slip" in arrays:
             arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
         _check_values(arrays)
+        if "stiffness_accuracy" in arrays:
+            object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
         for key, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, key, array)
@@ -243,6 +253,11 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     for key, array in arrays.items():
         arrays[key] = in_range(key, array)
     check_ratios(arrays)
+    accuracy = arrays.get("stiffness_accuracy", np.float64(0.5))
+    if not 0.0 < accuracy < 1.0:
+        raise ProblemError(
+            f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
+        )
     _check_places(arrays)
     for key in ("A", "C"):
         if key in arrays:

@@ -175,14 +175,16 @@ def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> 
     if end.status == "unbounded":
         return _Visit(nodes, zone, inf, nothing, nothing)
     if end.vertex is not None:
-        return _Visit(nodes, zone, float(end.vertex.x[-1]), end.vertex.x[:-1], -end.vertex.multipliers)
+        return _Visit(
+            nodes, zone, float(end.vertex.x[-1]), rows.slips(end.vertex.x[:-1]), -end.vertex.multipliers
+        )
     against = _contradiction(rows, tolerances)
     return _Visit(nodes, zone, -inf, nothing, against.multipliers, against.margin)
 
 
 def _contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
     """By how much the rows leave no safe slip at any load factor, and the multipliers that show it."""
-    matrix = np.column_stack([rows.G, rows.d])
+    matrix = np.column_stack([rows.coefficients, rows.d])
     sizes = np.abs(matrix).max(axis=1)
     norms = np.where(sizes > 0, sizes, 1.0)
     return widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)

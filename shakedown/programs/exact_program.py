@@ -30,10 +30,17 @@ class ExactProgram:
 
     def columns(self, chosen: list[int]) -> ExactProgram:
         """The program in some of its columns, all others held at zero."""
-        if len(chosen) == len(self.cost):
+        if chosen == list(range(len(self.cost))):
             return self
         matrix = [[row[j] for j in chosen] for row in self.matrix]
         return ExactProgram(matrix, self.right, [self.cost[j] for j in chosen])
+
+    def depends_only_on(self, columns: list[int]) -> bool:
+        """Whether all other columns are zero, as those of pinned slips are."""
+        others = sorted(set(range(len(self.cost))) - set(columns))
+        return not any(self.cost[j] for j in others) and not any(
+            row[j] for row in self.matrix for j in others
+        )
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,11 @@ class ExactVertex:
     x_scale: int
     y: dict[int, int]
     y_scale: int
+
+    def among(self, columns: list[int], count: int) -> ExactVertex:
+        """The same, found in some of so many columns: zero in all others."""
+        x = dict(zip(columns, self.x, strict=False))
+        return replace(self, x=[x.get(j, 0) for j in range(count)])
 
 
 def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> ExactVertex | None:
@@ -90,8 +102,7 @@ def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> E
             return None
         loose = _unbalanced(program, free, end)
         if loose is None:
-            x = dict(zip(free, end.x, strict=False))
-            return replace(end, x=[x.get(j, 0) for j in range(len(program.cost))])
+            return end.among(free, len(program.cost))
         free = sorted([*free, loose])
         active += _completion(program, active, free)
     return None

@@ -10,6 +10,7 @@ from shakedown.model.constraints import constraints, step_loads
 from shakedown.model.derived import once_per_problem
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.programs.integer_algebra import IntegerRows
 
 Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
@@ -24,7 +25,7 @@ class ExactRows:
     Attributes
     ----------
     matrix
-        [G | d], 2n rows of n + 1 integers.
+        [G | d], 2n rows of n + 1 integers; zero in the columns of pinned slips.
     right
         g, 2n integers.
     factors
@@ -38,7 +39,10 @@ class ExactRows:
 
 @once_per_problem
 def exact_rows(problem: Problem) -> ExactRows:
-    """The rows of ``constraints(problem)`` without any round-off; built once per problem.
+    """The rows of ``constraints(problem)``, in the unknowns of programs, without any round-off.
+
+    Built once per problem. The columns of pinned slips are zero: exact arithmetic would take the
+    round-off that stands there for a spring.
 
     Every stored number is a binary fraction, so the rows are rational: the sample
     mean divides by m. A column of the loading that ``loading`` takes as constant
@@ -52,8 +56,9 @@ def exact_rows(problem: Problem) -> ExactRows:
     >>> [[x / rows.matrix[0][1] for x in row] for row in rows.matrix], rows.right[0] / rows.matrix[0][1]
     ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
     """
-    A, f = _exact(problem.A), _exact(problem.f)
-    fB = f[:, None] * _exact(problem.B)
+    rigid = rigid_slips(problem)
+    A, f = _exact(rigid.columns(problem.A)), _exact(problem.f)
+    fB = f[:, None] * _exact(rigid.columns(problem.B))
     q0, p0 = _mean(problem.q_w, problem.q_mean), _mean(problem.p_w, problem.p_mean)
     G = np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * problem.n, problem.n)
     g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * problem.n)

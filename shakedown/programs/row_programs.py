@@ -14,7 +14,7 @@ from shakedown.tolerances import DEFAULT, Tolerances
 def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> LinearProgram:
     """Maximise (−1) or minimise (+1) λ ≥ 0 over the columns (v, λ), subject to every row."""
     return LinearProgram(
-        np.column_stack([rows.G, rows.d]),
+        np.column_stack([rows.coefficients, rows.d]),
         cost=np.append(np.zeros(rows.n), towards),
         lower=np.full(len(rows.g), -INF),
         upper=rows.g,

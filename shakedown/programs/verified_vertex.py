@@ -39,12 +39,13 @@ def verified_vertex(program: ExactProgram, active: list[int], free: list[int]) -
         cost · x lies between the same two neighbouring floats. None also where a further row meets
         the vertex, a multiplier vanishes, or the optimum is a float: exact arithmetic has to tell.
     """
-    if len(active) < WORTH_IT or len(active) != len(free) or len(free) != len(program.cost):
+    if len(active) < WORTH_IT or len(active) != len(free) or not program.depends_only_on(free):
         return None
     try:
-        return _verified(program, active)
+        end = _verified(program.columns(free), active)
     except (OverflowError, np.linalg.LinAlgError):  # beyond the range of floats, or no vertex at all
         return None
+    return None if end is None else end.among(free, len(program.cost))
 
 
 def _verified(program: ExactProgram, active: list[int]) -> ExactVertex | None:

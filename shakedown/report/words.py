@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown.bounds.coupling import WEAK
 from shakedown.model.loading import loading
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
 from shakedown.model.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
@@ -16,7 +17,6 @@ from shakedown.report.node_words import slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
 from shakedown.shown_values import down as down
 from shakedown.shown_values import up as up
-from shakedown.uniqueness.scaled_stiffness import held, scaled_stiffness
 
 if TYPE_CHECKING:
     from shakedown.bounds.guarantee_curve import GuaranteeCurve
@@ -427,7 +427,7 @@ def critical_in_words(critical: CriticalLoadFactors | None, total: int, bounds: 
 def _why_degenerate(bounds: ShakedownBounds) -> list[str]:
     """Why no subset meets in one point where a rigid slip changes no friction limit, and what helps."""
     problem, lower, upper = bounds.lower.problem, bounds.lower, bounds.upper
-    if held(scaled_stiffness(problem, problem.f, bounds.tolerances).A, bounds.tolerances):
+    if not rigid_slips(problem).pinned:
         return []
     known = [
         f"{name} = {rounded(value)}"

@@ -68,7 +68,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     require_problem(problem)
     stiffness = scaled_stiffness(problem, problem.f, tolerances)
     friction = stiffness.friction_unit * (1 + tolerances.feasibility)  # the factor that f is on the weights
-    if not held(stiffness.A, tolerances):
+    if not held(stiffness.A, stiffness.tolerances):
         return Uniqueness(
             False, "only friction holds the body: if all its nodes slip, nothing determines how fast"
         )

@@ -1,13 +1,16 @@
 """The contact stiffness and the friction in units of their own: the same bits whatever the units were."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.tolerances import Tolerances
+
+SPREAD = 4.0  # by how much eigenvalues of scaled matrices miss at most, in errors of their entries
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,8 @@ class ScaledStiffness:
         That size: a factor t on φ is the factor t / ``friction_unit`` on the coefficients given.
     tolerances
         What counts as zero.
+    pinned
+        Nodes at which the rigid slips of a body that only friction holds are pinned, in programs.
     """
 
     A: FloatArray
@@ -35,6 +40,7 @@ class ScaledStiffness:
     weights: FloatArray
     friction_unit: float
     tolerances: Tolerances
+    pinned: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -74,8 +80,15 @@ def scaled_stiffness(problem: Problem, friction: FloatArray, tolerances: Toleran
         C=None if problem.C is None else np.ldexp(problem.C, -power),
         weights=np.ldexp(friction, -own),
         friction_unit=float(np.ldexp(1.0, own)),
-        tolerances=tolerances,
+        tolerances=_of_the_data(problem, tolerances),
+        pinned=rigid_slips(problem).pinned,
     )
+
+
+def _of_the_data(problem: Problem, tolerances: Tolerances) -> Tolerances:
+    """The tolerances, with nothing below the accuracy of the data counted as resistance."""
+    accuracy = 0.0 if problem.stiffness_accuracy is None else problem.stiffness_accuracy
+    return replace(tolerances, zero_mode=max(tolerances.zero_mode, SPREAD * accuracy))
 
 
 def exponent(size: float) -> int:

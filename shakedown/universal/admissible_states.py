@@ -24,7 +24,7 @@ class AdmissibleStates:
     ----------
     G : (2n, n)
         Coefficients of the slip [force/length], row 2i the backward and row 2i + 1 the
-        forward limit of node i.
+        forward limit of node i; zero for pinned nodes, whose slips are zero.
     g : (2n,)
         Distance of the mean load from the limits [force].
     loads : (2n, k)
@@ -91,7 +91,7 @@ def admissible_states(problem: Problem) -> AdmissibleStates:
     rows, loop, f = constraints(problem), loading(problem), problem.f
     steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
     loads = np.ascontiguousarray(steps[different_steps(problem)].T)
-    return AdmissibleStates(rows.G, rows.g, loads, loads.argmax(axis=1))
+    return AdmissibleStates(rows.coefficients, rows.g, loads, loads.argmax(axis=1))
 
 
 def different_steps(problem: Problem) -> NDArray[np.intp]:

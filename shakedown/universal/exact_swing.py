@@ -4,9 +4,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.programs.integer_algebra import enclosure
 from shakedown.universal.admissible_states import different_steps
 from shakedown.universal.limit_multipliers import limits_used
@@ -37,6 +39,8 @@ def proved_swing(problem: Problem, lines: SwingLines) -> float | None:
         The largest float that is proved, or None where some multipliers are not exactly right.
     """
     exact, proved = ExactStates(problem), None
+    if not exact.sure:
+        return None
     for node, multipliers in enumerate(lines.multipliers):
         found = [exact.line(2 * node + 1, 1, multipliers[0]), exact.line(2 * node, -1, multipliers[1])]
         if found[0] is None or found[1] is None:
@@ -63,6 +67,9 @@ class ExactStates:
         q, q0 = self._split(problem.q_w, problem.q_mean, loading(problem).q1)
         p, p0 = self._split(problem.p_w, problem.p_mean, loading(problem).p1)
         self.n, self.A = n, A
+        rigid = rigid_slips(problem)
+        self.sure, self._pinned = not rigid.doubt, list(rigid.pinned)
+        self._kept = np.setdiff1d(np.arange(n), rigid.pinned)
         fB, taken = f[:, None] * B, different_steps(problem)
         self.G = np.stack([A - fB, -A - fB], axis=1).reshape(2 * n, n)
         self.g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * n)
@@ -73,11 +80,8 @@ class ExactStates:
         node = row // 2
         rows = limits_used(multipliers)
         rows[node] = row
-        fmpq_mat = self._flint.fmpq_mat
-        square = fmpq_mat(self.G[rows].T.tolist())
-        try:
-            y = square.solve(fmpq_mat([[sign * x] for x in self.A[node]])).entries()
-        except ZeroDivisionError:
+        y = self._balancing(rows, sign * self.A[node], multipliers[rows])
+        if y is None:
             return None
         if any(weight < 0 for i, weight in zip(rows, y, strict=True) if i != row):
             return None
@@ -87,6 +91,23 @@ class ExactStates:
             for k in range(self.S.shape[1])
         ]
         return value, max([self._zero, *adds])
+
+    def _balancing(
+        self, rows: NDArray[np.intp], target: np.ndarray, floats: FloatArray
+    ) -> "list[fmpq] | None":
+        """y with Σ y_j row_j = target in the columns that are not pinned.
+
+        Of a body that can move as a whole as many multipliers are free: those of the pinned nodes keep
+        the value that they have in floats.
+        """
+        kept, y = self._kept, self._rationals(floats)
+        rest = target[kept] - (y[self._pinned, None] * self.G[rows[self._pinned]][:, kept]).sum(axis=0)
+        square = self._flint.fmpq_mat(self.G[np.ix_(rows[kept], kept)].T.tolist())
+        try:
+            y[kept] = square.solve(self._flint.fmpq_mat([[x] for x in rest])).entries()
+        except ZeroDivisionError:
+            return None
+        return list(y)
 
     @property
     def _zero(self) -> "fmpq":

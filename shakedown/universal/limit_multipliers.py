@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.programs.equilibration import power_of_two
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -43,7 +44,9 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
     found = np.full((n, 2, 2 * n), np.nan)
     A = problem.A / size / size[:, None]
     fB = problem.f[:, None] * problem.B / size / size[:, None]
-    flexibility = np.linalg.pinv(A, rcond=tolerances.zero_mode, hermitian=True)
+    pinned = list(rigid_slips(problem).pinned)
+    A[pinned], fB[:, pinned] = 0.0, 0.0  # no balance is asked for in the columns of pinned slips
+    flexibility = np.linalg.pinv(A, rcond=tolerances.zero_mode, hermitian=not pinned)
     for side, sign in enumerate((1.0, -1.0)):
         s = _iterated(flexibility @ fB.T, sign)
         for i in np.flatnonzero(~_balanced(A, fB, s, sign)):
@@ -90,7 +93,7 @@ def _corrected(A: FloatArray, fB: FloatArray, sign: float, node: int) -> FloatAr
     side = np.where(np.arange(len(A)) == node, -sign, 1.0)
     for _ in range(CORRECTIONS):
         try:
-            s = np.linalg.solve((A - side[:, None] * fB).T, sign * A[node])
+            s = _solved((A.T - side[:, None] * fB).T, sign * A[:, node])
         except np.linalg.LinAlgError:
             break
         before, side = side, np.where(s < 0, -1.0, 1.0)
@@ -98,6 +101,14 @@ def _corrected(A: FloatArray, fB: FloatArray, sign: float, node: int) -> FloatAr
         if np.array_equal(before, side):
             return np.asarray(s)
     return np.full(len(A), np.nan)
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """The solution; the smallest one where no balance is asked for in some rows, which are zero."""
+    asked = matrix.any(axis=1)
+    if asked.all():
+        return np.asarray(np.linalg.solve(matrix, right))
+    return np.asarray(np.linalg.lstsq(matrix[asked], right[asked], rcond=None)[0])
 
 
 def limits_used(multipliers: FloatArray) -> NDArray[np.intp]:

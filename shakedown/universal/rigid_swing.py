@@ -5,6 +5,7 @@ from math import inf
 import numpy as np
 
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import AdmissibleStates, StateProgram
@@ -14,9 +15,17 @@ TANGENTS = 8  # of every node, at most
 
 
 def rigid_motions(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatArray:
-    """Slips that A does not resist, as columns (n, r): r = 0 but for floating bodies."""
-    values, vectors = np.linalg.eigh(problem.A)
-    return vectors[:, values <= tolerances.zero_mode * max(values[-1], 0.0)]
+    """Slips that A does not resist, as columns (n, r): r = 0 but for floating bodies.
+
+    They are the rigid slips, and whatever else A does not resist although it changes pressures.
+    """
+    known = rigid_slips(problem)
+    kept = np.setdiff1d(np.arange(problem.n), known.pinned)
+    values, vectors = np.linalg.eigh(problem.A[np.ix_(kept, kept)])
+    soft = vectors[:, values <= tolerances.zero_mode * values.max(initial=0.0)]
+    more = np.zeros((problem.n, soft.shape[1]))
+    more[kept] = soft
+    return np.hstack([known.motions, more])
 
 
 def limited_rigidly(
@@ -45,9 +54,9 @@ def _tangents(
     """The lines with those replaced that a tangent at a load factor undercuts there."""
     half = StateProgram(states, nested=True)
     half.set_load_factors(load_factor, load_factor)
-    multipliers = lines.multipliers.copy()
+    multipliers, resisting = lines.multipliers.copy(), rigid_slips(problem).columns(problem.A)
     for i in range(problem.n):
-        for side, extreme in enumerate(half.swing(i, problem.A[i])):
+        for side, extreme in enumerate(half.swing(i, resisting[i])):
             if np.isfinite(extreme.value) and np.isfinite(lines.values[i, side]):
                 multipliers[i, side] = -extreme.multipliers
     taken = known_lines(states, multipliers)

@@ -7,6 +7,7 @@ import numpy as np
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import admissible_states
 from shakedown.universal.best_metric import best_metric
@@ -92,6 +93,8 @@ def sharpened_swing(
     >>> round(climb.load_factor, 4), len(climb.intervals) <= climb.tried
     (0.6541, True)
     """
+    if rigid_slips(problem).pinned:  # a body that can move as a whole has no box
+        return SharpenedSwing(start, (), 0, "gain")
     shrinker = BoxShrinker(admissible_states(problem), tolerances)
     proved: list[ProvedInterval] = []
     least_step = tolerances.box_gain * target

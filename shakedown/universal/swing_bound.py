@@ -10,6 +10,7 @@ from shakedown.bounds.upper import upper_bound
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.admissible_states import (
@@ -141,6 +142,7 @@ def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolera
     """
     nowhere = np.full(problem.n, np.nan)
     found, half = _Found(inf, -1, nowhere, nowhere, 0), None
+    stiffness = rigid_slips(problem).columns(problem.A)
     meetings = lines.meetings()
     for i in np.argsort(meetings).tolist():
         meeting = float(meetings[i])
@@ -152,9 +154,9 @@ def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolera
         if meeting == -inf and found.load_factor < inf:
             half = half or StateProgram(states, nested=True)
             half.set_load_factors(found.load_factor, found.load_factor)
-            if half.swing(i, problem.A[i]).apart(tolerances.feasibility):
+            if half.swing(i, stiffness[i]).apart(tolerances.feasibility):
                 continue
-        overlap, forward, backward = first_overlap(states, i, problem.A[i])
+        overlap, forward, backward = first_overlap(states, i, stiffness[i])
         if overlap < found.load_factor:
             found = _Found(overlap, i, forward, backward, found.programs)
         found = found._replace(programs=found.programs + 1)
@@ -168,9 +170,10 @@ def _completed(
     half = StateProgram(states, nested=True)
     if load_factor < inf:
         half.set_load_factors(load_factor, load_factor)
+    stiffness = rigid_slips(problem).columns(problem.A)
     multipliers, unbounded = lines.multipliers.copy(), np.zeros(lines.values.shape, dtype=bool)
     for i in np.flatnonzero(np.isnan(lines.values).any(axis=1)).tolist():
-        for side, extreme in enumerate(half.swing(i, problem.A[i])):
+        for side, extreme in enumerate(half.swing(i, stiffness[i])):
             multipliers[i, side], unbounded[i, side] = -extreme.multipliers, extreme.value == -inf
     known = known_lines(states, multipliers)
     return replace(known, values=np.where(unbounded, inf, known.values))

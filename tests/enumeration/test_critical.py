@@ -44,14 +44,14 @@ def test_degenerate_subsets_are_listed_not_solved() -> None:
 
 
 def test_nearly_singular_is_told_from_singular() -> None:
-    """Two nodes with the same stiffness, exactly or but for 1e-14."""
+    """Two nodes with the same backward limit, exactly or but for 1e-14."""
     same, nearly = (
         shakedown.critical_load_factors(
             Problem(
-                A=[[1.0, 1.0], [1.0, 1.0 + tilt]],
-                B=np.zeros((2, 2)),
+                A=[[2.0, 1.0], [1.0, 2.0]],
+                B=np.diag([2.0, 2.0 - 2 * tilt]),
                 f=0.5,
-                q_w=[[1.0, 0.5], [-1.0, -0.5]],
+                q_w=[[1.0, 1.0], [-1.0, -1.0]],
                 p_w=np.full((2, 2), 4.0),
             )
         )

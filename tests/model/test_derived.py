@@ -22,7 +22,8 @@ def test_what_a_problem_determines_is_built_once(build) -> None:
 
 def test_what_is_kept_cannot_be_changed() -> None:
     problem = shakedown.example("two-node")
-    for array in (*vars(constraints(problem)).values(), *vars(loading(problem)).values()):
+    rows, loop = constraints(problem), loading(problem)
+    for array in (rows.G, rows.d, rows.g, rows.node, rows.side, rows.step, *vars(loop).values()):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
 
