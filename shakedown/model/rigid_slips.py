@@ -13,8 +13,12 @@ import numpy as np
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
 
-ROUND_OFF = 2.0**-30  # accuracy of A and B, relative, by default: condensing a model costs a few digits
-GAP = 1e3  # by how much the softest motion that is none must exceed the inaccuracy of what is rigid
+ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
+PRINTED = 1e-6  # likewise where the stiffness went through seven printed digits, and does not say so
+CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
+RESOLVED = (
+    100.0  # by how much what resists exceeds the accuracy of the data, or of floats, where that is known
+)
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
 NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none
@@ -77,10 +81,10 @@ class RigidSlips:
 def rigid_slips(problem: Problem) -> RigidSlips:
     """The rigid slips of a joint with all nodes closed; found once per problem.
 
-    Only motions that keep every node closed count, A Z = 0 and B Z = 0. They are the singular
-    vectors of [A; B], every node in the units of its own stiffness, whose singular values are no
-    larger than the accuracy of the data can make them: ``problem.stiffness_accuracy``, or that of floats.
-    All others must be larger by three orders of magnitude for the matter to be clear.
+    Only motions that keep every node closed count, A Z = 0 and B Z = 0. They are the right singular
+    vectors of [A; B], every node in the units of its own stiffness, below a clear gap: up to there
+    the singular values are round-off, and the next one is larger by four orders of magnitude. With
+    ``problem.stiffness_accuracy`` it is known what is round-off.
 
     Examples
     --------
@@ -100,13 +104,34 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     M = np.vstack([A, B])
     values, directions = np.linalg.svd(M, full_matrices=False)[1:]
     size = np.abs(M)
-    most = float(np.sqrt(size.sum(axis=0).max(initial=0.0) * size.sum(axis=1).max(initial=0.0)))
-    noise = (ROUND_OFF if accuracy is None else accuracy) * most
-    rigid = values <= noise
-    doubt = _doubt(values[~rigid], noise, most) if most else ""
-    if not rigid.any():
+    most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
+    if most == 0.0:
+        return _pinned(np.eye(n), lengths, "")
+    relative = values[::-1] / most
+    count, doubt = _without_resistance(relative) if accuracy is None else _below(relative, accuracy)
+    if not count:
         return replace(held, doubt=doubt)
-    return _pinned(directions[rigid].T, lengths, doubt)
+    return _pinned(directions[n - count :].T, lengths, doubt)
+
+
+def _without_resistance(values: FloatArray) -> tuple[int, str]:
+    """How many of the singular values, in increasing order, are round-off, and what is doubtful about it."""
+    floor = len(values) * np.finfo(float).eps
+    steps = np.maximum(np.append(values, np.inf), floor)
+    jumps = steps[1:] / steps[:-1]
+    rounded = np.where(values <= ROUND_OFF, jumps, 0.0)
+    count, doubt = int(np.argmax(rounded)) + 1, ""
+    if rounded[count - 1] < CLEAR:
+        count, doubt = _below(values, floor)
+    printed = (values[count:] <= PRINTED) & (jumps[count:] >= CLEAR)
+    return count, doubt or (_doubt(values[count]) if printed.any() else "")
+
+
+def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:
+    """The same where the accuracy of the data is known."""
+    noise = max(accuracy, len(values) * np.finfo(float).eps)
+    count = int(np.count_nonzero(values <= noise))
+    return count, _doubt(values[count]) if np.any(values[count:] <= RESOLVED * noise) else ""
 
 
 def _scaled(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -131,13 +156,10 @@ def _clearly_held(A: FloatArray) -> bool:
     return bool(values[0] > CLEARLY_HELD * values[-1])
 
 
-def _doubt(others: FloatArray, noise: float, size: float) -> str:
-    softest = float(others.min(initial=np.inf))
-    if softest > GAP * noise:
-        return ""
+def _doubt(softest: float) -> str:
     return (
-        f"a slip that keeps all nodes closed meets {softest / size:.1e} of the stiffness: too little to be a "
-        f"support and too much to be round-off (is stiffness_accuracy given?)"
+        f"a slip that keeps all nodes closed meets {softest:.0e} of the stiffness, too little to be a support "
+        f"and too much to be round-off: give stiffness_accuracy"
     )
 
 

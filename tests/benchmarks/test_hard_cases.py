@@ -10,13 +10,22 @@ from benchmarks.hard_cases import HARD_CASES, OWN, Reference, judged
 from benchmarks.rational_reference import best_intersection, fraction_rows, load_factor_range
 
 SENSITIVE = {"condition 1e8", "condition 1e12", "condition 1e14"}  # the rounded rows have another optimum
+UNRESOLVED = {"condition 1e14"}  # whether the softest motion meets a spring or round-off, nobody can tell
 DECIDED_EXACTLY = {"barely pulled off"}
 WITHOUT_CORNERS = {"floating", "point loop"}  # safe along a whole line: no n + 1 rows meet in a point
 SMALL = sorted(name for name, make in HARD_CASES.items() if make().n <= 6)
 ROWS = {name: fraction_rows(HARD_CASES[name]()) for name in SMALL}
 
 
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", sorted(UNRESOLVED))
+def test_nothing_is_certified_where_round_off_may_be_a_spring(name: str) -> None:
+    bounds = shakedown.shakedown_bounds(HARD_CASES[name](), certify=True)
+    for bound in (bounds.upper, bounds.lower):
+        assert bound.certified is None
+        assert "too little to be a support" in bound.uncertified
+
+
+@pytest.mark.parametrize("name", sorted(set(SMALL) - UNRESOLVED))
 def test_upper_bound_is_the_exact_optimum(name: str) -> None:
     upper, safe = shakedown.upper_bound(HARD_CASES[name]()), load_factor_range(*ROWS[name])
     assert upper.exact
@@ -57,7 +66,7 @@ def test_floats_alone_are_right_to_1e_9(name: str) -> None:
         assert plain.load_factor == pytest.approx(exact.load_factor, rel=1e-9, abs=1e-300, nan_ok=True)
 
 
-@pytest.mark.parametrize("name", sorted(HARD_CASES))
+@pytest.mark.parametrize("name", sorted(set(HARD_CASES) - UNRESOLVED))
 def test_lower_never_exceeds_upper_and_both_are_certified(name: str) -> None:
     bounds = shakedown.shakedown_bounds(HARD_CASES[name]())
     if bounds.upper.status == "infeasible":
