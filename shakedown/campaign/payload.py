@@ -38,7 +38,7 @@ def unpacked_array(piece: bytes, key: str) -> NDArray[Any]:
 
 
 def fingerprint(problem: Problem) -> str:
-    """SHA-256 of all arrays of a problem: what a recorded campaign is compared by.
+    """SHA-256 of all arrays of a problem, and that they are a load domain: what a campaign is compared by.
 
     Examples
     --------
@@ -53,4 +53,6 @@ def fingerprint(problem: Problem) -> str:
         if isinstance(value, np.ndarray):
             digest.update(f"{field.name} {value.dtype.str} {value.shape};".encode())
             digest.update(np.ascontiguousarray(value).tobytes())
+    if problem.is_domain:
+        digest.update(b"load domain;")
     return digest.hexdigest()

@@ -24,6 +24,7 @@ from shakedown.condensation.stiffness_checks import (
     zero_modes,
 )
 from shakedown.errors import ProblemError
+from shakedown.model.field_values import DOMAIN, LOOP
 from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -151,7 +152,8 @@ class Condensation(Result):
         """The problem with these loads and friction coefficients, () or (n,), and an initial gap.
 
         The gap [length] is a number, one per node or pair, or a function of the
-        positions ``x``; negative is interference.
+        positions ``x``; negative is interference. Where a load has a range, the load steps
+        are the corners of a load domain (``load_path``).
         """
         n, factors = self.n, histories(loads)
         unit = np.array([self.welded_reactions(case) for case in loads])
@@ -175,6 +177,7 @@ class Condensation(Result):
             label=self.frame.names,
             name=name,
             units=units,
+            load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
         )
         if callable(gap):
             if touching.x is None:

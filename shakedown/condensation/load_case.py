@@ -41,7 +41,7 @@ class LoadCase(Result):
     range : (low, high), optional
         Instead of a history: the factor takes any value between these limits,
         independently of the other cases with a range (a load domain). The load
-        steps are then the corners of the domain.
+        steps are then the corners of the domain, and the problem says so (``load_path``).
     name : str, optional
         Shown in messages.
 

@@ -181,6 +181,7 @@ def _reduced(problem: Problem, moving: NDArray, separable: bool, start: FloatArr
         units=problem.units,
         source=problem.source,
         load_names=problem.load_names,
+        load_path=problem.load_path,
         **problem.node_data(np.flatnonzero(moving)),
         A=problem.A[block],
         B=problem.B[block],

@@ -15,7 +15,7 @@ from shakedown.errors import ProblemError, UsageError
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
 from shakedown.files.regular_file import open_regular
-from shakedown.model.field_values import NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
+from shakedown.model.field_values import LOOP, NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.visible_text import LONGEST_NAME, shortened
 
@@ -78,8 +78,9 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
         raise ProblemError(f"problem: expected a Problem, found {type(problem).__name__}")
     present = {d.name: getattr(problem, d.name) for d in fields(problem)}
     arrays = {key: value for key, value in present.items() if value is not None}
-    if not problem.source:  # such files stay readable for earlier versions
-        del arrays["source"]
+    for key, usual in (("source", ""), ("load_path", LOOP)):  # such files stay readable for earlier versions
+        if arrays[key] == usual:
+            del arrays[key]
     try:
         with atomic_write(_path(path)) as file:
             np.savez(file, schema=np.array(SCHEMA), **arrays)

@@ -34,7 +34,8 @@ SHAPES: dict[str, tuple[str | int, ...]] = {
     "load_names": ("c",),
 }
 NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
-TEXTS = ("name", "units", "source")
+TEXTS = ("name", "units", "source", "load_path")
+LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
 LAST_CODE_POINT = 0x10FFFF
 
 # Beyond these, products of three numbers are no numbers any more.
@@ -109,6 +110,22 @@ def json_object(key: str, value: Any) -> str:
         raise ProblemError(f"key '{key}': expected JSON text, found what is none ({error})") from None
     if not isinstance(found, dict):
         raise ProblemError(f"key '{key}': expected a JSON object, found {type(found).__name__}")
+    return text
+
+
+def load_path(key: str, value: Any) -> str:
+    """``"loop"`` or ``"domain"``; raises ``ProblemError`` for anything else.
+
+    Examples
+    --------
+    >>> load_path("load_path", "domain")
+    'domain'
+    """
+    text = plain_text(key, value)
+    if text not in (LOOP, DOMAIN):
+        raise ProblemError(
+            f"key '{key}': expected '{LOOP}' or '{DOMAIN}', found '{shortened(visible(text), 40)}'"
+        )
     return text
 
 

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
 from shakedown.model.field_values import (
+    DOMAIN,
+    LOOP,
     NAMES,
     SHAPES,
     TEXTS,
@@ -17,6 +19,7 @@ from shakedown.model.field_values import (
     check_shapes,
     in_range,
     json_object,
+    load_path,
     names,
     plain_text,
     real_numbers,
@@ -55,6 +58,10 @@ class Problem:
         Normal stiffness [force/length]; needed only where a node may separate.
     q_mean, p_mean : (n,), optional
         The constant part of the loading [force]; the sample mean by default.
+    load_path : str, optional
+        What the load steps are: ``"loop"`` (default), followed in their order in every
+        period; or ``"domain"``, corners of which the loads take any mixture in any order.
+        Of a domain only what holds for every such path is called a bound or proved.
     q_transient, p_transient : (k, n), optional
         Load steps before the first period (thesis (4.18)) [force].
     initial_slip : (n,) or (s, n), optional
@@ -90,7 +97,7 @@ class Problem:
         (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
         semi-definite, or if an area is negative, a direction no unit vector, a label
-        cannot be shown in one line or ``source`` is no JSON object.
+        cannot be shown in one line, ``source`` is no JSON object or ``load_path`` neither word.
         The message names the key, what was expected and found.
 
     Examples
@@ -122,6 +129,7 @@ class Problem:
     name: str = ""
     units: str = ""
     source: str = ""
+    load_path: str = LOOP
 
     if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
 
@@ -150,11 +158,12 @@ class Problem:
             name: str = "",
             units: str = "",
             source: str = "",
+            load_path: str = LOOP,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         for key in TEXTS:
-            check = json_object if key == "source" else plain_text
+            check = {"source": json_object, "load_path": load_path}.get(key, plain_text)
             object.__setattr__(self, key, check(key, getattr(self, key)))
         given = [key for key in SHAPES if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
@@ -183,6 +192,11 @@ class Problem:
     def m(self) -> int:
         """Number of load steps in one period."""
         return self.q_w.shape[0]
+
+    @property
+    def is_domain(self) -> bool:
+        """Whether the load steps are the corners of a load domain, and not a loop in their order."""
+        return self.load_path == DOMAIN
 
     @cached_property
     def kappa(self) -> FloatArray:
@@ -226,15 +240,17 @@ class Problem:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """How a document introduces the joint: name and size, labels and units; the data are in its file."""
+        """How a document introduces the joint: name and size, labels, units, load path; the data are in its file."""
         size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
         known = {"labels": None if self.label is None else list(self.label), "units": self.units}
+        known["load_path"] = self.load_path if self.is_domain else None
         return size | {key: value for key, value in known.items() if value}
 
     def __repr__(self) -> str:
         parts = [repr(shortened(visible(self.name), 60))] if self.name else []
         parts += [f"n={self.n}", f"m={self.m}"]
         parts += [repr(shortened(visible(self.units), 20))] if self.units else []
+        parts += ["load domain"] if self.is_domain else []
         return f"<Problem {', '.join(parts)}>"
 
     def __eq__(self, other: object) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown.model.arguments import check_count, check_seed, require_problem
+from shakedown.model.field_values import LOOP
 from shakedown.model.loading import loading
 from shakedown.model.problem import Problem
 
@@ -57,4 +58,5 @@ def _paths(problem: Problem, count: int, seed: int) -> Iterator[Problem]:
             p_mean=loop.p0,
             q_transient=None,
             p_transient=None,
+            load_path=LOOP,
         )

@@ -164,7 +164,8 @@ def test_loads_with_a_range_make_a_domain(punch):
         ("history = { harmonics = [{ order = 1, sin = 1.0 }] }", "range = [-1.0, 1.0]"),
         ("history = { harmonics = [{ order = 1, cos = 1.0 }] }", "range = [-1.0, 1.0]"),
     )
-    assert import_problem(path).m == 4
+    found = import_problem(path)
+    assert (found.m, found.load_path) == (4, "domain")
 
 
 # Two bodies without a matrix: reactions of runs in which every contact node of both is held.
