@@ -19,7 +19,8 @@ def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Toleran
     while every other node is within its limits *of that instant*. The smallest
     load factor at which that is possible is a linear program in v and the load.
     The load is first taken anywhere in the convex hull of the loop (one program
-    per node); where that falls short of ``enough``, on every segment of the loop.
+    per node); where that falls short of ``enough``, on every segment of the loop. The corners
+    of a load domain have no segments: there the hull it is.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Toleran
     steps = step_loads(problem)
     hull = _first_lift_off(problem, steps, tolerances)
     reached = hull >= enough * (1 - tolerances.feasibility)
-    if reached or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
+    if reached or problem.is_domain or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
         return hull
     ends = zip(steps, np.roll(steps, -1, axis=0), strict=True)
     return min(_first_lift_off(problem, np.array(pair), tolerances) for pair in ends)

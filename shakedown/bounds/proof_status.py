@@ -3,7 +3,8 @@
 The proofs are statements 1 to 6 of docs/guarantee.md. In short: below λ_1 no slip has all
 nodes between their limits and one of them collapsed (statement 1), and every cycle would need
 one where coupling is weak (3), where one node moves alone (4), or where there are two nodes (5).
-That no node lifts off is checked apart (6, ``lift_off``).
+That no node lifts off is checked apart (6, ``lift_off``). All of it follows one loop in its
+order: of a load domain nothing is proved here.
 """
 
 from dataclasses import dataclass
@@ -16,6 +17,11 @@ from shakedown.model.problem import Problem
 from shakedown.shown_values import down, up
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.in_contact import unique_in_contact
+
+ANY_ORDER = (
+    "the load steps are the corners of a load domain, and λ_1 is about a loop that returns to each of them "
+    "in every period: what is proved of every path is λ_U"
+)
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,8 @@ class GuaranteeStatus:
     coupling_ratio
         ρ; NaN where a node is at or above its own critical friction.
     single_node_bound
-        Load factor below which no node alone can slip cyclically; NaN where not computed.
+        Load factor below which no node alone can slip cyclically; NaN where not computed, and
+        for a load domain.
     lift_off_bound
         Load factor below which no admissible slip lifts a node off; NaN where not computed.
     """
@@ -68,6 +75,8 @@ def guarantee_status(
     ('evidence', 1.342, 2.4442)
     """
     influence, alone = coupling(problem), single_node_cycle(problem, tolerances=tolerances).load_factor
+    if problem.is_domain and load_factor > 0.0:
+        return GuaranteeStatus("evidence", ANY_ORDER, influence.ratio, alone, nan)
     if not problem.B.any():
         reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
         return GuaranteeStatus("proved", reason, influence.ratio, alone, nan)

@@ -24,7 +24,8 @@ class SingleNodeCycle(Result):
     ----------
     load_factor
         The bound; inf where no node can cycle alone, NaN where a node is at or above
-        its own critical friction, or for many nodes (not computed).
+        its own critical friction, for a load domain (a cycle follows a loop), or for many
+        nodes (not computed).
     node
         The node that would cycle; −1 where there is none.
     slip : (n,)
@@ -58,7 +59,7 @@ def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     require_problem(problem)
     nowhere = np.full(problem.n, nan)
     own = np.diag(problem.A) - problem.f * np.abs(np.diag(problem.B))
-    if problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):
+    if problem.is_domain or problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):
         return SingleNodeCycle(nan, -1, nowhere)
     first = SingleNodeCycle(inf, -1, nowhere)
     for node in range(problem.n):

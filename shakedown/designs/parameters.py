@@ -70,8 +70,8 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
     Raises
     ------
     UsageError
-        If there is no such parameter, the value is not finite or an amplitude negative, or
-        ``f`` is asked for where the nodes differ.
+        If there is no such parameter, the value is not finite or an amplitude negative, ``f``
+        is asked for where the nodes differ, or a phase of a load domain, whose corners have no order.
     ProblemError
         If there is no such joint: a negative friction coefficient, κ not positive semi-definite.
 
@@ -143,6 +143,8 @@ def _transient_scaled(problem: Problem, value: float) -> Problem:
 
 def _shifted(problem: Problem, phase: float) -> Problem:
     """q¹(t − φ) against p¹(t), both polygons with all their corners."""
+    if problem.is_domain:
+        raise UsageError("parameter phase: expected load steps in their order, found those of a load domain")
     loop, m = loading(problem), problem.m
     share = phase % 1.0
     steps = round(share * m)

@@ -240,7 +240,7 @@ class Problem:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """How a document introduces the joint: name and size, labels, units, load path; the data are in its file."""
+        """How a document introduces the joint: name, size, labels, units and load path, without its data."""
         size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
         known = {"labels": None if self.label is None else list(self.label), "units": self.units}
         known["load_path"] = self.load_path if self.is_domain else None

@@ -21,7 +21,8 @@ class ClosingBox(Result):
     load_factor
         The largest at which, for all smaller ones too, every node's forward slip inside the box
         ends below where its backward slip begins: all slip ceases. 0 where even the mean load
-        leaves this open, NaN where the coupling ratio is not below 1.
+        leaves this open, NaN where the coupling ratio is not below 1, and for a load domain: the
+        box of the long run needs that every load step returns in each period.
     node
         The node that ends it; −1 where none does.
     lower, upper : (n,)
@@ -54,7 +55,7 @@ def closing_box(problem: Problem) -> ClosingBox:
     """
     require_problem(problem)
     n, missing = problem.n, np.full(problem.n, nan)
-    if not coupling(problem).bound < 1.0:
+    if problem.is_domain or not coupling(problem).bound < 1.0:
         return ClosingBox(nan, -1, missing, missing)
     rows = constraints(problem)
     own = np.abs(rows.G[np.arange(2 * n), rows.node])[:, None]

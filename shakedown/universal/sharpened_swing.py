@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.errors import UsageError
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -82,6 +83,9 @@ def sharpened_swing(
 
     Raises
     ------
+    UsageError
+        If the load steps are the corners of a load domain: the box of the long run needs that
+        each of them returns in every period.
     SolverError
         If a linear program ends without an answer.
 
@@ -93,6 +97,8 @@ def sharpened_swing(
     >>> round(climb.load_factor, 4), len(climb.intervals) <= climb.tried
     (0.6541, True)
     """
+    if problem.is_domain:
+        raise UsageError("load_path: expected a loop that returns to each load step, found a load domain")
     if rigid_slips(problem).pinned:  # a body that can move as a whole has no box
         return SharpenedSwing(start, (), 0, "gain")
     shrinker = BoxShrinker(admissible_states(problem), tolerances)

@@ -33,7 +33,9 @@ class UniversalBound(Result):
     A state is one with all nodes closed that is admissible at some instant of the loop; transient
     load steps, where the problem has them, are over (``after_transient``). For every
     load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
-    jumps, and slip ceases.
+    jumps, and slip ceases. Of a load domain this is said of every path inside it: then only
+    the arguments count that ask for no order, Melan's theorem and the swing bound, with the
+    lift-off bound over the hull of the corners.
 
     Attributes
     ----------
@@ -178,15 +180,20 @@ def _sharpened(
 ) -> SharpenedSwing | None:
     """The climb from what is found towards what cannot be exceeded; None where there is nothing to gain."""
     start = found.load_factor
-    if not (0.0 < start < cap < inf and intervals > 0):
+    if problem.is_domain or not (0.0 < start < cap < inf and intervals > 0):
         return None
     return sharpened_swing(problem, start, cap, intervals=intervals, tolerances=tolerances)
 
 
 def complete_argument(problem: Problem, uniqueness: Uniqueness) -> str:
-    """The argument that proves shakedown all the way to λ_1 while all nodes stay closed; empty for none."""
+    """The argument that proves shakedown all the way to λ_1 while all nodes stay closed; empty for none.
+
+    Without coupling it holds for every path inside a load domain; the others follow a loop.
+    """
     if not problem.B.any():
         return "Melan"
+    if problem.is_domain:
+        return ""
     if problem.n <= 2 and uniqueness:
         return "one node" if problem.n == 1 else "two nodes"
     return "weak coupling" if coupling(problem).bound <= WEAK else ""

@@ -111,3 +111,10 @@ def test_what_makes_no_joint_is_said_in_one_line(name, value, error, message):
     with pytest.raises(error, match=message) as caught:
         with_parameter(TWO, name, value)
     assert "\n" not in str(caught.value)
+
+
+def test_the_corners_of_a_load_domain_have_no_phase():
+    domain = replace(shakedown.example("two-node"), load_path="domain")
+    with pytest.raises(UsageError, match="phase: expected load steps in their order"):
+        with_parameter(domain, "phase", 0.25)
+    assert with_parameter(domain, "amplitude", 2.0).is_domain
