@@ -11,7 +11,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.report.design_words import cycle_in_words
-from shakedown.report.words import down, up
+from shakedown.report.words import down, simulated_path_in_words, up
 from shakedown.visible_text import with_unit
 
 from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
@@ -81,6 +81,7 @@ def adversary(
 
 def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     lines = [headline(problem), "", *(paragraph(sentence) for sentence in cycle_in_words(found, problem)), ""]
+    lines[-1:] = [*(paragraph(text) for text in simulated_path_in_words(problem)), ""]
     if problem.q_transient is not None:
         lines[-1:] = [
             paragraph("The transient load steps of the file were left out: a cycle knows of none."),

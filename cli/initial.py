@@ -31,11 +31,19 @@ def initial_state(
     if word == "given":
         return _given(problem, index)
     if word == "safe":
-        safe = shakedown.safe_slip(problem, load_factor, open_nodes=open_nodes)
+        lasting = not open_nodes and not moved_by_transient(problem, load_factor)
+        safe = shakedown.safe_slip(problem, load_factor, open_nodes=open_nodes, transient=lasting)
         return _existing(safe.slip, "a safe slip", load_factor)
     if word == "witness":
         return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
     return _from_file(initial)
+
+
+def moved_by_transient(problem: Problem, load_factor: float) -> bool:
+    """Whether transient load steps move every slip that is safe in the loop."""
+    if problem.q_transient is None:
+        return False
+    return shakedown.safe_slip(problem, load_factor, transient=True).status == "infeasible"
 
 
 def _given(problem: Problem, index: str) -> FloatArray:

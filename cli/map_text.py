@@ -9,6 +9,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.words import simulated_path_in_words
 from shakedown.visible_text import shortened, with_unit
 
 from .output import headline, listing, number, paragraph, table, work_unit
@@ -36,7 +37,7 @@ NODES = 16  # characters for the nodes that slip: a table has 80 columns
 
 def map_text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str:
     """One load factor with all that is known of it, or a row for each of several."""
-    lines = [headline(problem), ""]
+    lines = [headline(problem), "", *(paragraph(text) for text in simulated_path_in_words(problem))]
     if isinstance(found, shakedown.InitialStateMap):
         return "\n".join([*lines, *_one(found)])
     lines.append(paragraph(f"{_initial_states(found.maps[0])} at every load factor."))

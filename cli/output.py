@@ -99,6 +99,8 @@ def headline(problem: Problem) -> str:
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
     steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
+    if problem.is_domain:
+        steps = f"load domain of {problem.m} corner{'s' * (problem.m != 1)}"
     units = f", units {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
     return paragraph(
         f"{one_line(problem.name, LONGEST_NAME) or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}"

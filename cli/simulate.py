@@ -12,10 +12,15 @@ import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words import SEPARATION, margin_at_rest, sliding_in_words
+from shakedown.report.words import (
+    SEPARATION,
+    margin_at_rest,
+    simulated_path_in_words,
+    sliding_in_words,
+)
 from shakedown.visible_text import shortened, with_unit
 
-from .initial import initial_state, zone_nodes
+from .initial import initial_state, moved_by_transient, zone_nodes
 from .options import (
     OpenNodes,
     OutputFile,
@@ -52,7 +57,8 @@ FILMED = 3.0  # cycles
 @click.option(
     "--initial",
     metavar="STATE",
-    help="zero, safe, witness, given, given:K (state K of the file) or PATH.npy. "
+    help="zero, safe (through the transient too, where there is such a slip), witness, given, given:K "
+    "(state K of the file) or PATH.npy. "
     "Default: given where the file has initial_slip, else zero.",
 )
 @click.option(
@@ -154,6 +160,9 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         lines.append(paragraph("The joint does not hold."))
     if run.outcome == shakedown.Outcome.SEPARATION and run.period:
         lines.append(paragraph(SEPARATION))
+    lines += [paragraph(sentence) for sentence in simulated_path_in_words(problem)]
+    if initial == "safe" and not run.open_nodes and moved_by_transient(problem, run.load_factor):
+        lines.append(paragraph("The transient load steps move every slip that is safe in the loop."))
     if run.proved:
         lines.append(paragraph(f"Shakedown is proved. {margin_at_rest(run, length, problem)}."))
     lines.append("")

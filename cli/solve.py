@@ -95,7 +95,7 @@ def solve(
     universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
     limits = shakedown.friction_thresholds(problem)
     curve = None
-    if bounds.have_gap and problem.n <= CURVE_UP_TO:
+    if bounds.have_gap and problem.n <= CURVE_UP_TO and not problem.is_domain:
         curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
         more = {"friction": limits.to_dict(), "guarantee_curve": curve and curve.to_dict()}
@@ -142,7 +142,7 @@ def _text(
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(bounds, proved)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, *proved)]
-    lines += [] if curve is None else [paragraph(curve_in_words(curve))]
+    lines += [] if curve is None else [paragraph(curve_in_words(curve, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     safe, active = _safe_columns(problem, upper).items()

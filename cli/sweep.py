@@ -12,7 +12,7 @@ import shakedown
 from shakedown import FloatArray, Problem
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
-from shakedown.report.words import down, up
+from shakedown.report.words import LOAD_DOMAIN, down, up
 from shakedown.visible_text import shortened
 
 from .initial import initial_state
@@ -226,6 +226,7 @@ def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
     if found.contradictions:
         lines += ["CONTRADICTION", *(paragraph(f"- {text}", "  ") for text in found.contradictions), ""]
     lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
+    lines += [paragraph(LOAD_DOMAIN)] if problem.is_domain else []
     lines += ["", _limits(found, load_factor)]
     simulated = found.load_factors_simulated
     for first in range(0, len(simulated), MOST_OUTCOMES):

@@ -18,6 +18,7 @@ from shakedown.report.words import (
     certain_in_words,
     friction_in_words,
     hints_in_words,
+    start_in_words,
     transient_in_words,
 )
 from shakedown.visible_text import with_unit
@@ -124,13 +125,13 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines += [
         paragraph(sentence) for sentence in bounds_in_words(result.bounds, result.energy, result.universal)
     ]
-    lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient))]
+    lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [
         [
             number(run.simulation.load_factor, 5),
-            run.initial + " (zone)" * bool(run.open_nodes),
+            run.initial + start_in_words(run),
             run.predicted,
             str(run.simulation.outcome),
             marks[run.agrees],

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from shakedown.bounds.upper import rows_of
 from shakedown.model.arguments import check_load_factor, checked
 from shakedown.model.constraints import Constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
@@ -63,11 +64,13 @@ def safe_slip(
     load_factor: float,
     *,
     open_nodes: Iterable[int] | Literal["auto"] = (),
+    transient: bool = False,
     tolerances: Tolerances = DEFAULT,
 ) -> SafeSlip:
     """The safe slip farthest from slipping: max t with G v + t‖Gᵢ‖ ≤ g − λ d (thesis (5.4)).
 
-    From this slip the system shakes down at once: no node ever moves.
+    From this slip, locked in when the transient load steps are over, the system shakes down at
+    once: no node ever moves. The transient itself may move it: ``transient``.
 
     Parameters
     ----------
@@ -75,7 +78,7 @@ def safe_slip(
         The contact and its loading loop.
     load_factor
         λ ≥ 0, the factor on the periodic part of the loading.
-    open_nodes
+    open_nodes, transient
         As for :func:`upper_bound`.
     tolerances
         ``feasibility`` decides what is safe.
@@ -83,7 +86,7 @@ def safe_slip(
     Raises
     ------
     UsageError
-        If the load factor is negative or not finite.
+        If the load factor is negative or not finite, or nodes are open before the transient.
 
     Examples
     --------
@@ -96,7 +99,7 @@ def safe_slip(
     """
     check_load_factor(load_factor)
     zone = chosen_zone(problem, open_nodes, tolerances)
-    rows = zone.constraints
+    rows = rows_of(zone, transient)
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)

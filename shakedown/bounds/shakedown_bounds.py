@@ -8,6 +8,7 @@ from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.model.arguments import checked
+from shakedown.model.constraints import constraints, through_transient
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -19,12 +20,16 @@ class ShakedownBounds(Result):
     """Both bounds of one problem: between them the outcome depends on the initial state.
 
     The lower bound is that of the joint with all nodes closed; the upper one names the nodes
-    that are open (``upper.open_nodes``), and is then no bound but of that zone.
+    that are open (``upper.open_nodes``), and is then no bound but of that zone. Both are about
+    the loop, and so about slips that are locked in when transient load steps are over.
+    ``through_transient`` is the largest load factor at which one slip is safe under these too;
+    None where there are none, or where nodes are open.
     """
 
     lower: LowerBound
     upper: UpperBound
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
+    through_transient: UpperBound | None = None
 
     def columns(self) -> dict[str, Any]:
         """The safe slip, the witness and the load factor at which each node collapses."""
@@ -79,4 +84,7 @@ def shakedown_bounds(
     upper = upper_bound(problem, open_nodes=open_nodes, certify=certify, tolerances=tolerances)
     exact = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     lower = lower_bound(problem, certify=exact, tolerances=tolerances)
-    return ShakedownBounds(lower, upper, tolerances)
+    before = None
+    if not upper.open_nodes and through_transient(problem) is not constraints(problem):
+        before = upper_bound(problem, transient=True, tolerances=tolerances)
+    return ShakedownBounds(lower, upper, tolerances, before)

@@ -14,8 +14,9 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
+from shakedown.errors import UsageError
 from shakedown.model.arguments import checked
-from shakedown.model.constraints import Constraints, constraints, rows_named
+from shakedown.model.constraints import Constraints, constraints, rows_named, through_transient
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -27,6 +28,7 @@ from shakedown.tolerances import DEFAULT, Tolerances
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
+MOVED = "no slip is safe both under the transient load steps and in the loop, at any load factor"
 ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
 WEDGING = "wedging: slip along one direction raises the friction limits faster than any load factor needs"
@@ -111,6 +113,7 @@ def upper_bound(
     problem: Problem,
     *,
     open_nodes: Iterable[int] | Literal["auto"] = (),
+    transient: bool = False,
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> UpperBound:
@@ -124,10 +127,14 @@ def upper_bound(
         The nodes that stay open through the whole period, all others closed: the rows are
         those of the condensed joint, and each open node adds its gap. ``"auto"`` searches
         the zone with the largest λ_max, from the nodes that the mean load opens.
+    transient
+        Whether the slip has to be safe under the transient load steps too, which the load factor
+        does not scale: then nothing moves it although they are still to come. Only with all
+        nodes in contact.
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
         not exactly the best, to go on from them; by default up to 250 nodes, where it
-        takes about a second. Only with all nodes in contact.
+        takes about a second. Only with all nodes in contact, and without a transient.
     tolerances
         The tolerances that decide.
 
@@ -136,7 +143,8 @@ def upper_bound(
     SolverError
         If the linear program ends without an answer.
     UsageError
-        If there is no such node, no node stays closed, or nothing holds the open ones.
+        If there is no such node, no node stays closed, nothing holds the open ones, or nodes
+        are open before the transient.
     ProblemError
         If nodes are open and the problem has no C.
 
@@ -151,10 +159,23 @@ def upper_bound(
     (True, True)
     """
     zone = chosen_zone(problem, open_nodes, tolerances)
+    rows = rows_of(zone, transient)
     if zone.open_nodes:
-        return _in_zone(zone, _solved(problem, zone.constraints, False, tolerances))
+        return _in_zone(zone, _solved(problem, rows, False, tolerances))
+    if rows is not constraints(problem):
+        found = _solved(problem, rows, False, tolerances)
+        return replace(found, reason=MOVED) if found.status == Status.INFEASIBLE else found
     certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify
-    return _solved(problem, constraints(problem), certify, tolerances)
+    return _solved(problem, rows, certify, tolerances)
+
+
+def rows_of(zone: Zone, transient: bool = False) -> Constraints:
+    """The limits that a safe slip keeps: of the loop, and of the transient where it is still to come."""
+    if not transient:
+        return zone.constraints
+    if zone.open_nodes:
+        raise UsageError(f"transient: expected all nodes closed, found {len(zone.open_nodes)} open")
+    return through_transient(zone.problem)
 
 
 def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:

@@ -157,7 +157,7 @@ def design_point(
         limits["energy"] = _energy(problem, open_nodes, question, tolerances)
     if "transient" in asked:
         history, limits["transient"] = _transient(problem, largest, question, tolerances)
-    known = _Known(limits, guarantee, open_nodes, history)
+    known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
     return DesignPoint(
         values=tuple(map(float, values)),
         limits={name: limits[name] for name in question.bounds},
@@ -270,6 +270,7 @@ class _Known(NamedTuple):
     guarantee: str
     open_nodes: tuple[int, ...]
     history: TransientLimit | None
+    transient: bool
 
 
 def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
@@ -285,7 +286,9 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
                 yield f"{SYMBOLS[small]} = {a:.9g} exceeds {SYMBOLS[large]} = {b:.9g}"
     if known.history is None or known.open_nodes:
         return
-    proofs = ["universal", "energy"] + ["lower"] * (known.guarantee == "proved")
+    proofs = ["energy"]
+    if not known.transient:  # these are about closed nodes, and a transient may open some
+        proofs += ["universal"] + ["lower"] * (known.guarantee == "proved")
     slipping = [
         x
         for x, outcome in zip(known.history.scanned, known.history.outcomes, strict=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.energy.energy_metric import EnergyMetric, energy_metric, spreads
 from shakedown.errors import UsageError
-from shakedown.model.constraints import GAP, constraints
+from shakedown.model.constraints import GAP, constraints, through_transient
 from shakedown.model.derived import once_per_problem
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.rigid_slips import RigidSlips
@@ -104,17 +104,11 @@ def _known_rows(problem: Problem) -> dict[tuple[bool, Tolerances], EnergyRows]:
 
 
 def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRows:
-    rows = constraints(problem)
+    rows = through_transient(problem) if transient else constraints(problem)
     metric = energy_metric(problem.A, problem.B, rows.rigid, tolerances=tolerances)
     spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
-    G, d, g, node, side = rows.G, rows.d, rows.g, rows.node, rows.side
-    if transient and problem.q_transient is not None and problem.p_transient is not None:
-        reach = problem.f * problem.p_transient
-        sides = np.stack([reach - problem.q_transient, reach + problem.q_transient], axis=2)
-        if len(sides):
-            G, d, g = np.vstack([G, G]), np.append(d, np.zeros_like(d)), np.append(g, sides.min(axis=0))
-            spread, node, side = np.tile(spread, 2), np.tile(node, 2), np.tile(side, 2)
-    return EnergyRows(G, d, g, spread, node, side, metric, rows.rigid)
+    spread = np.tile(spread, len(rows.g) // len(spread))
+    return EnergyRows(rows.G, rows.d, rows.g, spread, rows.node, rows.side, metric, rows.rigid)
 
 
 def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:

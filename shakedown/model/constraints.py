@@ -35,7 +35,8 @@ class Constraints(Result):
     g : (2n,)
         Right-hand sides: the distance of the mean load from the limit [force].
     node, side, step : (2n,)
-        Node, side (±1) and extreme load step of every row.
+        Node, side (±1) and extreme load step of every row; of rows of transient load steps
+        (:func:`through_transient`) the step counted from −k to −1, before the period.
     rigid
         The slips that change no frictional limit, and where they are pinned.
     """
@@ -133,9 +134,40 @@ def step_loads(problem: Problem) -> FloatArray:
     return np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
 
 
+@once_per_problem
+def through_transient(problem: Problem) -> Constraints:
+    """The extremal rows of the loop, and those of the transient load steps before it, (2n,) or (4n,).
+
+    The load factor does not scale the transient: d = 0 there. A slip that keeps all of these
+    rows is safe before the transient, one that keeps those of the loop alone only after it.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> block = shakedown.example("receding-block")
+    >>> constraints(block).G.shape, through_transient(block).G.shape
+    ((66, 33), (132, 33))
+    """
+    rows = constraints(problem)
+    if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
+        return rows
+    reach = problem.f * problem.p_transient
+    room = np.stack([reach - problem.q_transient, reach + problem.q_transient], axis=2)
+    room = room.reshape(len(room), -1)
+    return Constraints(
+        G=np.vstack([rows.G, rows.G]),
+        d=np.append(rows.d, np.zeros_like(rows.d)),
+        g=np.append(rows.g, room.min(axis=0)),
+        node=np.tile(rows.node, 2),
+        side=np.tile(rows.side, 2),
+        step=np.append(rows.step, room.argmin(axis=0) - len(room)),
+        rigid=rows.rigid,
+    )
+
+
 def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
-    """(node, side) of some rows, in order."""
-    return tuple((int(rows.node[i]), int(rows.side[i])) for i in sorted(indices))
+    """(node, side) of some rows, in order, each once."""
+    return tuple(dict.fromkeys((int(rows.node[i]), int(rows.side[i])) for i in sorted(indices)))
 
 
 def _interleaved(backward: NDArray, forward: NDArray) -> NDArray:

@@ -3,9 +3,10 @@
 import numpy as np
 
 from shakedown.long_term.outcome import Outcome
+from shakedown.model.problem import Problem
 from shakedown.report.node_words import open_in_words
 from shakedown.report.page_tables import transient_is_proved
-from shakedown.report.words import down
+from shakedown.report.words import LOAD_DOMAIN, down
 from shakedown.verification.verify import Verification
 
 ASSUMPTIONS = (
@@ -87,6 +88,16 @@ def margin_in_words(v: Verification) -> str:
     return f"No margin: from this state the joint shakes down with the periodic load reduced to {reduced}."
 
 
+def _paths_in_words(problem: Problem) -> str:
+    """For which paths through the load steps the numbers hold."""
+    if problem.is_domain:
+        return LOAD_DOMAIN
+    return (
+        "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U and what is simulated hold for "
+        "this order, period after period."
+    )
+
+
 def limits_in_words(v: Verification) -> list[str]:
     """For which zone, loads and initial states the answer holds, and what is assumed."""
     problem, upper, asked = v.problem, v.bounds.upper, v.settings
@@ -107,8 +118,7 @@ def limits_in_words(v: Verification) -> list[str]:
     loads = (
         f"Loads: λ multiplies the periodic part of {count(problem.m, 'load step')}; the constant part"
         + (" and the transient load steps stay" if problem.q_transient is not None else " stays")
-        + " as given. The bounds hold for every path through these load steps; what is simulated holds for "
-        "this order."
+        + f" as given. {_paths_in_words(problem)}"
     )
     model = (
         f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "

@@ -106,6 +106,10 @@ def loading_rows(problem: Problem) -> list[tuple[str, str]]:
     before = 0 if problem.q_transient is None else len(problem.q_transient)
     rows = [
         ("load steps per period", str(problem.m)),
+        (
+            "load path",
+            "any inside the domain of these corners" if problem.is_domain else "a loop in this order",
+        ),
         ("constant part r⁰", given),
         ("load steps before the first period", str(before)),
         ("initial states given", "none" if problem.initial_slip is None else str(len(problem.initial_slip))),

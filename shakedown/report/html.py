@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
+from shakedown.model.problem import Problem
 from shakedown.model.units import units_of
 from shakedown.programs.blas_threads import on_one_thread
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
@@ -127,7 +128,7 @@ def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
     return {
         "title": shortened(problem.name) or "unnamed problem",
-        "subtitle": f"{count(problem.n, 'contact node')}, {count(problem.m, 'load step')}, "
+        "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.universal),
         "margin": margin_in_words(v),
@@ -149,7 +150,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "bounds": bounds_table(v),
         "meaning": [
             *bounds_in_words(v.bounds, v.energy, v.universal),
-            *([] if v.transient is None else [transient_in_words(v.transient)]),
+            *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
         ],
         "guarantee": guarantee_picture(v),
         "friction": friction_in_words(v.problem, v.friction),
@@ -165,11 +166,21 @@ def _context(v: Verification) -> dict[str, Any]:
     }
 
 
+def _steps(problem: Problem) -> str:
+    """How many load steps, or corners, the loading has."""
+    if problem.is_domain:
+        return f"load domain of {count(problem.m, 'corner')}"
+    return count(problem.m, "load step")
+
+
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
     "admissible, is proved to shake down; up to λ_1 that is predicted, and proved only where the guarantee "
     "of λ_1 says so; above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
-    "and so does every state inside the energy ball (“ball”: drawn just inside its surface); with nodes "
+    "and so does every state inside the energy ball (“ball”: drawn just inside its surface). Transient load "
+    "steps come first: then the safe slip is one that they do not move, or else one locked in after them "
+    "(“after transient”), and what is said of every state is said of those that they leave closed. "
+    "Of a load domain λ_1 predicts nothing; its corners are followed in the order given. With nodes "
     "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
     "λ_max. Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "

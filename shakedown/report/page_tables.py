@@ -11,7 +11,7 @@ from shakedown.model.problem import Problem
 from shakedown.model.units import units_of, work_unit
 from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words import down, up
+from shakedown.report.words import down, start_in_words, up
 from shakedown.verification.verify import Run, Verification
 from shakedown.visible_text import with_unit
 
@@ -110,7 +110,7 @@ def _run_row(problem: Problem, run: Run) -> list[str]:
     return [
         number(s.load_factor),
         run.region,
-        run.initial + " (zone)" * bool(run.open_nodes),
+        run.initial + start_in_words(run),
         run.predicted,
         s.outcome + remarks(s),
         {True: "yes", False: "NO", None: "–"}[run.agrees],

@@ -91,7 +91,8 @@ def guarantee_picture(v: Verification) -> Picture | None:
     if v.curve is None:
         return None
     stays = (
-        "No slip leads out of such a box, so that a joint that starts inside stays inside."
+        "No slip leads out of such a box, so that a joint that starts inside stays inside"
+        + (", the transient once over." if v.problem.q_transient is not None else ".")
         if v.curve.invariant
         else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
     )

@@ -43,6 +43,14 @@ ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they 
     "swing": "a potential falls with every slip",
     "swing with box": "in the long run a potential falls with every slip",
 }
+LOAD_DOMAIN = (
+    "The load steps are the corners of a load domain. What is proved, and λ_max, is about every path of the "
+    "loads inside it, in whatever order; what is simulated, λ_T too, follows the corners in the order "
+    "given: one path of many."
+)
+ONE_PATH = (
+    "The load steps are the corners of a load domain, followed here in the order given: one path of many."
+)
 
 
 def bounds_in_words(
@@ -71,11 +79,15 @@ def bounds_in_words(
     if _is_constant(lower.problem):
         return [_constant(lower, upper), *_reservations(bounds)]
     if lower.status == Status.INFEASIBLE:
-        return [*_from_least(upper), _as_given(bounds, energy, universal), *_reservations(bounds)]
+        return [
+            *_from_least(upper, lower.problem),
+            _as_given(bounds, energy, universal),
+            *_reservations(bounds),
+        ]
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
-    between = [_between(lower, upper)] if gap else []
+    between = [_between(bounds)] if gap else []
     given = _as_given(bounds, energy, universal)
-    return [_below(lower, universal), *between, _above(upper), given, *_reservations(bounds)]
+    return [_below(lower, universal), *between, _above(upper, lower.problem), given, *_reservations(bounds)]
 
 
 def certain_in_words(
@@ -83,7 +95,7 @@ def certain_in_words(
 ) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
-    With the problem its open nodes are called by their labels.
+    With the problem its open nodes are called by their labels, and it is said what a load domain is.
 
     Examples
     --------
@@ -102,7 +114,12 @@ def certain_in_words(
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
     sentence = "; ".join(part for part in parts if part)
-    return [sentence + "."]
+    return [sentence + ".", *([LOAD_DOMAIN] if problem is not None and problem.is_domain else [])]
+
+
+def simulated_path_in_words(problem: Problem) -> list[str]:
+    """Along which of many paths a load domain was simulated; nothing for a loop, which has one."""
+    return [ONE_PATH] if problem.is_domain else []
 
 
 def hints_in_words(problem: Problem) -> list[str]:
@@ -145,7 +162,10 @@ def as_given_in_words(
 
     state = run.simulation
     start = "slip zero" if run.initial == "zero" else "the given slip"
-    here = f"At the loading as given (λ = 1), from {start}, the joint"
+    order = ", with the corners of the load domain in their order" * (
+        problem is not None and problem.is_domain
+    )
+    here = f"At the loading as given (λ = 1){order}, from {start}, the joint"
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
@@ -159,6 +179,13 @@ def as_given_in_words(
         Outcome.UNDECIDED: f"is undecided: {state.reason}.",
     }
     return f"{here} {words[state.outcome]}"
+
+
+def start_in_words(run: Run) -> str:
+    """Beside the name of an initial state: whether nodes are open in it, or it is one after the transient."""
+    if run.open_nodes:
+        return " (zone)"
+    return " (after transient)" * run.case.after_transient
 
 
 def sliding_in_words(run: Simulation) -> str:
@@ -277,7 +304,7 @@ def _transient_over(lower: LowerBound) -> str:
     return "" if lower.problem.q_transient is None else " when the transient is over"
 
 
-def _from_least(upper: UpperBound) -> list[str]:
+def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
     """The bounds where the mean load alone has no safe slip, but load factors from λ_lo on have."""
     start = f"λ_lo = {down(upper.least_load_factor)}"
     sentences = [
@@ -286,7 +313,8 @@ def _from_least(upper: UpperBound) -> list[str]:
     ]
     if upper.status == Status.UNBOUNDED:
         return [*sentences, f"From λ_lo on a safe slip exists at every load factor: {upper.reason}."]
-    return [*sentences, f"Safe slips exist from λ_lo up to λ_max = {down(upper.load_factor)}.", _above(upper)]
+    exist = f"Safe slips exist from λ_lo up to λ_max = {down(upper.load_factor)}."
+    return [*sentences, exist, _above(upper, problem)]
 
 
 def _is_constant(problem: Problem) -> bool:
@@ -304,20 +332,42 @@ def _constant(lower: LowerBound, upper: UpperBound) -> str:
     return f"{said}."
 
 
-def _between(lower: LowerBound, upper: UpperBound) -> str:
-    finite = upper.status == Status.OPTIMAL
+def _between(bounds: ShakedownBounds) -> str:
+    lower, upper, before = bounds.lower, bounds.upper, bounds.through_transient
+    finite, domain = upper.status == Status.OPTIMAL, lower.problem.is_domain
     where, safe = ("Between λ_1 and λ_max", "the") if finite else ("Above λ_1", "a")
     node = node_in_words(lower.problem, lower.node)
+    what = "the initial state" if before is None else "the slip that is locked in when the transient is over"
+    every, usual = (", on every path", ", with the corners in their order") if domain else ("", "")
+    lasting = "" if before is None else f"; {_through_transient(before, bounds)}"
     return (
-        f"{where} the initial state decides: from {safe} safe slip the joint shakes down; from the witness, "
-        f"where {node} has lost its range of safe slips, it usually does not."
+        f"{where} {what} decides: from {safe} safe slip the joint shakes down{every}; from the witness, "
+        f"where {node} has lost its range of safe slips, it usually does not{usual}{lasting}."
     )
 
 
-def _above(upper: UpperBound) -> str:
+def _through_transient(before: UpperBound, bounds: ShakedownBounds) -> str:
+    """What transient load steps leave of the safe slips that are locked in before them."""
+    near = 1 - bounds.tolerances.feasibility
+    first, last = bounds.lower.load_factor, bounds.upper.load_factor
+    low, high = before.least_load_factor, before.load_factor
+    if before.status == Status.INFEASIBLE or high * near <= first:
+        return "the transient load steps move every safe slip that is locked in before them"
+    begins = f"from λ = {up(low)} " if low * near > first else ""
+    if high >= last * near and not begins:
+        return "there are safe slips that the transient load steps do not move either"
+    until = f"up to λ = {down(high)} " if high < last * near else ""
+    return (
+        f"{begins}{until}there are safe slips that the transient load steps do not move either, "
+        f"{'elsewhere' if begins else 'above'} they move every one"
+    )
+
+
+def _above(upper: UpperBound, problem: Problem) -> str:
     if upper.status == Status.UNBOUNDED:
         return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
-    return f"Above λ_max = {up(upper.load_factor)} it cannot shake down with all nodes in contact."
+    often = " on a path that returns to all corners" * problem.is_domain
+    return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} with all nodes in contact."
 
 
 def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None, universal: UniversalBound | None) -> str:
@@ -383,14 +433,18 @@ def coupling_in_words(ratio: float) -> str:
     return "moderate coupling: no node can cycle alone" if ratio < 1 else "strong coupling"
 
 
-def curve_in_words(curve: GuaranteeCurve) -> str:
-    """How far the lower bound improves for initial states near the safe slip."""
+def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:
+    """How far the lower bound improves for initial states near the safe slip.
+
+    With the problem it is said that these are states after a transient.
+    """
     points = ", ".join(
         f"{down(load_factor, 5)} (R = {radius:g})"
         for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
     )
+    over = " when the transient is over" * (problem is not None and problem.q_transient is not None)
     return (
-        f"For initial states within R of the safe slip the first collapse lies at λ_1(R) = {points}; "
+        f"For initial states within R of the safe slip{over} the first collapse lies at λ_1(R) = {points}; "
         f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
     )
 
@@ -448,23 +502,27 @@ def _subsets(total: int) -> str:
     return f"{total:,} subset{'s' * (total != 1)}"
 
 
-def transient_in_words(limit: TransientLimit) -> str:
-    """Up to where one history shakes down, and what was scanned to say so."""
+def transient_in_words(limit: TransientLimit, problem: Problem | None = None) -> str:
+    """Up to where one history shakes down, and what was scanned to say so.
+
+    With the problem it is said where that history is one path of many through a load domain.
+    """
+    path = ", with the corners of the load domain in their order," * (
+        problem is not None and problem.is_domain
+    )
+    here = f"From its initial state{path}"
     scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
     if np.isnan(limit.load_factor):
-        return f"From its initial state the joint shakes down at no load factor ({scan})."
+        return f"{here} the joint shakes down at no load factor ({scan})."
     if not np.isfinite(limit.high):
-        return f"From its initial state the joint shakes down at every load factor scanned ({scan})."
+        return f"{here} the joint shakes down at every load factor scanned ({scan})."
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
         proved = f"; shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
             proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
-    return (
-        f"From its initial state the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} "
-        f"({scan})."
-    )
+    return f"{here} the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} ({scan})."
 
 
 def _found_above(limit: TransientLimit) -> str:

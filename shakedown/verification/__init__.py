@@ -1,6 +1,6 @@
 """Prediction held against simulation.
 
 Reading order: ``plan`` (which load factors and initial states, what is predicted there),
-``second_road`` (the bounds by another method), ``verify``, ``random_paths`` (other
-paths through the same loads).
+``arrival`` (what the transient leaves of a state), ``second_road`` (the bounds by another
+method), ``verify``, ``random_paths`` (other paths through the same loads).
 """

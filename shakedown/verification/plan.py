@@ -2,22 +2,27 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.safe_slip import safe_slip
+from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.upper import UpperBound
 from shakedown.energy.energy_ball import EnergyBall, energy_ball
-from shakedown.model.loading import slip_reach
+from shakedown.model.loading import slip_reach, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.universal.universal_bound import UniversalBound
+from shakedown.verification.arrival import arrives_closed
 
 AS_GIVEN = 1.0  # the load factor of the loading as given: always simulated
 ON_SURFACE = 2  # initial states on the surface of the energy ball, per load factor
 JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
+PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 
 
@@ -28,9 +33,9 @@ class Case:
     Attributes
     ----------
     region
-        Where the load factor lies: below λ_1, between the bounds, above λ_max; below
-        λ_lo where safe slips exist only from there on. Where nodes are open: whether
-        the zone has safe slips.
+        Where the load factor lies: below λ_1 (of a load domain: below λ_U), between the
+        bounds, above λ_max; below λ_lo where safe slips exist only from there on. Where nodes
+        are open: whether the zone has safe slips.
     load_factor
         λ.
     initial, start
@@ -38,8 +43,13 @@ class Case:
     in_ball
         Whether it lies inside the energy ball of this load factor: shakedown is proved.
     open_nodes
-        The nodes that are open in it. Such a state is one after the transient load steps,
-        which are left out.
+        The nodes that are open in it.
+    after_transient
+        Whether it is a state after the transient load steps, which are left out: so is one with
+        open nodes, and a safe slip where the transient moves every one.
+    arrives_closed
+        Whether the transient leaves all nodes closed, so that what is said of every closed
+        state is said of what has become of this one.
     """
 
     region: str
@@ -48,38 +58,41 @@ class Case:
     start: FloatArray
     in_ball: bool = False
     open_nodes: tuple[int, ...] = ()
+    after_transient: bool = False
+    arrives_closed: bool = True
 
     @property
     def predicted(self) -> str:
         """ "shakedown", "slips or opens", or "either" where the bounds predict nothing."""
         if self.region in (UNSAFE, ABOVE):
             return "slips or opens"
-        certain = self.region == BELOW or self.initial == "safe" or self.in_ball  # with these nodes open
+        below = self.region in (BELOW, PROVED) and self.arrives_closed
+        certain = below or self.initial == "safe" or self.in_ball  # with these nodes open
         return "shakedown" if certain else "either"
 
 
 def planned_cases(
     problem: Problem,
-    lower: LowerBound,
-    upper: UpperBound,
+    bounds: ShakedownBounds,
+    universal: UniversalBound,
     load_factors: Sequence[float] | None,
     random_states: int,
     seed: int,
     tolerances: Tolerances = DEFAULT,
 ) -> Iterator[Case]:
     """Every simulation that a verification asks for, load factor by load factor."""
+    lower, upper = bounds.lower, bounds.upper
     generator = np.random.default_rng(seed)
     randoms = generator.uniform(-1.0, 1.0, (random_states, problem.n))
     centre = np.zeros(problem.n) if np.isnan(upper.slip).any() else upper.slip
-    chosen = default_load_factors(lower, upper, tolerances) if load_factors is None else load_factors
+    chosen = load_factors
+    if chosen is None:
+        chosen = default_load_factors(lower, upper, tolerances, universal=universal)
     for load_factor in chosen:
-        region = region_of(load_factor, lower, upper)
-        safe, opened = upper.slip, upper.open_nodes
-        if region in (BELOW, BETWEEN, IN_ZONE):
-            safe = safe_slip(problem, load_factor, open_nodes=opened, tolerances=tolerances).slip
-        elif region == OUTSIDE:
-            safe = np.full(problem.n, np.nan)
-        states = {"zero": np.zeros(problem.n), "safe": safe, "witness": lower.slip} | given_states(problem)
+        region = region_of(load_factor, lower, upper, universal)
+        safe = _safe_start(problem, load_factor, region, upper, tolerances)
+        states = {"zero": np.zeros(problem.n), "safe": safe.slip, "witness": lower.slip}
+        states |= given_states(problem)
         half_width = slip_reach(problem, load_factor)
         states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
         ball = energy_ball(problem, load_factor, tolerances=tolerances)
@@ -89,14 +102,53 @@ def planned_cases(
         for name, state in states.items():
             if np.isnan(state).any():
                 continue
-            nodes = opened if name == "safe" else ()
-            inside = not nodes and _in_ball(problem, ball, name, state, tolerances)
-            yield Case(region, load_factor, name, state, inside, nodes)
+            if name == "safe" and (safe.open_nodes or safe.after_transient):
+                yield Case(region, load_factor, name, state, False, safe.open_nodes, safe.after_transient)
+            else:
+                yield _case(problem, region, ball, name, state, tolerances)
     if AS_GIVEN not in chosen:
         ball = energy_ball(problem, AS_GIVEN, tolerances=tolerances)
         name, state = next(iter(({**given_states(problem), "zero": np.zeros(problem.n)}).items()))
-        inside = _in_ball(problem, ball, name, state, tolerances)
-        yield Case(region_of(AS_GIVEN, lower, upper), AS_GIVEN, name, state, inside)
+        yield _case(problem, region_of(AS_GIVEN, lower, upper, universal), ball, name, state, tolerances)
+
+
+class _SafeStart(NamedTuple):
+    """A safe slip, the nodes that are open in it, and whether it is one after the transient only."""
+
+    slip: FloatArray
+    open_nodes: tuple[int, ...]
+    after_transient: bool
+
+
+def _safe_start(
+    problem: Problem, load_factor: float, region: str, upper: UpperBound, tolerances: Tolerances
+) -> _SafeStart:
+    """A slip that is safe under the transient too; where there is none, one to be locked in after it."""
+    opened = upper.open_nodes
+    if region not in (BELOW, PROVED, BETWEEN, IN_ZONE):
+        return _SafeStart(np.full(problem.n, np.nan) if opened else upper.slip, (), False)
+    before = len(transient_path(problem)) > 0
+    if before and not opened:
+        lasting = safe_slip(problem, load_factor, transient=True, tolerances=tolerances)
+        if lasting.status != Status.INFEASIBLE:
+            return _SafeStart(lasting.slip, (), False)
+    safe = safe_slip(problem, load_factor, open_nodes=opened, tolerances=tolerances)
+    return _SafeStart(safe.slip, opened, before)
+
+
+def _case(
+    problem: Problem, region: str, ball: EnergyBall, name: str, state: FloatArray, tolerances: Tolerances
+) -> Case:
+    """A case that begins before the transient, with all nodes closed."""
+    judged = region in (BELOW, PROVED)
+    return Case(
+        region=region,
+        load_factor=ball.load_factor,
+        initial=name,
+        start=state,
+        in_ball=_in_ball(problem, ball, name, state, tolerances),
+        arrives_closed=not judged or arrives_closed(problem, ball.load_factor, state, tolerances),
+    )
 
 
 def _in_ball(
@@ -116,11 +168,23 @@ def given_states(problem: Problem) -> dict[str, FloatArray]:
     return {f"given {k}": state for k, state in enumerate(states)}
 
 
+def _predicted_below(lower: LowerBound, universal: UniversalBound | None) -> tuple[float, str]:
+    """Up to where every closed state is expected to shake down: λ_1, of a load domain λ_U."""
+    if not lower.problem.is_domain:
+        return lower.load_factor, BELOW
+    return 0.0 if universal is None else universal.load_factor, PROVED
+
+
 def default_load_factors(
-    lower: LowerBound, upper: UpperBound, tolerances: Tolerances = DEFAULT
+    lower: LowerBound,
+    upper: UpperBound,
+    tolerances: Tolerances = DEFAULT,
+    *,
+    universal: UniversalBound | None = None,
 ) -> list[float]:
     """One load factor a little inside every region that exists."""
-    least, first, last = upper.least_load_factor, lower.load_factor, upper.load_factor
+    least, last = upper.least_load_factor, upper.load_factor
+    first, _ = _predicted_below(lower, universal)
     if upper.status == Status.INFEASIBLE:
         return [1.0]
     if upper.open_nodes:
@@ -140,12 +204,15 @@ def default_load_factors(
     return [*factors, 1.05 * last or 1.0]
 
 
-def region_of(load_factor: float, lower: LowerBound, upper: UpperBound) -> str:
+def region_of(
+    load_factor: float, lower: LowerBound, upper: UpperBound, universal: UniversalBound | None = None
+) -> str:
     """The region that a load factor lies in."""
-    if upper.open_nodes and not load_factor < lower.load_factor:
+    first, below = _predicted_below(lower, universal)
+    if upper.open_nodes and not load_factor < first:
         return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
     if upper.status == Status.INFEASIBLE or load_factor > upper.load_factor:
         return ABOVE
     if load_factor < upper.least_load_factor:
         return UNSAFE
-    return BELOW if load_factor < lower.load_factor else BETWEEN
+    return below if load_factor < first else BETWEEN

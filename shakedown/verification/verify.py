@@ -78,7 +78,8 @@ class Run(Result):
         """What was predicted, and the words of the simulation."""
         words = ("region", "initial", "predicted", "agrees", "seconds")
         about = {word: plain(getattr(self, word)) for word in words}
-        return about | {"initially_open": plain(self.open_nodes)} | self.simulation.to_dict()
+        about |= {"initially_open": plain(self.open_nodes), "after_transient": self.case.after_transient}
+        return about | self.simulation.to_dict()
 
     def columns(self) -> dict[str, Any]:
         """Those of the simulation."""
@@ -138,7 +139,7 @@ class Verification(Result):
         shakes down; None where λ_max is not finite and positive.
     curve
         λ_1(R) for initial states near the safe slip, or None where there is no
-        gap between the bounds to close.
+        gap between the bounds to close, and for a load domain.
     runs
         Every simulation.
     disagreements
@@ -246,6 +247,11 @@ def verify(
     shake down without a node that closes or opens; of all others, and above, nothing is
     predicted.
 
+    Where there are transient load steps, they come first: the safe slip is one that they do not
+    move either, or, where there is none, one that is locked in when they are over; what is said
+    of every state is expected of those in which they leave all nodes closed. Of a load domain
+    λ_U takes the place of λ_1, and the corners are followed in the order given: one path of many.
+
     Parameters
     ----------
     problem
@@ -282,22 +288,28 @@ def verify(
     _check(random_states, seed, load_factors)
     bounds = shakedown_bounds(problem, open_nodes=open_nodes, tolerances=tolerances)
     lower, upper = bounds.lower, bounds.upper
-    cases = list(planned_cases(problem, lower, upper, load_factors, random_states, seed, tolerances))
+    universal = universal_bound(problem, first_collapse=lower, tolerances=tolerances)
+    cases = list(planned_cases(problem, bounds, universal, load_factors, random_states, seed, tolerances))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + PHASES, progress)
     work.done(bounds)
+    work.done(universal)
     runs = tuple(work.done(_run(problem, case, cycles, method, tolerances)) for case in cases)
     second = work.done(second_road(problem, bounds, tolerances))
     roads = list(road_findings(bounds, second, tolerances))
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
-    curve = guarantee_curve(problem, CURVE_RADII, tolerances=tolerances) if bounds.have_gap else None
+    curve = (
+        guarantee_curve(problem, CURVE_RADII, tolerances=tolerances)
+        if bounds.have_gap and not problem.is_domain
+        else None
+    )
     subsets = subset_count(problem.n)
     return Verification(
         problem=problem,
         energy=work.done(energy),
         curve=work.done(curve),
-        universal=work.done(universal_bound(problem, first_collapse=lower, tolerances=tolerances)),
+        universal=universal,
         bounds=bounds,
         second_lower=second.lower,
         second_upper=second.upper,
@@ -348,7 +360,7 @@ def _transient(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> T
 
 def _run(problem: Problem, case: Case, cycles: int, method: str, tolerances: Tolerances) -> Run:
     began = time.perf_counter()
-    if case.open_nodes:
+    if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
     simulation = simulate(
         problem,

@@ -68,5 +68,5 @@ def test_the_loading_as_given_lies_where_it_lies(factor, words):
 
 def test_an_unlimited_upper_bound_is_no_end_of_an_interval():
     text = said(shakedown.example("one-node-separation"))
-    assert "Above λ_1 the initial state decides: from a safe slip" in text
+    assert "Above λ_1 the slip that is locked in when the transient is over decides: from a safe slip" in text
     assert "Between λ_1 and λ_max" not in text

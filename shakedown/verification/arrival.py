@@ -1,0 +1,31 @@
+"""What transient load steps leave of an initial state, before a prediction is made from it."""
+
+from dataclasses import replace
+
+from shakedown.evolution.integrator import Evolution
+from shakedown.kernels.gauss_seidel import OPEN
+from shakedown.model.loading import loading, transient_path
+from shakedown.model.problem import FloatArray, Problem
+from shakedown.tolerances import DEFAULT, Tolerances
+
+
+def arrives_closed(
+    problem: Problem, load_factor: float, start: FloatArray, tolerances: Tolerances = DEFAULT
+) -> bool:
+    """Whether all nodes are closed at the first load step of the loop, when the transient is over.
+
+    What is said of every closed state is then said of this one. True where there is no transient:
+    that the start is admissible is another matter.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> arrives_closed(shakedown.example("receding-block"), 0.1, np.zeros(33))
+    False
+    """
+    if not len(transient_path(problem)):
+        return True
+    q_w, p_w = loading(problem).at(load_factor)
+    first = {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
+    evolution = Evolution(replace(problem, **first), 1.0, start, tolerances)
+    return evolution.cycle() is not None and not (evolution.state.contact == OPEN).any()
