@@ -14,7 +14,8 @@ from shakedown.report.design_words import cycle_in_words
 from shakedown.report.words import down, simulated_path_in_words, up
 from shakedown.visible_text import with_unit
 
-from .options import OutputFile, json_option, problem_argument, quiet_option, refuse_overwriting_input
+from .claims import OutputFile
+from .options import json_option, problem_argument, quiet_option
 from .output import (
     echo_json,
     headline,
@@ -62,7 +63,6 @@ def adversary(
     from every state is proved, enclose the true limit of the joint. Exit code 1 where no
     cycle is found, and where something contradicts what is proved.
     """
-    refuse_overwriting_input(context, output)
     with progress("rounds") as update:
         found = shakedown.smallest_cycle(
             problem, states=states, rounds=rounds, seed=seed, largest=largest, progress=update

@@ -9,7 +9,8 @@ import click
 import shakedown
 from shakedown.report.json_documents import problem_document
 
-from .options import OutputFile, json_option, quiet_option
+from .claims import OutputFile
+from .options import json_option, quiet_option
 from .output import echo_json, headline, say
 
 

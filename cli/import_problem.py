@@ -10,9 +10,9 @@ import click
 
 import shakedown
 
-from .options import OutputFile, json_option, quiet_option
+from .claims import PICTURES, OutputFile, reads
+from .options import json_option, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table
-from .pictures import PictureFile
 
 if TYPE_CHECKING:
     from shakedown import FloatArray, LoadEvidence
@@ -30,7 +30,7 @@ WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", 
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
-@click.option("--picture", type=PictureFile(), help="Draw nodes and normals (PNG, SVG, PDF).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw nodes and normals (PNG, SVG, PDF).")
 @click.option(
     "--template",
     type=click.Choice([*shakedown.import_template_names(), EXAMPLE]),
@@ -38,7 +38,9 @@ WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", 
 )
 @json_option
 @quiet_option
+@click.pass_context
 def import_problem_command(
+    context: click.Context,
     config: Path | None,
     output: Path | None,
     check: bool,
@@ -64,7 +66,10 @@ def import_problem_command(
         raise click.UsageError("Missing argument 'CONFIG.toml' (or --template)")
     if output is None and not check:
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
+    reads(context, "CONFIG.toml", config)
     made = shakedown.import_model(config, command=_command(config, output))
+    for source in made.sources:
+        reads(context, f"{source}, which CONFIG.toml names", config.parent / source)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
 

@@ -11,6 +11,8 @@ import shakedown
 from shakedown import FloatArray, Problem
 from shakedown.visible_text import shortened
 
+from .claims import reads
+
 LONGEST_INDEX = 18  # digits of a state number
 
 
@@ -69,6 +71,7 @@ def _from_file(path: str) -> FloatArray:
         raise click.UsageError(
             f"--initial {shortened(path)}: expected zero, given, given:K, safe, witness or an NPY file"
         )
+    reads(click.get_current_context(silent=True), "--initial", path)
     try:
         return shakedown.load_initial_slip(path)
     except shakedown.ProblemError as error:

@@ -13,19 +13,17 @@ import shakedown
 from shakedown import Problem
 from shakedown.report.json_documents import plain
 
+from .claims import PICTURES, RECORD, OutputFile, writes
 from .map_text import SAMPLED, map_text
 from .options import (
-    OutputFile,
     cycles_option,
     json_option,
     problem_argument,
     quiet_option,
-    refuse_overwriting_input,
     resume_option,
     scheduler_option,
 )
 from .output import echo_json, progress, say
-from .pictures import PictureFile
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
@@ -97,7 +95,7 @@ class LoadFactors(click.ParamType):
     help="Number of processes; all cores by default, where it is worth while.",
 )
 @scheduler_option
-@click.option("--picture", type=PictureFile(), help="Draw it here (PNG, PDF or SVG).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw it here (PNG, PDF or SVG).")
 @json_option
 @quiet_option
 @click.pass_context
@@ -121,8 +119,8 @@ def map_command(
     """What becomes of FILE from many initial states: the share that shakes
     down, the dissipation of the others, their limit cycles.
     """
-    for file in (output, picture):
-        refuse_overwriting_input(context, file)
+    if output is not None:
+        writes(context, RECORD, f"{output}.partial")
     if resume and output is None:
         raise click.UsageError("--resume: expected -o FILE, the map to go on with")
     with progress("pieces") as update:

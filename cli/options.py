@@ -12,9 +12,8 @@ import click
 import shakedown
 from shakedown.visible_text import shortened
 
+from .claims import name_of, reads
 from .output import QUIET
-
-INPUT = "shakedown.input"  # the problem file of this call
 
 
 class ProblemFile(click.ParamType):
@@ -34,16 +33,8 @@ class ProblemFile(click.ParamType):
             raise shakedown.ProblemError(
                 f"{value}: no such file, and no built-in problem (there are {names})"
             )
-        if ctx is not None:
-            ctx.meta[INPUT] = value
+        reads(ctx, name_of(param), value)
         return shakedown.load_problem(value)
-
-
-def refuse_overwriting_input(context: click.Context, output: Path | None) -> None:
-    """Raise ``UsageError`` where the output would replace the problem file."""
-    source = context.meta.get(INPUT)
-    if output is not None and source is not None and output.exists() and os.path.samefile(output, source):
-        raise click.UsageError(f"-o: expected another file than the problem, found {shortened(str(output))}")
 
 
 class OpenNodes(click.ParamType):
@@ -59,19 +50,6 @@ class OpenNodes(click.ParamType):
             shown = shortened(value)
             raise click.UsageError(f"--open: expected auto, none or node numbers like 0,3,7, found '{shown}'")
         return tuple(map(int, numbers))
-
-
-class OutputFile(click.Path):
-    """A file to write, found to be writable before the work starts."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not value or str(value).endswith(("/", os.sep)):
-            raise click.UsageError(f"-o: expected the name of a file, found '{value}'")
-        shakedown.check_target(value)
-        return super().convert(value, param, ctx)
 
 
 def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None:

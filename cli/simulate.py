@@ -20,16 +20,15 @@ from shakedown.report.words import (
 )
 from shakedown.visible_text import shortened, with_unit
 
+from .claims import OutputFile
 from .initial import initial_state, moved_by_transient, zone_nodes
 from .options import (
     OpenNodes,
-    OutputFile,
     cycles_option,
     json_option,
     method_option,
     problem_argument,
     quiet_option,
-    refuse_overwriting_input,
 )
 from .output import (
     echo_json,
@@ -42,7 +41,6 @@ from .output import (
     tiny,
     work_unit,
 )
-from .pictures import PictureFile
 
 FILMED = 3.0  # cycles
 
@@ -74,7 +72,7 @@ FILMED = 3.0  # cycles
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
 @click.option(
     "--animation",
-    type=PictureFile((".gif",)),
+    type=OutputFile((".gif",)),
     help="Film of the first three cycles (GIF): the slip of two nodes, else the load of the node "
     "that slips most.",
 )
@@ -94,7 +92,6 @@ def simulate(
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
-    refuse_overwriting_input(context, output)
     if initial is None:
         initial = "zero" if problem.initial_slip is None else "given"
     opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes

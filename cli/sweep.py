@@ -15,19 +15,16 @@ from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.words import LOAD_DOMAIN, down, up
 from shakedown.visible_text import shortened
 
+from .claims import PICTURES, RECORD, OutputFile, name_of, reads, writes
 from .initial import initial_state
 from .options import (
-    INPUT,
-    OutputFile,
     ProblemFile,
     json_option,
     quiet_option,
-    refuse_overwriting_input,
     resume_option,
     scheduler_option,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table
-from .pictures import PictureFile
 
 BOUNDS = ("lower", "universal", "energy", "transient", "upper")
 COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
@@ -43,9 +40,11 @@ class Joint(ProblemFile):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, str) and value.lower().endswith(".toml"):
-            if ctx is not None:
-                ctx.meta[INPUT] = value
-            return shakedown.import_model(value)
+            reads(ctx, name_of(param), value)
+            made = shakedown.import_model(value)
+            for source in made.sources:
+                reads(ctx, f"{source}, which {name_of(param)} names", Path(value).parent / source)
+            return made
         return super().convert(value, param, ctx)
 
 
@@ -150,7 +149,7 @@ class TableFile(OutputFile):
 )
 @click.option("--quick", is_flag=True, help="λ_U without its sharpening, λ_T to 0.1 %.")
 @click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
-@click.option("--picture", type=PictureFile(), help="Draw the regions here (.png, .svg or .pdf).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw the regions here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @scheduler_option
 @resume_option
@@ -183,9 +182,10 @@ def sweep(
     counted from 1), and the factor on the friction is friction.factor. Exit code 1 where
     limits contradict each other.
     """
-    refuse_overwriting_input(context, output)
     if len({name for name, _ in vary}) < len(vary):
         raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")
+    if output is not None:
+        writes(context, RECORD, f"{output}.partial")
     if resume and output is None:
         raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if initial in ("safe", "witness"):

@@ -23,15 +23,14 @@ from shakedown.report.words import (
 )
 from shakedown.visible_text import with_unit
 
+from .claims import OutputFile, writes
 from .options import (
-    OutputFile,
     cycles_option,
     json_option,
     method_option,
     open_option,
     problem_argument,
     quiet_option,
-    refuse_overwriting_input,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
 
@@ -80,9 +79,9 @@ def verify(
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
-    refuse_overwriting_input(context, output)
     if output is not None:
         shakedown.report_path(output)  # before the work, not after
+        writes(context, "the JSON beside -o", output.with_suffix(".json"))
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,

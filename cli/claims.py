@@ -1,0 +1,85 @@
+"""What one call reads and writes: no file is written over another of the same call."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+import shakedown
+from shakedown.visible_text import shortened
+
+CLAIMS = "shakedown.claims"  # key of the command's context
+PICTURES = (".png", ".svg", ".pdf")
+RECORD = "the record of -o"  # of a run that can be resumed
+
+
+class Claim(NamedTuple):
+    """A file of this call, under the option or argument that names it."""
+
+    name: str
+    path: str
+    written: bool
+
+
+def reads(context: click.Context | None, name: str, path: str | os.PathLike[str]) -> None:
+    """Note a file that is read; raises ``UsageError`` where an output of this call would replace it."""
+    _claim(context, Claim(name, os.fspath(path), written=False))
+
+
+def writes(context: click.Context | None, name: str, path: str | os.PathLike[str]) -> None:
+    """Note a file to write; raises ``UsageError`` where it is another file of this call."""
+    _claim(context, Claim(name, os.fspath(path), written=True))
+
+
+def _claim(context: click.Context | None, new: Claim) -> None:
+    if context is None:
+        return
+    claims: list[Claim] = context.meta.setdefault(CLAIMS, [])
+    for old in claims:
+        output, other = (new, old) if new.written else (old, new)
+        if output.written and _is_same(new.path, old.path):
+            found = shortened(output.path)
+            raise click.UsageError(f"{output.name}: expected another file than {other.name}, found {found}")
+    claims.append(new)
+
+
+def _is_same(one: str, other: str) -> bool:
+    """Whether two paths lead to one file, be it there already or not."""
+    try:
+        if os.path.samefile(one, other):
+            return True
+    except (OSError, ValueError):  # one of them is not there, or no name that a file can have
+        pass
+    try:
+        return os.path.normcase(os.path.realpath(one)) == os.path.normcase(os.path.realpath(other))
+    except (OSError, ValueError):
+        return False
+
+
+def name_of(param: click.Parameter | None) -> str:
+    """How the user calls a parameter: ``-o``, ``--picture``, ``FILE``."""
+    if param is None:
+        return "-o"
+    return param.metavar or param.opts[0] if isinstance(param, click.Argument) else param.opts[0]
+
+
+class OutputFile(click.Path):
+    """A file to write, found to be writable, and no other file of the call, before the work starts."""
+
+    def __init__(self, endings: tuple[str, ...] = ()) -> None:
+        super().__init__(path_type=Path)
+        self.endings = endings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        name = name_of(param)
+        if not value or str(value).endswith(("/", os.sep)):
+            raise click.UsageError(f"{name}: expected the name of a file, found '{value}'")
+        if self.endings and not str(value).lower().endswith(self.endings):
+            known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
+            raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
+        shakedown.check_target(value)
+        writes(ctx, name, value)
+        return super().convert(value, param, ctx)
