@@ -17,8 +17,8 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 FLOORS = (
     {"visible_text", "shown_values", "errors", "tolerances"},
     {"model"},
-    {"programs", "kernels", "files", "condensation", "uniqueness", "campaign"},
-    {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem", "settling"},
+    {"programs", "kernels", "files", "condensation", "uniqueness"},
+    {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem", "settling", "campaign"},
     {"long_term", "importing", "universal"},
     {"verification", "maps", "designs", "plot"},
     {"report"},

@@ -1,11 +1,11 @@
 """Who does the work of a campaign: this process, several, or a cluster."""
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from shakedown.errors import SolverError, UsageError
 from shakedown.model.arguments import check_count
+from shakedown.programs.blas_threads import all_cores
 
 Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
 
@@ -38,19 +38,6 @@ class Crew:
     def processes(self) -> int:
         """How many processes that is."""
         return all_cores() if self.workers is None else self.workers
-
-
-def all_cores() -> int:
-    """How many cores this process may use.
-
-    Examples
-    --------
-    >>> all_cores() >= 1
-    True
-    """
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class Losses:

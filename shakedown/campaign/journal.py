@@ -1,51 +1,134 @@
-"""What a campaign has done so far: one SQLite file, valid after a kill at any instant."""
+"""What a campaign has done so far: one file, valid after a kill at any instant and after any damage.
 
+The file begins with its format and with what the campaign is; then comes one record for each piece
+of work, in the order in which they were done. Everything has its checksum, and that of a piece covers
+its number and the campaign too: a record that does not match, or is cut off, is as good as not there,
+and that piece is done again.
+"""
+
+import hashlib
+import json
+import mmap
 import os
-import sqlite3
+import struct
+import tempfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO, NamedTuple
 
 from shakedown.errors import UsageError
+from shakedown.files.atomic_write import check_target, is_at, locked, sync_folder
 from shakedown.visible_text import shortened
 
-APPLICATION = 0x53484B44  # marks our files among SQLite's: "SHKD"
+KIND = b"shakedown campaign, format "
+FORMAT = KIND + b"2\n"
+FORMER, FORMER_MARK = b"SQLite format 3\0", b"SHKD"  # how the databases of format 1 begin, and their mark
+MARK = b"\x93piece\r\n"  # what a record begins with, to find the next one behind a damaged one
+NUMBER = struct.Struct("<Q")
+HEAD = struct.Struct("<QQ32sI")  # number and length of a piece, its checksum, that of these three
+HEAD_SIZE = len(MARK) + HEAD.size
+MOST_BYTES = 1 << 26  # of a beginning that differs, to say in what
+
+
+class Place(NamedTuple):
+    """Where in the file a piece lies."""
+
+    start: int
+    length: int
 
 
 class Journal:
     """The pieces of work that are done, by number; each is on the disk before the next is added."""
 
-    def __init__(self, connection: sqlite3.Connection, path: Path | None) -> None:
-        self._connection = connection
+    def __init__(self, file: IO[bytes], path: Path | None, header: bytes) -> None:
+        """Go on behind the last whole record of an open, locked file that begins with this header."""
+        self._file = file
         self._path = path
+        self._campaign = hashlib.sha256(header).digest()
+        self._places: dict[int, Place] = {}
+        self._end = len(header)
+        if path is not None:
+            self._find_records()
 
     def done(self) -> set[int]:
         """Numbers of the pieces that are there."""
-        return {number for (number,) in self._connection.execute("SELECT number FROM pieces")}
+        return set(self._places)
 
     def add(self, number: int, piece: bytes) -> None:
-        """Record a piece.
+        """Record a piece, in place of one of this number.
 
         Raises
         ------
         UsageError
             If the disk is full or fails.
         """
+        claims = number, len(piece), self._checksum(number, piece)
         try:
-            self._connection.execute("INSERT OR REPLACE INTO pieces VALUES (?, ?)", (number, piece))
-        except sqlite3.Error as error:
-            raise UsageError(f"{self._path}: cannot be written ({error})") from None
+            self._file.seek(self._end)
+            self._file.write(MARK + HEAD.pack(*claims, _check_of(*claims)) + piece)
+            self._file.flush()
+            if self._path is not None:
+                os.fsync(self._file.fileno())
+        except OSError as error:
+            raise UsageError(f"{self._path}: cannot be written ({error.strerror or error})") from None
+        self._places[number] = Place(self._end + HEAD_SIZE, len(piece))
+        self._end += HEAD_SIZE + len(piece)
+
+    def drop(self, number: int) -> None:
+        """Leave out a piece, which is to be done again."""
+        del self._places[number]
+
+    def piece(self, number: int) -> bytes:
+        """One piece."""
+        place = self._places[number]
+        try:
+            self._file.seek(place.start)
+            return self._file.read(place.length)
+        except OSError as error:
+            raise UsageError(f"{self._path}: cannot be read ({error.strerror or error})") from None
 
     def pieces(self) -> Iterator[bytes]:
         """All pieces in order of their numbers, one in memory at a time."""
-        for (piece,) in self._connection.execute("SELECT piece FROM pieces ORDER BY number"):
-            yield piece
+        return (self.piece(number) for number in sorted(self._places))
 
     def remove(self) -> None:
         """Close the journal and delete its file: what it held is no longer needed."""
-        self._connection.close()
         if self._path is not None:
             self._path.unlink(missing_ok=True)
+        self._file.close()
+
+    def _checksum(self, number: int, piece: bytes | memoryview) -> bytes:
+        digest = hashlib.sha256(self._campaign + NUMBER.pack(number))
+        digest.update(piece)
+        return digest.digest()
+
+    def _find_records(self) -> None:
+        """Note where whole records lie, and cut off what is behind the last of them."""
+        with (
+            mmap.mmap(self._file.fileno(), 0, access=mmap.ACCESS_READ) as content,
+            memoryview(content) as view,
+        ):
+            at = content.find(MARK, self._end)
+            while at >= 0:
+                start = at + HEAD_SIZE
+                head = content[at + len(MARK) : start]
+                *claims, check = HEAD.unpack(head) if len(head) == HEAD.size else (0, 0, b"", -1)
+                number, length, checksum = claims
+                if check != _check_of(*claims):
+                    at = content.find(MARK, at + 1)
+                    continue
+                if self._checksum(number, view[start : start + length]) == checksum:
+                    self._places[number] = Place(start, length)
+                    self._end = start + length
+                at = content.find(MARK, min(start + length, len(content)))
+        self._file.truncate(self._end)
+
+
+def _check_of(number: int, length: int, checksum: bytes) -> int:
+    """What tells that the head of a record is whole, so that its length can be believed."""
+    return zlib.crc32(HEAD.pack(number, length, checksum, 0))
 
 
 @contextmanager
@@ -67,7 +150,8 @@ def journal_at(
     ------
     UsageError
         If a journal stands there and is not to be resumed, was kept by a campaign with
-        another header, is in use by another process, or cannot be read or written.
+        another header or by another version of the toolkit, is in use by another process, or
+        cannot be read or written; or if another file stands there.
 
     Examples
     --------
@@ -77,51 +161,84 @@ def journal_at(
     ...     list(journal.pieces()), sorted(journal.done())
     ([b'first', b'second'], [0, 1])
     """
-    file = None if path is None else Path(path)
-    if file is not None and file.exists() and not resume:
-        raise UsageError(f"{file}: an unfinished run is recorded there; resume it, or remove that file")
+    beginning = _beginning(header)
+    if path is None:
+        with tempfile.TemporaryFile() as file:
+            yield Journal(file, None, beginning)
+        return
+    target = check_target(path)
+    if target.exists() and not resume:
+        raise UsageError(f"{path}: an unfinished run is recorded there; resume it, or remove that file")
+    with _opened(target) as file:
+        found = file.read(len(beginning))
+        if found != beginning:
+            if not beginning.startswith(found):  # nor cut off before there was a record
+                raise UsageError(f"{path}: {_difference(found + file.read(MOST_BYTES), header)}")
+            file.seek(0)
+            file.write(beginning)
+            file.flush()
+            os.fsync(file.fileno())
+            sync_folder(target.parent)
+        yield Journal(file, target, beginning)
+
+
+def _beginning(header: Mapping[str, str]) -> bytes:
+    """What the journal of a campaign begins with: three lines."""
+    text = json.dumps(dict(header), sort_keys=True).encode()
+    return b"%s%s\n%s\n" % (FORMAT, hashlib.sha256(text).hexdigest().encode(), text)
+
+
+def _opened(target: Path) -> IO[bytes]:
+    """The file, new or not, that no other process writes."""
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     try:
-        connection = sqlite3.connect("" if file is None else file, isolation_level=None, timeout=0.5)
-    except sqlite3.Error as error:
-        raise UsageError(f"{file}: cannot be opened ({error})") from None
+        while True:  # ends: only a run that removes its journal at this moment makes it try again
+            file = os.fdopen(os.open(target, flags, 0o666), "r+b")
+            if not _is_ours(file.fileno()):
+                file.close()
+                raise UsageError(f"{target}: cannot be resumed (another run is writing it)")
+            if is_at(file.fileno(), target):
+                return file
+            file.close()
+    except OSError as error:
+        raise UsageError(f"{target}: cannot be opened ({error.strerror or error})") from None
+
+
+def _is_ours(handle: int) -> bool:
     try:
-        _prepare(connection, file, dict(header))
-        yield Journal(connection, file)
-    finally:
-        connection.close()
+        return locked(handle)
+    except OSError:  # a file system without locks
+        return True
 
 
-def _prepare(connection: sqlite3.Connection, file: Path | None, header: dict[str, str]) -> None:
-    """Lock the journal for this process; lay it out where it is new, else compare its header."""
+def _difference(found: bytes, header: Mapping[str, str]) -> str:
+    """What a file holds that does not begin as the journal of this campaign does."""
+    former = found.startswith(FORMER) and found[68:72] == FORMER_MARK
+    if former or (found.startswith(KIND) and not found.startswith(FORMAT)):
+        return (
+            "expected the record of an unfinished run of this version, found one of another version; "
+            "remove that file to begin again"
+        )
+    if not found.startswith(FORMAT):
+        return "expected the record of an unfinished run, found another file"
+    known = _recorded(found[len(FORMAT) :])
+    differing = [key for key in [*header, *known] if known.get(key) != header.get(key)]
+    if not known or not differing:
+        return (
+            "expected the record of an unfinished run, found a damaged one; remove that file to begin again"
+        )
+    was, asked = (shortened(str(said.get(differing[0])), 40) for said in (known, header))
+    return f"expected the same run to resume, found it recorded with {differing[0]} = {was}, not {asked}"
+
+
+def _recorded(lines: bytes) -> dict[str, str]:
+    """What a campaign is, as its journal says; nothing where that is damaged."""
+    checksum, _, rest = lines.partition(b"\n")
+    text = rest.partition(b"\n")[0]
+    if hashlib.sha256(text).hexdigest().encode() != checksum:
+        return {}
     try:
-        connection.execute("PRAGMA locking_mode = EXCLUSIVE")
-        connection.execute("PRAGMA synchronous = FULL")
-        connection.execute("BEGIN EXCLUSIVE")
-        _check_kind(connection, file)
-        connection.execute(f"PRAGMA application_id = {APPLICATION}")
-        connection.execute("CREATE TABLE IF NOT EXISTS header (key TEXT PRIMARY KEY, value TEXT)")
-        connection.execute("CREATE TABLE IF NOT EXISTS pieces (number INTEGER PRIMARY KEY, piece BLOB)")
-        known = dict(connection.execute("SELECT key, value FROM header"))
-        if not known:
-            connection.executemany("INSERT INTO header VALUES (?, ?)", header.items())
-        connection.execute("COMMIT")
-    except sqlite3.OperationalError as error:
-        reason = "another run is writing it" if "locked" in str(error) else error
-        raise UsageError(f"{file}: cannot be resumed ({reason})") from None
-    except sqlite3.DatabaseError:
-        raise UsageError(f"{file}: expected the record of an unfinished run, found another file") from None
-    for key in header if known else ():
-        if known.get(key) != header[key]:
-            found, asked = shortened(str(known.get(key)), 40), shortened(header[key], 40)
-            raise UsageError(
-                f"{file}: expected the same run to resume, found it recorded with {key} = {found}, "
-                f"not {asked}"
-            )
-
-
-def _check_kind(connection: sqlite3.Connection, file: Path | None) -> None:
-    """Refuse somebody else's database."""
-    ((mark,),) = connection.execute("PRAGMA application_id")
-    ((tables,),) = connection.execute("SELECT count(*) FROM sqlite_master")
-    if tables and mark != APPLICATION:
-        raise UsageError(f"{file}: expected the record of an unfinished run, found another database")
+        known = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return known if isinstance(known, dict) else {}

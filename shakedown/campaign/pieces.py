@@ -6,10 +6,16 @@ from shakedown.campaign.crew import Crew, Work
 from shakedown.campaign.journal import Journal
 
 Progress = Callable[[int, int], None]
+Fits = Callable[[int, bytes], bool]
 
 
 def run_campaign(
-    work: Work, count: int, journal: Journal, crew: Crew | None = None, progress: Progress | None = None
+    work: Work,
+    count: int,
+    journal: Journal,
+    crew: Crew | None = None,
+    progress: Progress | None = None,
+    fits: Fits | None = None,
 ) -> None:
     """Do the pieces 0 … count − 1 of a campaign that its journal does not hold yet.
 
@@ -25,6 +31,9 @@ def run_campaign(
         Who works; this process by default.
     progress
         Called as ``progress(done, count)`` at the start and after each piece.
+    fits
+        Whether a piece that is recorded can be what the work gives for its number; one that
+        cannot is done again.
 
     Raises
     ------
@@ -41,6 +50,9 @@ def run_campaign(
     ...     list(journal.pieces())
     [b'\\x00', b'\\x01', b'\\x02']
     """
+    for number in journal.done():
+        if number >= count or not (fits is None or fits(number, journal.piece(number))):
+            journal.drop(number)
     done = journal.done()
     todo = [number for number in range(count) if number not in done]
     finished = count - len(todo)

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.energy.energy_bound import energy_bound
-from shakedown.errors import ShakedownError
+from shakedown.errors import ProblemError, ShakedownError
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
@@ -94,15 +94,30 @@ class DesignPoint(Result):
 
     @classmethod
     def from_bytes(cls, piece: bytes) -> "DesignPoint":
-        """The point that :meth:`to_bytes` recorded."""
-        known = json.loads(piece)
-        limits = {
-            name: Limit(load_factor, Status(status), *more)
-            for name, (load_factor, status, *more) in known["limits"].items()
-        }
-        lists = {key: tuple(known[key]) for key in ("values", "open_nodes", "contradictions")}
-        outcomes = tuple(Outcome(word) for word in known["outcomes"])
-        return cls(**{**known, **lists, "limits": limits, "outcomes": outcomes})
+        """The point that :meth:`to_bytes` recorded.
+
+        Raises
+        ------
+        ProblemError
+            If the bytes are none of its.
+        """
+        try:
+            known = json.loads(piece)
+            return cls(
+                values=tuple(map(float, known["values"])),
+                limits={name: _recorded_limit(*limit) for name, limit in known["limits"].items()},
+                guarantee=str(known["guarantee"]),
+                open_nodes=tuple(map(int, known["open_nodes"])),
+                reason=str(known["reason"]),
+                outcomes=tuple(map(Outcome, known["outcomes"])),
+                contradictions=tuple(map(str, known["contradictions"])),
+            )
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
+            raise ProblemError(f"expected a recorded point, found a damaged one ({error})") from None
+
+
+def _recorded_limit(load_factor: float, status: str, remark: str, low: float, high: float) -> Limit:
+    return Limit(float(load_factor), Status(status), str(remark), float(low), float(high))
 
 
 class Question(NamedTuple):

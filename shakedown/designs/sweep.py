@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from os import PathLike
 from typing import Literal
 
@@ -17,7 +18,7 @@ from shakedown.designs.design_point import LIMITS, DesignPoint, Question, design
 from shakedown.designs.diagram import Sweep
 from shakedown.designs.table_file import check_table
 from shakedown.designs.variation import Configured, ProblemOf, Variation, checked_variation
-from shakedown.errors import ShakedownError, UsageError
+from shakedown.errors import ProblemError, ShakedownError, UsageError
 from shakedown.importing.import_model import Import
 from shakedown.model.arguments import check_load_factor, checked, real_array
 from shakedown.model.problem import FloatArray, Problem
@@ -117,7 +118,7 @@ def sweep(
     if output is not None:
         check_table(output)
     with journal_at(partial, work.header(), resume=resume) as journal:
-        run_campaign(work, int(np.prod(work.shape)), journal, crew, progress)
+        run_campaign(work, int(np.prod(work.shape)), journal, crew, progress, work.fits)
         points = tuple(DesignPoint.from_bytes(piece) for piece in journal.pieces())
         found = Sweep(
             name=variation.name,
@@ -169,9 +170,26 @@ class _Points:
         return tuple(len(array) for array in self.values)
 
     def __call__(self, number: int) -> bytes:
+        return point_at(self.variation, self._at(number), self.question, self.tolerances).to_bytes()
+
+    def fits(self, number: int, piece: bytes) -> bool:
+        """Whether a recorded piece is a point of these values that answers this question."""
+        try:
+            point = DesignPoint.from_bytes(piece)
+        except ProblemError:
+            return False
+        simulated = len(self.question.load_factors) if point.exists else 0
+        limits = self.question.bounds if point.exists else ()
+        return (
+            point.values == self._at(number)
+            and set(point.limits) == set(limits)
+            and len(point.outcomes) == simulated
+        )
+
+    def _at(self, number: int) -> tuple[float, ...]:
+        """The values of the parameters at a point."""
         places = np.unravel_index(number, self.shape)  # the last parameter runs fastest
-        values = tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
-        return point_at(self.variation, values, self.question, self.tolerances).to_bytes()
+        return tuple(float(array[k]) for array, k in zip(self.values, places, strict=True))
 
     def header(self) -> dict[str, str]:
         """All that the points depend on."""
@@ -185,6 +203,7 @@ class _Points:
             "question": repr(self.question._replace(initial_slip=None)),
             "initial_slip": "zero" if initial is None else repr(initial.tolist()),
             "tolerances": repr(self.tolerances),
+            "version": version("shakedown-bounds"),
         }
 
 

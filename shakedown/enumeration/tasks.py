@@ -10,11 +10,11 @@ from math import comb, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.campaign.crew import all_cores
 from shakedown.enumeration.findings import BATCH, NONE, Piece, batch_piece, in_batches, joined
 from shakedown.enumeration.intersection import ScaledRows, solve_subsets
 from shakedown.enumeration.tree_kernel import elimination, walk
 from shakedown.enumeration.walk_state import REGULAR, STORED, SUSPECTS, Found, Search, Suspects, Whole
+from shakedown.programs.blas_threads import all_cores
 from shakedown.tolerances import DEFAULT, Tolerances
 
 TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard

@@ -116,7 +116,7 @@ def atomic_write_together(paths: Sequence[str | os.PathLike[str]]) -> Iterator[l
             with _refusing(part.name):
                 os.replace(part.temporary, part.target)
         for folder in {part.target.parent for part in parts}:
-            _sync_folder(folder)
+            sync_folder(folder)
 
 
 @contextmanager
@@ -136,7 +136,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     with _refusing(name):
         old = _status(target)
         temporary, handle = _created(target, 0o666 if old is None else 0o600)
-    file = os.fdopen(handle, "wb")
+    file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
             _take_over(handle, old)
@@ -155,10 +155,10 @@ def _created(target: Path, mode: int) -> tuple[Path, int]:
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
         try:
-            ours = _locked(handle)
+            ours = locked(handle)
         except OSError:  # a file system without locks: nothing is swept there
             ours = True
-        if ours and _is_at(handle, temporary):
+        if ours and is_at(handle, temporary):
             return temporary, handle
         os.close(handle)  # somebody swept it between its creation and our lock
 
@@ -189,13 +189,13 @@ def _sweep_one(path: Path) -> None:
         handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
             ours = os.fstat(handle).st_uid == os.geteuid()
-            if ours and _locked(handle) and _is_at(handle, path):
+            if ours and locked(handle) and is_at(handle, path):
                 path.unlink()
         finally:
             os.close(handle)
 
 
-def _locked(handle: int) -> bool:
+def locked(handle: int) -> bool:
     """Lock a file until it is closed; False where another process holds it or there are no locks."""
     if fcntl is None:
         return True
@@ -206,7 +206,7 @@ def _locked(handle: int) -> bool:
     return True
 
 
-def _is_at(handle: int, path: Path) -> bool:
+def is_at(handle: int, path: Path) -> bool:
     """Whether an open file still is the one of that name."""
     try:
         return os.path.samestat(os.fstat(handle), os.stat(path))
@@ -214,7 +214,7 @@ def _is_at(handle: int, path: Path) -> bool:
         return False
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Let the new names reach the disk; not every system can."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)

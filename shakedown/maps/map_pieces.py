@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shakedown.campaign.payload import packed
+from shakedown.campaign.payload import packed, unpacked
+from shakedown.errors import ProblemError
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.many_states import long_term_states
+from shakedown.long_term.many_states import OUTCOMES, long_term_states
+from shakedown.maps.map_file import Kinds, kinds_of
 from shakedown.maps.samplers import BLOCK, Sampling
 from shakedown.model.arguments import check_count
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -22,6 +24,9 @@ COLUMNS = (  # what is kept of every state
     "contraction",
     "signature",
 )
+PER_NODE = ("initial_slip", "final_slip", "slip_per_cycle")
+FLOAT = np.dtype(np.float64)
+DTYPES = {"outcome": OUTCOMES, "period": np.dtype(np.int64), "signature": np.dtype(np.uint64)}  # else FLOAT
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,27 @@ class MapPieces:
     @property
     def _per_load_factor(self) -> int:
         return -(-self.samplings[0].states // self.size)
+
+    def fits(self, number: int, piece: bytes) -> bool:
+        """Whether a recorded piece holds the columns of as many states, at the load factor of its number."""
+        which, part = divmod(number, self._per_load_factor)
+        chosen = self.samplings[which]
+        rows = min(self.size, chosen.states - part * self.size)
+        try:
+            found = unpacked(piece)
+        except ProblemError:
+            return False
+        return kinds_of(found) == self.kinds(rows) and bool(
+            (found["load_factor"] == chosen.load_factor).all()
+        )
+
+    def kinds(self, rows: int) -> Kinds:
+        """Type and shape of the columns of some states."""
+        wide = (rows, self.samplings[0].problem.n)
+        return {
+            key: (DTYPES.get(key, FLOAT), wide if key in PER_NODE else (rows,))
+            for key in (*COLUMNS, "load_factor")
+        }
 
     def __call__(self, number: int) -> bytes:
         which, part = divmod(number, self._per_load_factor)

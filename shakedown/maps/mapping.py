@@ -1,6 +1,7 @@
 """Long-term states from many initial states: the public function."""
 
 import json
+import logging
 import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -26,7 +27,9 @@ from shakedown.maps.several_maps import InitialStateMaps, MissingMap
 from shakedown.model.arguments import check_load_factor, checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.visible_text import visible
 
+LOGGER = logging.getLogger("shakedown")
 PARTIAL = ".partial"  # what the name of an unfinished map ends with
 
 
@@ -199,19 +202,24 @@ def _columns(
     progress: Callable[[int, int], None] | None,
 ) -> Columns:
     """All states of all load factors, done now or before; on the disk where they have a file."""
-    settings = _settings(work)
+    settings, rows = _settings(work), len(work.samplings) * work.samplings[0].states
     header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
     record = None if target is None else target.with_name(target.name + PARTIAL)
     if resume and target is not None and record is not None and not record.exists():
-        finished = finished_map(target, settings)
+        kinds = work.kinds(rows)
+        if len(work.samplings) == 1:
+            kinds["load_factor"] = (kinds["load_factor"][0], ())
+        finished = finished_map(target, settings, kinds)
         if finished is not None:
             return finished
+        if target.exists():
+            LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
     with ExitStack() as stack:
         journal = stack.enter_context(journal_at(record, header, resume=resume))
-        run_campaign(work, work.count, journal, crew, progress)
+        run_campaign(work, work.count, journal, crew, progress, work.fits)
         if target is None:
             return joined_columns(journal)
-        write_map(target, journal, len(work.samplings) * work.samplings[0].states, settings)
+        write_map(target, journal, rows, settings)
         journal.remove()
     return mapped_columns(target)
 

@@ -1,5 +1,7 @@
-"""Linear algebra on one thread: in matrices of the size of a contact threads mostly wait for each other."""
+"""How many threads: one for linear algebra, as in matrices of the size of a contact they mostly wait for
+each other, and one for each core for what is done many times."""
 
+import os
 from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
@@ -29,3 +31,16 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return limited
+
+
+def all_cores() -> int:
+    """How many cores this process may use.
+
+    Examples
+    --------
+    >>> all_cores() >= 1
+    True
+    """
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 from campaign_works import Deadly, Squares, mistaken, squares
 
-from shakedown.campaign.crew import Crew, all_cores
+from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.errors import SolverError, UsageError
 from shakedown.files.examples import example
+from shakedown.programs.blas_threads import all_cores
 
 HEADER = {"what": "squares"}
 WORKS = Path(campaign_works.__file__)
@@ -140,7 +141,7 @@ def test_other_peoples_files_are_left_alone(tmp_path, content):
 
 
 def test_a_journal_that_cannot_be_written_is_said_in_one_line(tmp_path):
-    with pytest.raises(UsageError, match="cannot be opened"):
+    with pytest.raises(UsageError, match="cannot be written"):
         journal_at(tmp_path / "missing" / "journal", HEADER).__enter__()
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import shakedown
 from shakedown import Region, Status
+from shakedown.campaign.journal import Journal
 from shakedown.errors import BudgetExceeded, UsageError
 
 TWO = shakedown.example("two-node")
@@ -116,6 +117,24 @@ def test_processes_and_a_resumed_journal_give_the_same(tmp_path):
     assert resumed == plain
     plain.save(tmp_path / "plain.csv")
     assert output.read_bytes() == (tmp_path / "plain.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "change", [{"values": [9.0]}, {"limits": {}}, {"outcomes": ["shakedown"]}, {"reason": 7}, None]
+)
+def test_a_recorded_point_that_answers_another_question_is_asked_again(tmp_path, monkeypatch, change):
+    add, options = Journal.add, {"bounds": ["upper"], "output": tmp_path / "sweep.csv"}
+    plain = shakedown.sweep(TWO, {"f": [0.3, 0.4]}, bounds=["upper"])
+
+    def wrong(journal, number, piece):
+        add(journal, number, json.dumps(json.loads(piece) | change).encode() if change else b"[" * 9000)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Journal, "add", wrong)
+        with pytest.raises(KeyboardInterrupt):
+            shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options)
+    assert shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options, resume=True) == plain
 
 
 def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():

@@ -1,17 +1,22 @@
 """The file of a map: the same bytes whoever did the work and however often it was interrupted."""
 
 import hashlib
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 
 import numpy as np
 import pytest
+from hostile.damaged_npz import HEADERS, npy, with_header
 
 import shakedown
 from shakedown.campaign.journal import Journal
+from shakedown.campaign.payload import packed, unpacked
+from shakedown.maps.map_file import finished_map
 
 JOINT = shakedown.example("two-node")
 KEYS = ("initial_slip", "final_slip", "outcome", "period", "dissipation", "load_factor")
@@ -58,6 +63,92 @@ def test_a_map_that_is_whole_is_not_made_again(tmp_path, monkeypatch):
     path.write_bytes(b"something else")
     mapped(path, 70, resume=True)
     assert path.read_bytes() == bytes_before
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The bytes of a small map, and what reading one again needs."""
+    path, known = tmp_path_factory.mktemp("map") / "map.npz", []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("shakedown.maps.mapping.finished_map", lambda *words: known.extend(words))
+        patch.setattr("shakedown.maps.mapping.LOGGER.disabled", True)
+        path.touch()
+        mapped(path, 4, resume=True)
+    return path.read_bytes(), *known[1:]
+
+
+def read_again(path, content, settings, kinds):
+    path.write_bytes(content)
+    return finished_map(path, settings, kinds)
+
+
+def test_no_altered_byte_of_a_finished_map_is_accepted(tmp_path, finished):
+    path, (whole, *known) = tmp_path / "map.npz", finished
+    assert read_again(path, whole, *known) is not None
+    for place in range(0, len(whole), 17):
+        altered = bytearray(whole)
+        altered[place] ^= 1 << place % 8
+        assert read_again(path, altered, *known) is None, place
+        assert read_again(path, whole[:place], *known) is None, place
+    assert read_again(path, whole + b"0", *known) is None
+
+
+def sealed(content):
+    return content + hashlib.sha256(content).hexdigest().encode()
+
+
+def test_a_map_that_somebody_else_sealed_is_none(tmp_path, finished):
+    """Its checksum is right; its columns claim other shapes and types, or what no file can hold."""
+    path, (whole, *known) = tmp_path / "map.npz", finished
+    with np.load(io.BytesIO(whole)) as file:
+        members = {f"{key}.npy": npy(file[key]) for key in file.files}
+    other = [with_header(header, members["period.npy"][128:]) for header in HEADERS]
+    other += [npy(np.ones(4)), npy(np.ones((4, 2), dtype=np.int64)), b""]
+    for method in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        for member in other:
+            buffer = io.BytesIO()
+            with zipfile.ZipFile(buffer, "w", method) as archive:
+                for name, content in (members | {"period.npy": member}).items():
+                    archive.writestr(name, content)
+                archive.comment = bytes(64)
+            assert read_again(path, sealed(buffer.getvalue()[:-64]), *known) is None
+
+
+def test_what_is_made_again_is_said(tmp_path, caplog):
+    path = tmp_path / "map.npz"
+    mapped(path, 4)
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(np.float64(0.7).tobytes(), np.float64(0.8).tobytes()))
+    assert path.read_bytes() != whole
+    mapped(path, 4, resume=True)
+    assert path.read_bytes() == whole
+    assert "map.npz: not this map, or altered since; made again" in caplog.text
+
+
+@pytest.mark.usefixtures("small_pieces")
+def test_a_piece_of_another_shape_is_done_again(tmp_path, monkeypatch):
+    path, add = tmp_path / "map.npz", Journal.add
+    mapped(path, 48)
+    whole = path.read_bytes()
+    path.unlink()
+
+    def wrong(journal, number, piece):
+        arrays = unpacked(piece)
+        column, values = [
+            ("period", arrays["period"] * 1.0),
+            ("final_slip", np.ones((15, 2))),
+            ("x", np.ones(16)),
+        ][number]
+        add(journal, number, packed(arrays | {column: values}))
+        if number == 2:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Journal, "add", wrong)
+        with pytest.raises(KeyboardInterrupt):
+            mapped(path, 48)
+    mapped(path, 48, resume=True)
+    assert path.read_bytes() == whole
 
 
 def test_several_load_factors_are_rows_below_each_other(tmp_path):
