@@ -1,4 +1,34 @@
+"""The whole suite is shared among the cores, file by file; no kernel is compiled in two processes at once."""
+
 import hypothesis
+import pytest
+from compiled_once import one_compiler_at_a_time
 
 hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
 hypothesis.settings.load_profile("shakedown")
+
+MOST_WORKERS = 8  # each reads all tests before it runs its share
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config):
+    """All tests run on all cores; what is named on the command line, in this process unless ``-n`` is given."""
+    if hasattr(config, "workerinput") or not config.pluginmanager.hasplugin("xdist"):
+        return
+    everything = config.args_source is config.ArgsSource.TESTPATHS
+    if config.option.numprocesses is None and everything and not config.option.collectonly:
+        config.option.numprocesses = "logical"
+        config.option.maxprocesses = config.option.maxprocesses or MOST_WORKERS
+    if config.option.numprocesses and config.option.dist == "no":
+        config.option.dist = "loadfile"  # fixtures of a module are made once
+        config.option.loadscopereorder = False
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(request, tmp_path_factory):
+    """Workers wait for each other's compiled code and read it, instead of compiling the same at the same time."""
+    if not hasattr(request.config, "workerinput"):
+        yield
+        return
+    with one_compiler_at_a_time(tmp_path_factory.getbasetemp().parent / "compiler.lock"):
+        yield
