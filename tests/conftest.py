@@ -3,6 +3,7 @@
 import hypothesis
 import pytest
 from compiled_once import one_compiler_at_a_time
+from markupsafe import Markup
 
 hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
 hypothesis.settings.load_profile("shakedown")
@@ -32,3 +33,9 @@ def _compiled_once(request, tmp_path_factory):
         return
     with one_compiler_at_a_time(tmp_path_factory.getbasetemp().parent / "compiler.lock"):
         yield
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pictures of pages are prepared but not drawn, which takes most of the time: for tests of a page's words."""
+    monkeypatch.setattr("shakedown.plot.inline_svg.inline", lambda figure, alt: Markup("<svg></svg>"))

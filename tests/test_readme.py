@@ -3,11 +3,10 @@
 import doctest
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command import run
 
 from benchmarks import claims
 
@@ -33,15 +32,9 @@ def commands():
 def test_the_commands_run_one_after_the_other(tmp_path):
     assert len(commands()) >= 5
     for command in commands():
-        words = [
-            sys.executable,
-            "-c",
-            "from shakedown.cli.main import main; main()",
-            *shlex.split(command)[1:],
-        ]
-        done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, (command, done.stderr)
-        assert max(map(len, done.stdout.splitlines())) <= 80, command
+        code, out, err = run(*shlex.split(command)[1:], cwd=tmp_path)
+        assert code == 0, (command, err)
+        assert max(map(len, out.splitlines())) <= 80, command
 
 
 @pytest.mark.parametrize("marker", ["run command", "test command"])

@@ -239,6 +239,7 @@ def test_targets_are_checked_before_the_work(tmp_path, command, target):
 # the report and its JSON -----------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_only_a_reports_own_json_is_replaced(tmp_path):
     words = ("verify", "one-node", "--random", "0", "-o", "r.html")
     (tmp_path / "r.json").write_text('{"mine": 1}')

@@ -66,6 +66,7 @@ def test_verify_has_every_run(tmp_path):
     assert not re.search(r'(src|href)="(?!#|data:image/png)', page), "the page loads something"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_disagreement_is_exit_code_1_and_stands_at_the_top(tmp_path):
     code, out, err = run("verify", "three-node", "-o", "r.html", cwd=tmp_path)
     assert (code, err) == (1, "")

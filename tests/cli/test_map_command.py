@@ -8,12 +8,14 @@ import sys
 import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from command import document, run
 
 import shakedown
+from shakedown import plot
 
 MAP = ["map", "two-node", "--load-factor", "0.7"]
 
@@ -242,7 +244,8 @@ def test_ctrl_c_is_one_line_and_keeps_what_is_done(tmp_path):
     assert "unfinished run is recorded there; resume it, or remove that file" in err
 
 
-def test_a_film_of_a_simulation(tmp_path):
+def test_a_film_of_a_simulation(tmp_path, monkeypatch):
+    monkeypatch.setattr(plot, "animate_reactions", partial(plot.animate_reactions, frames=3))
     path, words = tmp_path / "film.gif", ["simulate", "one-node", "--load-factor", "1", "--animation"]
     code, _, err = run(*words, str(path))
     assert (code, err) == (0, "")

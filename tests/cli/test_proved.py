@@ -53,6 +53,7 @@ def test_bad_states_and_distances_are_one_line(words, message):
     assert err.count("\n") == 1
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("name", "colour", "answer"),
     [

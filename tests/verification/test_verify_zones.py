@@ -67,6 +67,7 @@ def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
     assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_command_and_the_report_name_the_zone(tmp_path):
     words = ("verify", "receding-block", "--random", "0", "--load-factor", "0.1")
     code, out, _ = run(*words, "-o", "r.html", cwd=tmp_path)
