@@ -2,4 +2,6 @@
 
 from pathlib import Path
 
-BLOCK = Path(__file__).parent / "data" / "calculix_9"
+DATA = Path(__file__).parent / "data"
+BLOCK = DATA / "calculix_9"
+RING = DATA / "calculix_ring"  # axisymmetric

@@ -84,6 +84,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
     axes = table.array("axes", int, (2,), required=False) or [1, 2]
     if sorted({1, 2, 3} & set(axes)) != sorted(axes):
         raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
+    _check_axisymmetric(axes, model, table.where)
     labels, from_sets = _labels(table, model)
     gap, points = _gap(table, files)
     area = _areas(table, model, labels)  # before the normals take 'surface'
@@ -111,6 +112,22 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
                 "*TRANSFORM"
             )
     return _with_gap(_placed(contact, sort=from_sets), points, table.where)
+
+
+def _check_axisymmetric(axes: list[int], model: Model, where: str) -> None:
+    """That an axisymmetric model lies where its elements expect it: radius x >= 0, axis y."""
+    if not model.axisymmetric or model.mesh is None:
+        return
+    if axes != [1, 2]:
+        raise ProblemError(
+            f"{where}: key 'axes': expected [1, 2] (radius, axis) of an axisymmetric model, found {axes}"
+        )
+    k = int(np.argmin(model.mesh.coordinates[:, 0]))
+    if model.mesh.coordinates[k, 0] < 0:
+        raise ProblemError(
+            f"{model.mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
+            f"{model.mesh.coordinates[k, 0]:g} at node {model.mesh.labels[k]}"
+        )
 
 
 def _gap(table: Table, files: InputFiles) -> tuple[FloatArray, FloatArray | None]:
@@ -229,9 +246,14 @@ def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[in
 
 def _areas(table: Table, model: Model, labels: NDArray[np.intp]) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
-    thickness = table.number("thickness", 1.0) or 0.0
+    given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
         raise ProblemError(f"{table.where}: key 'thickness': expected a number > 0, found {thickness:g}")
+    if model.axisymmetric and given:
+        raise ProblemError(
+            f"{table.where}: key 'thickness': expected none, because the areas of an axisymmetric model are "
+            f"2 pi r times a length, found {thickness:g}"
+        )
     if model.mesh is None or not model.mesh.elements:
         return None
     surface = table.content.get("surface")

@@ -48,6 +48,8 @@ def load_evidence(
 def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int]) -> float:
     """Largest force that a rigid motion in the plane meets, relative to max |K| and the motion.
 
+    A body of revolution moves along its axis only.
+
     NaN where the mesh does not know the coordinates of every node with rows, or
     the rows are not displacements (multipliers, modes).
     """
@@ -60,12 +62,14 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int
     xyz = mesh.at(stiffness.dofs[moving, 0])[:, [axes[0] - 1, axes[1] - 1]]
     xyz = xyz - xyz.mean(axis=0)
     size = max(float(np.abs(xyz).max()), np.finfo(float).tiny)
-    motions = np.zeros((len(stiffness.dofs), 3))
+    motions = np.zeros((len(stiffness.dofs), 3))  # along the two axes, and turned in their plane
     along = stiffness.dofs[moving, 1] == axes[0]
     rotation = np.where(along, -xyz[:, 1], xyz[:, 0]) / size
     motions[moving] = np.column_stack([along, ~along, rotation])
     turning = np.flatnonzero(stiffness.dofs[:, 1] == 3 + ({1, 2, 3} - set(axes)).pop())
     sign = 1.0 if axes in ((1, 2), (2, 3), (3, 1)) else -1.0
     motions[turning, 2] = sign / size
+    if mesh.axisymmetric:  # moves as a body along its axis only
+        motions = motions[:, 1:2]
     scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < 1e35]).max())
     return float(np.abs(stiffness.K @ motions).max() / scale)

@@ -27,6 +27,7 @@ from shakedown.importing.traces import in_space, load_names, positive_areas, sou
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.readers import Mesh, Stiffness
+from shakedown.readers.circumference import circumference_notes
 from shakedown.shown_values import plain
 
 
@@ -160,6 +161,8 @@ def import_model(
                                    the deck, Nastran's EXTRN or ASET cards
         [matrix]                   which matrix of a Nastran file
         [scale]                    factor on the stiffness (a thickness, a unit)
+        [angle]                    axisymmetric models: degrees of the circumference that the
+                                   matrix stands for, where the deck does not say it
         [allow_sparse]             true: accept a superelement that couples few nodes
         [order], [amplitude]       reactions to unit displacements: "node-by-node" or
                                    "direction-by-direction"; the displacement
@@ -175,7 +178,8 @@ def import_model(
         [tied]                     for reactions: the node tied to each contact node, whose
                                    force CalculiX prints apart
         [x]                        positions for plots, by default from the coordinates
-        [thickness]                of a plane model, for the areas of the nodes; default 1
+        [thickness]                of a plane model, for the areas of the nodes; default 1 (of an
+                                   axisymmetric one the areas are 2 pi r times a length)
         [gap]                      initial gap, negative for interference: a number, a list,
                                    {file, column} or {points = [[x, gap], …]}
 
@@ -235,7 +239,8 @@ def import_model(
         stiffness = stiffness_section(sections["stiffness"], contact, model, files)
     else:
         stiffness = kept.stiffness
-    context = ImportContext(stiffness, contact, model, files, steps)
+    checked = bool(sections["check"].content)
+    context = ImportContext(stiffness, contact, model, files, steps, checked)
     loads = [load_section(table, context) for table in tables]
     if kept is None:
         held = held_rows(sections["supports"], context, loads)
@@ -268,7 +273,13 @@ def import_model(
         rigid_residual=rigid_residual(stiffness, model.mesh, contact.axes),
         loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
         sources=sources,
-        notes=(*reduced.notes, *_relative(contact, model.mesh), *without, *_tension(problem)),
+        notes=(
+            *reduced.notes,
+            *_relative(contact, model.mesh),
+            *circumference_notes(stiffness, model.mesh),
+            *without,
+            *_tension(problem),
+        ),
         path=os.fspath(config_path),
     )
 

@@ -23,6 +23,7 @@ from shakedown.readers import (
     read_reactions,
     read_substructure_load,
 )
+from shakedown.readers.circumference import HOOP
 from shakedown.readers.nastran_op4 import is_op4
 from shakedown.readers.text import read_lines
 
@@ -38,6 +39,7 @@ class ImportContext:
     model: Model
     files: InputFiles
     steps: int | None
+    checked: bool = False  # whether [check] names a run that the reactions of others can rely on
 
     def rows(self, where: str, values: Values) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs."""
@@ -62,6 +64,8 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     displacement = np.zeros(size)
     rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
     displacement[rows] = list((moved or {}).values())
+    if table.has("reactions"):
+        _check_circumference(table, context)
     reactions, clamped = _reactions(table, context.contact, context.files)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
         force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
@@ -150,6 +154,16 @@ def _reactions(
     return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
 
 
+def _check_circumference(table: Table, context: ImportContext) -> None:
+    """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
+    if context.model.axisymmetric and not context.checked:
+        raise ProblemError(
+            f"{table.where}: key 'reactions': expected 'forces' (on the whole circumference) for an "
+            "axisymmetric model, or [check] with a run that moves contact nodes radially, found neither; "
+            f"{HOOP}"
+        )
+
+
 def _run(runs: list[Reactions], step: int | None, where: str) -> Reactions:
     if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
         raise ProblemError(f"{where}: key 'step': expected 1 to {len(runs)}, found {step}")
@@ -205,4 +219,16 @@ def static_run(table: Table, reduced: Condensation, context: ImportContext, stif
                 f"found node {node}, direction {direction}"
             )
         displacement[labels.index(node), contact.axes.index(direction)] = value
-    return reduced.check_against_run(displacement, reactions, what=table.where)
+    if not context.model.axisymmetric:
+        return reduced.check_against_run(displacement, reactions, what=table.where)
+    if not displacement[:, 0].any():
+        raise ProblemError(
+            f"{table.where}: key 'displacements': expected a contact node that moves radially (direction 1), "
+            "because an axisymmetric model is checked, found none"
+        )
+    try:
+        return reduced.check_against_run(displacement, reactions, what=table.where)
+    except ProblemError as error:
+        raise ProblemError(
+            f"{error}; they must be those on the whole circumference of the axisymmetric model ({HOOP})"
+        ) from None

@@ -35,6 +35,11 @@ class Model:
     mesh: Mesh | None = None
     frames: dict[int, FloatArray] = field(default_factory=dict)
 
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether a deck says that the model is a section of a body of revolution."""
+        return self.mesh is not None and self.mesh.axisymmetric
+
     def nodes(self, name: str, where: str) -> NDArray[np.intp]:
         """Labels of a node set or surface.
 

@@ -20,6 +20,7 @@ from shakedown.readers import (
     unit_displacement_stiffness,
 )
 from shakedown.readers.calculix_reactions import Order
+from shakedown.readers.circumference import HOOP, circumference_factor
 from shakedown.readers.nastran_bulk import cards, is_bulk_data
 from shakedown.readers.text import read_lines
 
@@ -37,21 +38,30 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
     name, map_name = str(table.text("file")), table.text("map", required=False)
     matrix, scale = table.text("matrix", required=False), table.number("scale", 1.0) or 0.0
     allow_sparse = table.flag("allow_sparse")
+    angle = table.number("angle")
     order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
     table.done()
     if not scale > 0 or amplitude == 0:
         raise ProblemError(f"{table.where}: expected scale > 0 and an amplitude other than 0")
     found = files.read(name, stiffness_format)
     if found == "reactions":
-        stiffness = files.read(name, lambda path: _unit_displacements(path, contact, str(order), amplitude))
+        stiffness = files.read(
+            name, lambda path: _unit_displacements(path, contact, str(order), amplitude, model.axisymmetric)
+        )
     else:
         stiffness = _matrix(name, map_name or _beside(name, found, files), matrix, model, files)
+    factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
         try:
             check_condensed(stiffness.K, stiffness.dofs[:, 0])
         except ProblemError as error:
             raise ProblemError(f"{files.path(name)}: {error}") from None
-    return replace(stiffness, K=scale * stiffness.K, superelement=stiffness.superelement or allow_sparse)
+    return replace(
+        stiffness,
+        K=scale * factor * stiffness.K,
+        superelement=stiffness.superelement or allow_sparse,
+        circumference=factor,
+    )
 
 
 def _beside(name: str, found: str, files: InputFiles) -> str | None:
@@ -91,8 +101,15 @@ def _frames(path: Path) -> dict[int, FloatArray]:
     return read_grids(path)[1]
 
 
-def _unit_displacements(path: Path, contact: ContactSection, order: str, amplitude: float) -> Stiffness:
+def _unit_displacements(
+    path: Path, contact: ContactSection, order: str, amplitude: float, axisymmetric: bool
+) -> Stiffness:
     tables = read_reactions(path)
+    if axisymmetric and tables[0].by_calculix:
+        raise ProblemError(
+            f"{path}: expected no reactions of an axisymmetric model: {HOOP}; write the matrix "
+            "(*FREQUENCY, SOLVER=MATRIXSTORAGE)"
+        )
     try:
         return unit_displacement_stiffness(
             tables,

@@ -35,8 +35,8 @@ def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[st
         return contact.area, ()
     name = contact.names[int(np.argmin(contact.area))]
     note = (
-        f"no areas of the nodes: the quadratic faces at node {name} give their corners no positive share of "
-        "a pressure, so reactions over areas would be no tractions"
+        f"no areas of the nodes: the quadratic faces at node {name} give it no positive share of a pressure, "
+        "so reactions over areas would be no tractions"
     )
     return None, (note,)
 

@@ -10,7 +10,8 @@ Reading order: ``text`` and ``table`` (lines and columns of numbers), ``stiffnes
 with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig``; with a
 ``row_map`` ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
 ``harwell_boeing``, ``nastran_op4``; ``calculix_reactions`` and ``reactions_table``;
-``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``; ``sniff`` chooses.
+``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;
+``circumference`` (axisymmetric models); ``sniff`` chooses.
 """
 
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix, read_nodal_loads

@@ -9,6 +9,7 @@ from shakedown.readers.stiffness import Stiffness, from_entries
 from shakedown.readers.text import integers, number, quoted, read_lines
 
 NodalLoads = dict[tuple[int, int], float]
+ABAQUS_MATRIX = "Abaqus matrix input"
 
 
 def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
@@ -39,7 +40,7 @@ def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
     if not keys:
         raise ProblemError(f"{os.fspath(path)}: expected matrix entries, found none")
     table = np.array(keys, dtype=np.intp)
-    return from_entries(table[:, :2], table[:, 2:], np.array(values), os.fspath(path), "Abaqus matrix input")
+    return from_entries(table[:, :2], table[:, 2:], np.array(values), os.fspath(path), ABAQUS_MATRIX)
 
 
 def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:

@@ -34,12 +34,15 @@ class Reactions:
         Node labels.
     forces : (n, 3)
         Forces on the body at the nodes [force].
+    by_calculix : bool
+        Whether CalculiX printed them, whose axisymmetric models lack a part of their forces.
     """
 
     node_sets: tuple[str, ...]
     time: float
     nodes: NDArray[np.intp]
     forces: FloatArray
+    by_calculix: bool = False
 
     def at(
         self, nodes: NDArray[np.intp], axes: tuple[int, int], tied: NDArray[np.intp] | None = None
@@ -117,7 +120,7 @@ def _table(node_set: str, time: float, rows: list[list[float]], name: str) -> Re
             "twice at time "
             f"{time:g}"
         )
-    return Reactions((node_set,), time, data[:, 0].astype(np.intp), data[:, 1:])
+    return Reactions((node_set,), time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
 
 
 def _merged(first: Reactions, second: Reactions) -> Reactions:
@@ -126,6 +129,7 @@ def _merged(first: Reactions, second: Reactions) -> Reactions:
         first.time,
         np.concatenate([first.nodes, second.nodes]),
         np.concatenate([first.forces, second.forces]),
+        by_calculix=True,
     )
 
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 from shakedown.readers.deck_sets import Members, relative_displacements, resolved
-from shakedown.readers.mesh import Element, Mesh
-from shakedown.readers.text import integers, number, read_lines
+from shakedown.readers.mesh import ABAQUS, CALCULIX, Element, Mesh
+from shakedown.readers.text import integers, number, quoted, read_lines
 
 _SHAPES = {
     ("solid", 4): ("tetrahedron", 4),
@@ -27,7 +27,8 @@ _SHAPES = {
     ("plane", 4): ("quadrilateral", 4),
     ("plane", 8): ("quadrilateral", 8),
 }
-_TYPE = re.compile(r"(C3D|CPE|CPS|CPEG|CAX)(\d+)")
+_TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d+)")
+_REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _DEEPEST = 8  # files included in one another
 
 _Card = tuple[str, dict[str, str], list[tuple[str, str]]]  # keyword, parameters, (where, line) of its data
@@ -108,7 +109,9 @@ class _Deck:
     name: str
     nodes: dict[int, FloatArray] = field(default_factory=dict)
     elements: dict[int, Element] = field(default_factory=dict)
-    axisymmetric: bool = False
+    revolved: str = ""  # one of the axisymmetric element types
+    flat: str = ""  # one of the other plane or solid ones
+    matrix_by: str = ""
     element_labels: list[int] = field(default_factory=list)  # of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
     element_lists: dict[str, list[Members]] = field(default_factory=dict)
@@ -138,6 +141,10 @@ class _Deck:
                 self._equation(data)
             case "INSTANCE":
                 self._instance(data)
+            case "MATRIX GENERATE" | "MATRIX OUTPUT":
+                self.matrix_by = ABAQUS
+            case _ if parameters.get("SOLVER", "").upper() == "MATRIXSTORAGE":  # of *FREQUENCY or *STATIC
+                self.matrix_by = CALCULIX
 
     def _instance(self, data: list[tuple[str, str]]) -> None:
         self.instances += 1
@@ -165,10 +172,14 @@ class _Deck:
             self.node_lists.setdefault(parameters["NSET"].upper(), []).append((data[0][0], labels, False))
 
     def _elements(self, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
-        match = _TYPE.match(parameters.get("TYPE", "").upper())
+        element_type = parameters.get("TYPE", "").upper()
+        match = _TYPE.match(element_type)
         kind = ("solid" if match[1] == "C3D" else "plane", int(match[2][:3])) if match else ("other", 0)
         shape, count = _SHAPES.get(kind, ("", 0))
-        self.axisymmetric |= match is not None and match[1] == "CAX"
+        if _REVOLVED.match(element_type):
+            self.revolved = element_type
+        elif match:
+            self.flat = element_type
         labels: list[str] = []
         fields: list[str] = []
         for where, text in data:
@@ -230,6 +241,11 @@ class _Deck:
         """The mesh, with all sets resolved."""
         if not self.nodes:
             raise ProblemError(f"{self.name}: expected nodes (*NODE), found none")
+        if self.revolved and self.flat:
+            raise ProblemError(
+                f"{self.name}: expected axisymmetric elements only, or none, found {quoted(self.revolved)} "
+                f"and {quoted(self.flat)}"
+            )
         labels = np.array(list(self.nodes), dtype=np.intp)
         node_sets = resolved(self.node_lists, labels)
         node_sets |= resolved(self.surface_nodes, labels, node_sets)
@@ -248,7 +264,8 @@ class _Deck:
             self.elements,
             frozenset(rotated),
             relative_displacements(self.equations, node_sets),
-            self.axisymmetric,
+            bool(self.revolved),
+            self.matrix_by,
         )
 
     def _faces(

@@ -12,12 +12,13 @@ _TRIANGLE = np.array([[1 / 6, 1 / 6], [2 / 3, 1 / 6], [1 / 6, 2 / 3]]), np.full(
 _SIGNS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
 
 
-def face_shares(points: FloatArray, corners: int) -> FloatArray | None:
+def face_shares(points: FloatArray, corners: int, *, revolved: bool = False) -> FloatArray | None:
     """∫ N_j dA over a face for each of its nodes: what a unit pressure gives it as nodal force.
 
     The sides are taken as straight. Of a face with midside nodes the corners get less than
     the others: 1/6 and 2/3 of an edge, nothing and 1/3 of a triangle, −1/12 and 1/3 of a
-    quadrilateral of eight nodes.
+    quadrilateral of eight nodes. An edge that revolves about the axis x = 0 sweeps 2 π r of area
+    per length.
 
     Parameters
     ----------
@@ -25,11 +26,13 @@ def face_shares(points: FloatArray, corners: int) -> FloatArray | None:
         Nodes of the face, corners in order first, then the nodes between them [length].
     corners
         How many corners: 2 (an edge of a plane element, unit thickness), 3 or 4.
+    revolved
+        Whether the face is an edge of an axisymmetric element.
 
     Returns
     -------
     (k,) or None
-        Areas [length²], of an edge lengths; None where no such face is known.
+        Areas [length²], of an edge that does not revolve lengths; None where no such face is known.
 
     Examples
     --------
@@ -38,7 +41,11 @@ def face_shares(points: FloatArray, corners: int) -> FloatArray | None:
     """
     if len(points) not in (corners, 2 * corners - (corners == 2)) or corners not in (2, 3, 4):
         return None
+    if revolved and corners != 2:
+        return None
     shapes, middle, beside, weight = (_edge, _triangle, _square)[corners - 2](points)
+    if revolved:
+        weight = weight * 2 * np.pi * (points[:2, 0] @ shapes)
     if len(points) > corners:  # each node on a side takes half of itself from both corners
         shapes = shapes - 0.5 * np.stack([middle[list(sides)].sum(axis=0) for sides in beside])
         shapes = np.concatenate([shapes, middle])

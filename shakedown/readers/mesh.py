@@ -31,6 +31,7 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": (*_RING[3], (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": (*_RING[4], (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
+CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
 _IN_PLANE = (
     1e-3  # a normal that leaves the plane by more than this share is not a normal of the plane problem
@@ -61,7 +62,9 @@ class Mesh:
         (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
         difference u₁ − u₂ of two others: the labels of these two.
     axisymmetric : bool
-        Whether some elements are sections of a body of revolution.
+        Whether the elements are sections of a body of revolution about the axis x = 0.
+    matrix_by : str
+        The code whose keywords for writing a matrix the deck has: CalculiX, Abaqus or none.
     """
 
     name: str
@@ -73,6 +76,7 @@ class Mesh:
     rotated: frozenset[int] = frozenset()
     relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     axisymmetric: bool = False
+    matrix_by: str = ""
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -185,14 +189,15 @@ class Mesh:
     ) -> FloatArray | None:
         """Area of the boundary that each node stands for, (n,) [length²]: ∫ N_j dA.
 
-        Of the faces of :meth:`normals`. Edges of plane elements count with the thickness.
+        Of the faces of :meth:`normals`. Edges of plane elements count with the thickness, those of
+        axisymmetric ones with the circumference, 2 π r.
 
         Returns
         -------
         (n,) or None
-            None where a node has no such face, a face has other nodes too or is not of a known
-            kind, or the body is one of revolution. An area is not positive where nodal forces
-            say nothing of the pressure there (corners of quadratic faces).
+            None where a node has no such face, or a face has other nodes too or is not of a known
+            kind. An area is not positive where nodal forces say nothing of the pressure there
+            (corners of quadratic faces).
         """
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         total = dict.fromkeys(wanted, 0.0)
@@ -200,8 +205,8 @@ class Mesh:
         for element, face in self._boundary(set(wanted), surface):
             own = set(self.elements[element][1][: self._count(element)])
             corners = sum(node in own for node in face)
-            shares = face_shares(self.at(face), corners)
-            if shares is None or self.axisymmetric or not total.keys() >= set(face):
+            shares = face_shares(self.at(face), corners, revolved=self.axisymmetric)
+            if shares is None or not total.keys() >= set(face):
                 return None
             for node, share in zip(face, shares * (thickness if corners == 2 else 1.0), strict=True):
                 total[node] += float(share)

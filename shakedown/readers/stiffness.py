@@ -26,12 +26,16 @@ class Stiffness:
         What the file was found to be.
     superelement : bool
         Whether the format says that the matrix is already condensed.
+    circumference : float
+        What the matrix of an axisymmetric model was multiplied by, so that it stands for the
+        whole circumference.
     """
 
     K: sparse.csr_array
     dofs: NDArray[np.intp]
     format: str
     superelement: bool = False
+    circumference: float = 1.0
 
     def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""

@@ -95,4 +95,7 @@ def plate(shape: str = "quadrilateral", **more) -> Mesh:
 def test_areas_of_nodes_come_from_the_faces_between_them():
     assert plate().node_areas([3, 1, 2], thickness=2.0) == pytest.approx([2.0, 1.0, 3.0])
     assert plate().node_areas([1, 3]) is None  # no face between them
-    assert plate(axisymmetric=True).node_areas([1, 2, 3]) is None
+    revolved = plate(axisymmetric=True).node_areas([3, 1, 2])
+    assert revolved == pytest.approx(
+        2 * np.pi * np.array([2 * (1 / 6 + 1), 1 / 6, 1 / 3 + 2 * (1 / 3 + 1 / 2)])
+    )

@@ -1,12 +1,11 @@
 """CalculiX itself, where Debian's calculix-ccx is installed; its shipped output elsewhere (test_fem, test_importing)."""
 
-import os
 import re
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from calculix import ccx, needs_ccx
 from model_files import BLOCK
 
 import shakedown
@@ -14,9 +13,6 @@ from shakedown import ProblemError, condensed_stiffness, import_problem
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.readers import read_stiffness
-
-CCX = shutil.which("ccx")
-needs_ccx = pytest.mark.skipif(CCX is None, reason="ccx (Debian: calculix-ccx) is not installed")
 
 MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc
 *INCLUDE,INPUT=tie.inc
@@ -37,13 +33,6 @@ NC,1,2
 *SUBSTRUCTURE MATRIX OUTPUT,STIFFNESS=YES,OUTPUT FILE=USER DEFINED,FILE NAME=sub
 *END STEP
 """
-
-
-def ccx(folder, job):
-    run = subprocess.run(
-        [CCX, job], cwd=folder, env=os.environ | {"OMP_NUM_THREADS": "1"}, capture_output=True, timeout=60
-    )
-    assert b"Job finished" in run.stdout, run.stdout[-2000:]
 
 
 @pytest.fixture
