@@ -18,6 +18,7 @@ STUDIES: tuple[str, ...] = (
     "block_cycle",
     "bounds",
     "adversary",
+    "calculix_contact",
     "classical_contacts",
     "complete_contact",
     "energy_adversary",

@@ -36,6 +36,7 @@ MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that 
     ("benchmarks.stability", "shakedown.kernels.run"),
     ("benchmarks.stability", "shakedown.model.loading"),
     ("benchmarks.stability", "shakedown.long_term.fixed_steps"),
+    ("benchmarks.calculix_cycles", "shakedown.readers"),
     ("benchmarks.siconos_agreement", "shakedown.kernels.gauss_seidel"),
     ("benchmarks.evolution", "shakedown.long_term.fixed_steps"),
     ("benchmarks.enumeration", "shakedown.enumeration.intersection"),
