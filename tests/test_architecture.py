@@ -16,7 +16,7 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 # on the ground belong together.
 FLOORS = (
     {"visible_text", "shown_values", "errors", "tolerances"},
-    {"model"},
+    {"model", "interior"},
     {"programs", "kernels", "files", "condensation", "uniqueness"},
     {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem", "settling", "campaign"},
     {"long_term", "importing", "universal"},

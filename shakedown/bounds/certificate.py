@@ -124,7 +124,7 @@ def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> 
 
 
 def certified_lower(
-    problem: Problem, outcomes: list[Solution], first: int, tolerances: Tolerances
+    problem: Problem, outcomes: dict[int, Solution], first: int, tolerances: Tolerances
 ) -> tuple[int, Certificate | NoCertificate]:
     """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
 

@@ -16,6 +16,7 @@ from shakedown.bounds.certificate import (
 )
 from shakedown.bounds.collapse_programs import (
     collapse_excess,
+    collapse_limits,
     collapse_values,
     collapses,
     first_to_collapse,
@@ -56,10 +57,9 @@ class LowerBound(Result):
     slip : (n,)
         The witness [length]: an initial state that leads to cyclic slip of ``node``
         above λ_1 in nearly every case; NaN unless optimal.
-    per_node : (n,)
-        The load factor at which each node collapses, to the accuracy of the solver
-        (1e-10); inf where it never does; NaN where infeasible, and where it was not
-        computed because another node collapses at λ = 0.
+    collapse_limits : (n,)
+        Load factors that each node is proved not to collapse below, in floats; 0 where nothing is
+        known, inf where it never collapses, NaN where infeasible.
     active
         (node, side) of the rows that determine the witness.
     multipliers : (2n,)
@@ -93,7 +93,7 @@ class LowerBound(Result):
     load_factor: float
     node: int
     slip: FloatArray
-    per_node: FloatArray
+    collapse_limits: FloatArray
     active: tuple[tuple[int, int], ...]
     multipliers: FloatArray
     residual: float
@@ -110,6 +110,20 @@ class LowerBound(Result):
         if self.status == Status.INFEASIBLE:
             return GuaranteeStatus("evidence", UNSAFE_MEAN, nan, nan, nan)
         return guarantee_status(self.problem, self.load_factor, tolerances=self.tolerances)
+
+    @cached_property
+    def per_node(self) -> FloatArray:
+        """The load factor at which each node collapses (n,); solves a program for each when first read.
+
+        To the accuracy of the solver (1e-10); inf where a node never collapses, NaN where infeasible.
+        """
+        if self.node < 0:
+            return self.collapse_limits
+        rows = constraints(self.problem)
+        program = load_factor_program(rows, towards=+1.0, tolerances=self.tolerances)
+        values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
+        values[self.node] = self.load_factor
+        return values
 
     @property
     def guarantee(self) -> str:
@@ -210,7 +224,8 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
     if not mean_load_is_safe(problem, rows, program, certify, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
-    outcomes = collapses(rows, program, all_nodes=certify)
+    limits = collapse_limits(rows)
+    outcomes = collapses(rows, program, limits, all_nodes=certify)
     node = first_to_collapse(outcomes)
     found: Certificate | NoCertificate = NoCertificate("")
     if certify:
@@ -221,7 +236,9 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
         if upper.status == Status.OPTIMAL:
             return _vanishing(problem, upper, tolerances)
         return _without_collapse(problem, Status.UNBOUNDED, inf, tolerances)
-    answer = _collapse(problem, node, outcomes, found, tolerances)
+    answer = replace(
+        _collapse(problem, node, outcomes, found, tolerances), collapse_limits=limits.load_factors
+    )
     # Where the witness satisfies every row, λ_max is no smaller; so it is where something holds the body.
     safe = rows.relative_excess(answer.slip, answer.load_factor).max() <= tolerances.feasibility
     if rows.pinned and not safe:
@@ -234,7 +251,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
 def _collapse(
     problem: Problem,
     node: int,
-    outcomes: list[Solution],
+    outcomes: dict[int, Solution],
     found: Certificate | NoCertificate,
     tolerances: Tolerances,
 ) -> LowerBound:
@@ -246,27 +263,21 @@ def _collapse(
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
     else:
         assert vertex is not None
-        x, y, active, certified = (
-            np.append(rows.slips(vertex.x[:-1]), vertex.x[-1]),
-            vertex.multipliers,
-            outcomes[node].active,
-            None,
-        )
-    per_node = np.append(collapse_values(outcomes), np.full(rows.n - len(outcomes), nan))
-    per_node[node] = x[-1]
+        x = np.append(rows.slips(vertex.x[:-1]), vertex.x[-1])
+        y, active, certified = vertex.multipliers, outcomes[node].active, None
     return LowerBound(
         problem=problem,
         status=Status.OPTIMAL,
         load_factor=float(x[-1]),
         node=node,
         slip=x[:-1],
-        per_node=per_node,
+        collapse_limits=np.zeros(rows.n),
         active=rows_named(rows, active),
         multipliers=y,
         residual=collapse_excess(rows, node, x),
         certified=certified,
         uncertified=found.reason if isinstance(found, NoCertificate) else "",
-        reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes),
+        reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes.values()),
         tolerances=tolerances,
         pinned=rows.pinned,
     )
@@ -276,7 +287,7 @@ def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> L
     """The answer where no safe slip is left at λ_max, and no node has lost its range of slips before."""
     return replace(
         _without_collapse(problem, Status.OPTIMAL, upper.load_factor, tolerances),
-        per_node=np.full(problem.n, inf),
+        collapse_limits=np.full(problem.n, inf),
         active=upper.active,
         multipliers=upper.multipliers,
         residual=upper.residual,
@@ -296,7 +307,7 @@ def _without_collapse(
         load_factor=load_factor,
         node=-1,
         slip=np.full(problem.n, nan),
-        per_node=np.full(problem.n, load_factor),
+        collapse_limits=np.full(problem.n, load_factor),
         active=(),
         multipliers=np.zeros(2 * problem.n),
         residual=nan,

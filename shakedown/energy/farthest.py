@@ -16,6 +16,7 @@ FIRST_ROWS = (
     40  # with these, and half as many as there are nodes, most programs are solved in one or two rounds
 )
 NEWTON_STEPS = 5
+SHARP = 1e-10  # what may be left between λ and what its multipliers prove, relatively
 PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively
 ROUND_OFF = 32 * np.finfo(float).eps
 SINGULAR = 1e-6  # relative singular value of a Newton system that the cone solver cannot tell from zero
@@ -45,6 +46,16 @@ class Farthest:
 
 
 def farthest(rows: ConeRows, tolerances: Tolerances) -> Farthest:
+    """Maximise λ: by dense interior points and, where that does not come out sharp, by Clarabel's."""
+    found = _farthest(rows, tolerances, dense=True)
+    if found.status == Status.OPTIMAL and _open(rows, found) > SHARP * abs(found.load_factor):
+        other = _farthest(rows, tolerances, dense=False)
+        if other.status != Status.OPTIMAL or _open(rows, other) < _open(rows, found):
+            return other
+    return found
+
+
+def _farthest(rows: ConeRows, tolerances: Tolerances, dense: bool) -> Farthest:
     """Maximise λ. Rows are added to the program as they turn out to be violated.
 
     The solution is a combination of the rows that carry a multiplier, so k rows
@@ -53,7 +64,7 @@ def farthest(rows: ConeRows, tolerances: Tolerances) -> Farthest:
     chosen = _first_rows(rows)
     while True:  # ends: every round takes further rows, and there are finitely many
         part = rows.among(chosen)
-        found = _solved(part)
+        found = _solved(part, dense)
         if found.status != Status.OPTIMAL and len(chosen) < len(rows.d):
             if found.status == Status.INFEASIBLE:
                 return _among_all(found, chosen, rows)
@@ -82,7 +93,7 @@ def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
     return np.sort(np.append(kept, count - 1))
 
 
-def _solved(rows: ConeRows) -> Farthest:
+def _solved(rows: ConeRows, dense: bool) -> Farthest:
     """The program of a few rows, in the space of y that they span."""
     basis = _span(rows.H)
     rank = basis.shape[1]
@@ -94,7 +105,7 @@ def _solved(rows: ConeRows) -> Farthest:
         rank,
         rows.offset,
     )
-    found = program.solve()
+    found = program.solve(dense)
     y = basis @ found.x[:rank]
     return Farthest(found.status, y, float(found.x[-1]), found.multipliers)
 

@@ -1,22 +1,24 @@
 """Small dense linear programs: dimensionless inside, solved by HiGHS, exact to round-off."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import highspy
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.errors import SolverError
+from shakedown.interior.dense_programs import meeting_rows
 from shakedown.model.problem import FloatArray
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import equilibration, power_of_two, typical_size
-from shakedown.programs.vertex import End, Vertex, polished
+from shakedown.programs.vertex import End, Vertex, cleaned, polished, sharpened, violation
 from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
 PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
+DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
 _BASIC = highspy.HighsBasisStatus.kBasic
@@ -33,6 +35,9 @@ _OPTIONS: dict[str, bool | int | float | str] = {
     "dual_feasibility_tolerance": TOLERANCE,
     "small_matrix_value": 1e-12,
 }
+
+
+Meeting = tuple[NDArray[np.intp], NDArray[np.intp]]  # rows that meet, the columns that they determine
 
 
 @dataclass(frozen=True)
@@ -52,24 +57,27 @@ class Solution:
     status: Status
     value: float
     reduced_accuracy: bool
-    _basis: highspy.HighsBasis = field(repr=False)
-    _end: End | None = field(repr=False)
-    _cancellation: float = field(repr=False)
+    _met: Callable[[], Meeting] = field(repr=False)
+    _sharp: Callable[[Meeting], Vertex | None] = field(repr=False)
+
+    @cached_property
+    def _meeting(self) -> Meeting:
+        return self._met()
 
     @cached_property
     def active(self) -> NDArray[np.intp]:
         """The rows held as equalities at the end, (K,)."""
-        return np.flatnonzero([status != _BASIC for status in self._basis.row_status])
+        return self._meeting[0]
 
     @cached_property
     def free(self) -> NDArray[np.intp]:
         """The columns that they determine, (K,); every other column is at a bound, or zero."""
-        return np.flatnonzero([status == _BASIC for status in self._basis.col_status])
+        return self._meeting[1]
 
     @cached_property
     def vertex(self) -> Vertex | None:
         """The optimal vertex, solved again from its active rows when first asked for; or None."""
-        return None if self._end is None else polished(self._end, self.active, self.free, self._cancellation)
+        return self._sharp(self._meeting)
 
 
 class LinearProgram:
@@ -122,7 +130,15 @@ class LinearProgram:
         self.lower, self.upper = self._scaled(lower), self._scaled(upper)
         unit = self.column_scale * self.size
         self.columns = column_lower / unit, column_upper / unit
-        self._highs = _highs(self.matrix, self.cost, self.lower, self.upper, *self.columns)
+
+    @cached_property
+    def _highs(self) -> highspy.Highs:
+        """The solver; made when first asked, for where the active rows are known none is needed."""
+        return _highs(self.matrix, self.cost, self.lower, self.upper, *self.columns)
+
+    def _told(self) -> highspy.Highs | None:
+        """The solver where it has been made already, and must be told of changes."""
+        return self.__dict__.get("_highs")
 
     def _scaled(self, bounds: FloatArray, rows: NDArray[np.intp] | slice = slice(None)) -> FloatArray:
         return bounds * self.row_scale[rows] / self.size
@@ -135,20 +151,23 @@ class LinearProgram:
     def set_cost(self, cost: FloatArray) -> None:
         """Change what is minimised; the basis stays, and with it the feasible vertex."""
         self.cost, self.cost_scale = self._scaled_cost(cost)
-        self._highs.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), self.cost)
+        if highs := self._told():
+            highs.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), self.cost)
 
     def set_rows(self, rows: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
         """Change the bounds of some rows; the basis stays."""
         self.lower[rows], self.upper[rows] = self._scaled(lower, rows), self._scaled(upper, rows)
-        for i in rows:
-            self._highs.changeRowBounds(int(i), self.lower[i], self.upper[i])
+        if highs := self._told():
+            for i in rows:
+                highs.changeRowBounds(int(i), self.lower[i], self.upper[i])
 
     def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
         """Change the bounds of some columns; the basis stays."""
         unit = self.column_scale[columns] * self.size
         self.columns[0][columns], self.columns[1][columns] = lower / unit, upper / unit
-        for j in columns:
-            self._highs.changeColBounds(int(j), self.columns[0][j], self.columns[1][j])
+        if highs := self._told():
+            for j in columns:
+                highs.changeColBounds(int(j), self.columns[0][j], self.columns[1][j])
 
     def solve(self) -> Solution:
         """Solve from the current basis.
@@ -158,6 +177,9 @@ class LinearProgram:
         SolverError
             If HiGHS ends without an answer, also from scratch, by the dual method and at loosened tolerances.
         """
+        found = self._dense()
+        if found is not None:
+            return found
         attempts: tuple[Callable[[], Status | None], ...] = (
             self._warm,
             self._cold,
@@ -171,19 +193,76 @@ class LinearProgram:
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        value, end = np.nan, None
-        if status == Status.OPTIMAL:
-            solution = self._highs.getSolution()
-            x, y = np.array(solution.col_value), np.array(solution.row_dual)
-            value = float(self.cost @ x) * self.size / self.cost_scale
-            rows, columns = (
-                (self.lower.copy(), self.upper.copy()),
-                (self.columns[0].copy(), self.columns[1].copy()),
-            )
-            units = self.column_scale * self.size, self.row_scale / self.cost_scale
-            end = End(self.matrix, self.cost, x, y, rows, columns, *units)
         loosened, basis = attempt == self._loosened, self._highs.getBasis()
-        return Solution(status, value, loosened, basis, end, self.cancellation)
+        if status != Status.OPTIMAL:
+            return Solution(status, np.nan, loosened, lambda: _basic(basis), lambda _: None)
+        solution = self._highs.getSolution()
+        end = self._end(np.array(solution.col_value), np.array(solution.row_dual))
+        sharp = partial(_polished, end, self.cancellation)
+        return Solution(status, self._value(end.x), loosened, lambda: _basic(basis), sharp)
+
+    def at(self, active: NDArray[np.intp], fixed: Iterable[int] = ()) -> Solution | None:
+        """The vertex in which these rows meet, if it is optimal to the solver's tolerances.
+
+        No solver is asked. Columns that are ``fixed``, and those without an entry, are at a bound, or
+        zero where they have none; there must be as many rows as other columns. None where they have
+        no vertex, where it breaks another row or bound, or where a multiplier has the wrong sign.
+        """
+        held: NDArray[np.bool_] = np.asarray(~self.matrix.any(axis=0))
+        held[list(fixed)] = True
+        idle, free = np.flatnonzero(held), np.flatnonzero(~held)
+        x = np.zeros(len(held))
+        low, high = self.columns[0][idle] > -INF, self.columns[1][idle] < INF
+        x[idle] = np.select([low, high], [self.columns[0][idle], self.columns[1][idle]])
+        end = self._end(x, np.zeros(len(self.matrix)))
+        try:
+            x, y = sharpened(end, active, free)
+        except np.linalg.LinAlgError:
+            return None
+        rest = (self.cost - y @ self.matrix)[idle]
+        wrong = (
+            np.where(self.upper < INF, y, -y).max(initial=0.0),  # what a limit does is to push back
+            np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
+            violation(end, x),
+        )
+        if not np.max(wrong) <= TOLERANCE:  # nor is NaN a vertex
+            return None
+        vertex, meeting = cleaned(end, x, y, self.cancellation), (active, free)
+        return Solution(Status.OPTIMAL, self._value(x), False, lambda: meeting, lambda _: vertex)
+
+    def _dense(self) -> Solution | None:
+        """The vertex that dense interior points lead to, where that is quicker than the first simplex."""
+        if self._told() is not None or self.matrix.shape[1] < DENSE_FROM:
+            return None
+        rows, columns = self.matrix.shape
+        bounds = np.eye(columns)
+        parts = (
+            (self.matrix, self.upper, np.arange(rows)),
+            (-self.matrix, -self.lower, np.arange(rows)),
+            (bounds, self.columns[1], -1 - np.arange(columns)),
+            (-bounds, -self.columns[0], -1 - np.arange(columns)),
+        )
+        kept = [right < INF for _, right, _ in parts]
+        matrix, right, names = (
+            np.concatenate([part[k][chosen] for part, chosen in zip(parts, kept, strict=True)])
+            for k in range(3)
+        )
+        found = meeting_rows(matrix, right, self.cost)
+        if found is None:
+            return None
+        named = names[found]
+        return self.at(np.sort(named[named >= 0]), -1 - named[named < 0])
+
+    def _end(self, x: FloatArray, y: FloatArray) -> End:
+        rows, columns = (
+            (self.lower.copy(), self.upper.copy()),
+            (self.columns[0].copy(), self.columns[1].copy()),
+        )
+        units = self.column_scale * self.size, self.row_scale / self.cost_scale
+        return End(self.matrix, self.cost, x, y, rows, columns, *units)
+
+    def _value(self, x: FloatArray) -> float:
+        return float(self.cost @ x) * self.size / self.cost_scale
 
     def _warm(self) -> Status | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
@@ -217,6 +296,16 @@ _STATUSES = {
     highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE,
     highspy.HighsModelStatus.kUnbounded: Status.UNBOUNDED,
 }
+
+
+def _polished(end: End, cancellation: float, meeting: Meeting) -> Vertex:
+    return polished(end, *meeting, cancellation)
+
+
+def _basic(basis: highspy.HighsBasis) -> Meeting:
+    """Of a basis of the solver: the rows that are not in it, the columns that are."""
+    rows = np.flatnonzero([status != _BASIC for status in basis.row_status])
+    return rows, np.flatnonzero([status == _BASIC for status in basis.col_status])
 
 
 @cache

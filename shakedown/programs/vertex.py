@@ -55,32 +55,47 @@ class End(NamedTuple):
 
 def polished(end: End, active: NDArray[np.intp], free: NDArray[np.intp], cancellation: float) -> Vertex:
     """Solve the active rows as equalities; keep what violates the rows less."""
-    matrix, x, y, (lower, upper) = end.matrix, end.x, end.y, end.rows
-    square = matrix[np.ix_(active, free)]
+    x, y = end.x, end.y
+    try:
+        sharp_x, sharp_y = sharpened(end, active, free)
+    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
+        pass
+    else:
+        if violation(end, sharp_x) <= max(violation(end, x), 16 * np.finfo(float).eps):
+            x = sharp_x
+        if np.all(np.isfinite(sharp_y)):
+            y = sharp_y
+    return cleaned(end, x, y, cancellation)
+
+
+def sharpened(end: End, active: NDArray[np.intp], free: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    """x and y from the active rows as equalities, the columns that are not free as they are.
+
+    Raises ``LinAlgError`` where these rows do not meet in one point.
+    """
+    matrix, x, (lower, upper) = end.matrix, end.x.copy(), end.rows
+    square, y = matrix[np.ix_(active, free)], np.zeros_like(end.y)
     value = matrix[active] @ x
     at_upper = np.abs(upper[active] - value) <= np.abs(value - lower[active])
     target = np.where(at_upper, upper[active], lower[active])
     fixed = np.ones(len(x), dtype=bool)
     fixed[free] = False
-    try:
-        sharp_x, sharp_y = x.copy(), np.zeros_like(y)
-        inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
-        sharp_x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
-        sharp_y[active] = refined(inverse.T, square.T, end.cost[free])
-    except np.linalg.LinAlgError:  # HiGHS left a singular basis: its own values are all there is
-        pass
-    else:
-        if _violation(end, sharp_x) <= max(_violation(end, x), 16 * np.finfo(float).eps):
-            x = sharp_x
-        if np.all(np.isfinite(sharp_y)):
-            y = sharp_y
+    inverse: FloatArray = np.asarray(np.linalg.inv(square), dtype=float)
+    x[free] = refined(inverse, square, target - matrix[np.ix_(active, fixed)] @ x[fixed])
+    y[active] = refined(inverse.T, square.T, end.cost[free])
+    return x, y
+
+
+def cleaned(end: End, x: FloatArray, y: FloatArray, cancellation: float) -> Vertex:
+    """Values and multipliers in the units of the user, without what round-off leaves of zeros."""
     bounds = np.abs(np.stack(end.rows))
     largest = np.where(bounds < UNLIMITED, bounds, 0.0).max(axis=0)
-    x = np.clip(without_round_off(matrix, x, largest, cancellation), *end.columns)
+    x = np.clip(without_round_off(end.matrix, x, largest, cancellation), *end.columns)
     return Vertex(x=x * end.x_unit, multipliers=y * end.y_unit)
 
 
-def _violation(end: End, x: FloatArray) -> float:
+def violation(end: End, x: FloatArray) -> float:
+    """By how much x breaks a row or a bound at most, in the equilibrated units; NaN where x is none."""
     value = end.matrix @ x
     excess = np.maximum(value - end.rows[1], end.rows[0] - value).max(initial=0.0)
     lower, upper = end.columns

@@ -36,7 +36,7 @@ def second_road(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerance
 
 def nodes_asked(lower: LowerBound) -> list[int]:
     """The nodes that are asked on the second road, the first to collapse foremost."""
-    order = np.argsort(lower.per_node, kind="stable").tolist()  # where not computed: at the end
+    order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # where nothing is known: foremost
     if lower.node in order:
         order.remove(lower.node)
         order.insert(0, lower.node)

@@ -1,0 +1,8 @@
+"""Interior points for dense programs: no solver's overhead, one product of matrices an iteration.
+
+``symmetric_cone`` (the positive orthant, with one second-order cone or without),
+``predictor_corrector`` (the method of Mehrotra, with the scaling of Nesterov and Todd),
+``dense_programs`` (programs in any units: rows that meet in a vertex, the optimum over a cone).
+What it finds is a start: rows that meet in the optimum, multipliers to be sharpened. The wings
+above check it, as they check what a solver says.
+"""

@@ -1,0 +1,70 @@
+"""The roads to the vertex of a linear program: the rows that meet, dense interior points, HiGHS."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import chain, joint
+from shakedown.model.constraints import constraints
+from shakedown.programs import linear_program
+from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.row_programs import load_factor_program
+
+
+def square(cost, upper=(1.0, 1.0)):
+    """x ≤ upper, x ≥ −1 as columns' bounds."""
+    return LinearProgram(
+        np.eye(2),
+        cost=np.array(cost),
+        lower=np.full(2, -INF),
+        upper=np.array(upper),
+        column_lower=np.full(2, -1.0),
+        column_upper=np.full(2, INF),
+    )
+
+
+def test_a_vertex_is_taken_only_where_it_is_optimal():
+    both = np.arange(2)
+    assert square((-1.0, -2.0)).at(both).vertex.x == pytest.approx([1.0, 1.0])
+    assert square((-1.0, 2.0)).at(both) is None  # a multiplier of the wrong sign
+    assert square((-1.0, 2.0)).at(np.array([0]), fixed=[1]).vertex.x == pytest.approx([1.0, -1.0])
+    assert square((-1.0, -2.0)).at(np.array([0]), fixed=[1]) is None  # the bound would have to pull
+    assert square((-1.0, -2.0), upper=(1.0, -3.0)).at(both) is None  # below its bound
+    assert square((-1.0, -2.0)).at(np.array([0, 0])) is None  # meets nowhere
+
+
+def test_bounds_changed_before_the_solver_is_made_count():
+    program = square((-1.0, -2.0))
+    program.set_rows(np.array([1]), np.array([-INF]), np.array([0.25]))
+    program.set_columns(np.array([0]), np.array([-1.0]), np.array([0.5]))
+    program.set_cost(np.array([-2.0, -1.0]))
+    assert program.solve().vertex.x == pytest.approx([0.5, 0.25])
+    program.set_rows(np.array([1]), np.array([-INF]), np.array([0.75]))
+    assert program.solve().vertex.x == pytest.approx([0.5, 0.75])
+
+
+@pytest.mark.parametrize("problem", [joint(n=30, seed=1), joint(n=90), chain(90)], ids=["30", "90", "chain"])
+def test_both_roads_lead_to_one_upper_bound(problem, monkeypatch):
+    ends = []
+    for dense_from in (2, 10**6):
+        monkeypatch.setattr(linear_program, "DENSE_FROM", dense_from)
+        ends.append(load_factor_program(constraints(problem), towards=-1.0).solve())
+    dense, simplex = ends
+    assert dense.vertex.x[-1] == pytest.approx(simplex.vertex.x[-1], rel=1e-12)
+    assert not dense.reduced_accuracy
+
+
+def test_an_upper_bound_that_does_not_exist_is_left_to_the_simplex(monkeypatch):
+    monkeypatch.setattr(linear_program, "DENSE_FROM", 2)
+    for changes, status in (({"p_w": -1.0}, "infeasible"), ({"q_w": 0.0}, "unbounded")):
+        problem = joint(n=8)
+        arrays = {key: np.full_like(getattr(problem, key), value) for key, value in changes.items()}
+        changed = shakedown.Problem(
+            **{"A": problem.A, "B": problem.B, "f": problem.f, "q_w": problem.q_w, "p_w": problem.p_w}
+            | arrays
+        )
+        if status == "unbounded":
+            changed = shakedown.Problem(
+                A=problem.A, B=problem.B, f=problem.f, q_w=arrays["q_w"], p_w=np.full_like(problem.p_w, 4.0)
+            )
+        assert shakedown.upper_bound(changed, certify=False).status == status
