@@ -24,6 +24,7 @@ STUDIES: tuple[str, ...] = (
     "energy_adversary",
     "energy_bounds",
     "evolution",
+    "floating_joints",
     "growth",
     "initial_states",
     "long_term",

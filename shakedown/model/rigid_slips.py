@@ -158,8 +158,8 @@ def _clearly_held(A: FloatArray) -> bool:
 
 def _doubt(softest: float) -> str:
     return (
-        f"a slip that keeps all nodes closed meets {softest:.0e} of the stiffness, too little to be a support "
-        f"and too much to be round-off: give stiffness_accuracy"
+        f"a slip that keeps all nodes closed meets {softest:.0e} of the stiffness, too little to be a "
+        "support and too much to be round-off: give stiffness_accuracy"
     )
 
 

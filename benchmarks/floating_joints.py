@@ -1,0 +1,362 @@
+"""Joints that friction alone holds: both bounds against HiGHS, against the rational truth, and in other forms.
+
+Random joints are made in fractions, with rigid slips that change exactly nothing, and then rounded: what the
+toolkit sees resists these slips by round-off. Elastic blocks on friction alone come from their meshes. Both
+bounds are held against one HiGHS program each with other slips pinned than the toolkit pins, against the optimum
+of the fractions before they were rounded, and against copies in other units, orders and scales.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+
+import highspy
+import numpy as np
+from flint import fmpq, fmpq_mat
+
+import shakedown
+from benchmarks.problems import in_units
+from shakedown import Problem
+from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.report.text_table import table
+
+TITLE = "Floating joints: bounds against HiGHS, the rational truth, other units, orders and scales"
+EACH = 20  # joints per row
+AGREES = 1e-8  # relative, with HiGHS
+EPS = np.finfo(float).eps
+LOAD_STEPS = 6
+
+
+@dataclass(frozen=True)
+class RationalJoint:
+    """A joint in fractions: A Z = 0 and B Z = 0 without any error."""
+
+    A: fmpq_mat
+    B: fmpq_mat
+    C: fmpq_mat
+    Z: np.ndarray
+    f: fmpq
+    q: np.ndarray
+    p: np.ndarray
+
+    @property
+    def rounded(self) -> Problem:
+        """As the toolkit gets it."""
+        A, B, C = (_floats(matrix) for matrix in (self.A, self.B, self.C))
+        return Problem(A=A, B=B, C=C, f=float(self.f.p) / float(self.f.q), q_w=self.q, p_w=self.p)
+
+    def rows(self) -> tuple[list[list[fmpq]], list[fmpq]]:
+        """[G | d] and g of the 2n extremal rows, exactly."""
+        n, f = self.A.nrows(), self.f
+        q, p = ([[fmpq(int(x)) for x in row] for row in part] for part in (self.q, self.p))
+        mean = [[sum((row[j] for row in part), fmpq(0)) / len(part) for j in range(n)] for part in (q, p)]
+        matrix, right = [], []
+        for j in range(n):
+            for side in (1, -1):
+                steps = [
+                    side * (a[j] - mean[0][j]) - f * (b[j] - mean[1][j]) for a, b in zip(q, p, strict=True)
+                ]
+                matrix.append([side * self.A[j, i] - f * self.B[j, i] for i in range(n)] + [max(steps)])
+                right.append(f * mean[1][j] - side * mean[0][j])
+        return matrix, right
+
+
+def rational_joint(seed: int, n: int, free: int) -> RationalJoint:
+    """A random joint with so many rigid slips, in fractions."""
+    rng = np.random.default_rng([seed, n, free])
+    Z = np.ones((n, free), dtype=int)
+    while free and np.linalg.matrix_rank(Z) < free or (Z == 1).all():
+        Z = rng.integers(-3, 4, (n, free))
+        Z[:, 0] = np.where(rng.random() < 0.5, 1, Z[:, 0] + (Z[:, 0] == 0))
+        if free == 1 and (Z == 1).all():
+            break
+    exact_Z = _exact(Z)
+    project = (
+        _exact(np.eye(n, dtype=int)) - exact_Z * (exact_Z.transpose() * exact_Z).inv() * exact_Z.transpose()
+    )
+    root = rng.integers(-5, 6, (2 * n, 2 * n + 2))
+    kappa = root @ root.T
+    A = project * _exact(kappa[:n, :n]) * project
+    B = _exact(kappa[n:, :n]) * project * fmpq(1, int(rng.choice([1, 2, 4, 8])))
+    own, coupled = np.diag(_floats(A)), np.abs(np.diag(_floats(B)))
+    critical = float(np.min(own / np.maximum(coupled, 1e-9)))
+    f = fmpq(max(int(64 * min(0.8, rng.uniform(0.2, 0.8) * critical)), 1), 64)
+    q, p = rng.integers(-500, 501, (LOAD_STEPS, n)), 4000 + rng.integers(-400, 401, (LOAD_STEPS, n))
+    return RationalJoint(A, B, _exact(kappa[n:, n:]), Z, f, q.astype(float), p.astype(float))
+
+
+def _exact(array: np.ndarray) -> fmpq_mat:
+    return fmpq_mat([[fmpq(int(x)) for x in row] for row in array])
+
+
+def _floats(matrix: fmpq_mat) -> np.ndarray:
+    return np.array([[float(int(x.p)) / float(int(x.q)) for x in row] for row in matrix.tolist()])
+
+
+def floating_block(seed: int) -> Problem:
+    """An elastic block that lies on a plane, pressed and sheared, of random shape, material and loads."""
+    rng = np.random.default_rng([7, seed])
+    steps = 12
+    turn = 2 * np.pi * (np.arange(steps) / steps)
+    body = ElasticBody(
+        block_mesh(
+            float(rng.uniform(1, 4)),
+            float(rng.uniform(0.5, 2)),
+            int(rng.integers(2, 9)),
+            int(rng.integers(1, 5)),
+        ),
+        Material(float(rng.choice([1.0, 200e3])), float(rng.uniform(0.0, 0.4))),
+        loads=[
+            Pressure(
+                "top",
+                float(rng.uniform(5, 20)),
+                history=1 + rng.uniform(0, 0.5) * np.sin(turn + rng.uniform(0, 6)),
+            ),
+            Traction("top", (1.0, 0.0), history=np.cos(turn)),
+            Traction("right", (float(rng.uniform(0, 1)), float(rng.uniform(-1, 1))), history=np.sin(turn)),
+        ],
+    )
+    return contact_problem(body, "bottom", float(rng.uniform(0.1, 0.8)), steps=steps)
+
+
+def other_pins(Z: np.ndarray, pinned: tuple[int, ...]) -> list[int]:
+    """Nodes that hold the rigid slips as well, of those that are not pinned as far as there are any."""
+    order = [*(i for i in reversed(range(len(Z))) if i not in pinned), *pinned]
+    chosen: list[int] = []
+    for node in order:
+        if np.linalg.matrix_rank(Z[[*chosen, node]]) > len(chosen):
+            chosen.append(node)
+    return chosen
+
+
+class PinnedPrograms:
+    """The programs of both bounds by HiGHS, as it comes, with some slips left out, in units of the rows."""
+
+    def __init__(self, problem: Problem, pins: list[int]) -> None:
+        rows = shakedown.constraints(problem)
+        self.node, self.kept = rows.node, [i for i in range(rows.n) if i not in pins]
+        matrix = np.column_stack([rows.G[:, self.kept], rows.d])
+        self.size = np.abs(matrix[:, :-1]).max(axis=1)
+        matrix = matrix / self.size[:, None]
+        self.load = float(np.abs(rows.g / self.size).max()) or 1.0
+        self.matrix, self.right = (
+            matrix * np.append(np.ones(len(self.kept)), 1 / self._unit(matrix)),
+            rows.g / self.size,
+        )
+        self.unit = self._unit(matrix)
+
+    @staticmethod
+    def _unit(matrix: np.ndarray) -> float:
+        return float(np.abs(matrix[:, -1]).max()) or 1.0
+
+    def solve(self, towards: float, reversed_node: int = -1) -> tuple[float, np.ndarray, list[int]]:
+        """Load factor (inf unbounded, NaN infeasible), slips, and the active rows; −λ ≤ 0 is the last row."""
+        sign = np.where(self.node == reversed_node, -1.0, 1.0)
+        count = self.matrix.shape[1]
+        bound = np.zeros(count)
+        bound[-1] = -1.0
+        matrix = np.vstack([self.matrix * sign[:, None], bound])
+        solver = highspy.Highs()
+        solver.setOptionValue("output_flag", False)
+        for side in ("primal", "dual"):
+            solver.setOptionValue(f"{side}_feasibility_tolerance", 1e-10)
+        limits = np.append(self.right * sign / self.load, 0.0)
+        cost = np.zeros(count)
+        cost[-1] = towards
+        for j in range(count):
+            solver.addVar(-highspy.kHighsInf, highspy.kHighsInf)
+            solver.changeColCost(j, cost[j])
+        columns = np.arange(count, dtype=np.int32)
+        for row, limit in zip(matrix, limits, strict=True):
+            solver.addRow(-highspy.kHighsInf, limit, count, columns, row)
+        solver.run()
+        status = solver.getModelStatus().name
+        if status != "kOptimal":
+            return (inf if status == "kUnbounded" else np.nan), np.zeros(count - 1), []
+        x = np.array(solver.getSolution().col_value) * self.load
+        basis = solver.getBasis().row_status
+        active = [i for i, state in enumerate(basis) if state != highspy.HighsBasisStatus.kBasic]
+        return float(x[-1]) / self.unit, x[:-1], active
+
+
+def by_highs(problem: Problem, pins: list[int]) -> dict:
+    """λ_max and λ_1 with their slips; λ_1 is λ_max where no node collapses before."""
+    programs = PinnedPrograms(problem, pins)
+    most, _, top = programs.solve(-1.0)
+    ends = [programs.solve(1.0, node) for node in range(problem.n)]
+    values = [inf if np.isnan(end[0]) else end[0] for end in ends]
+    first = int(np.argmin(values))
+    sizes = [float(np.abs(end[1]).max(initial=0.0)) for end in ends]
+    return {
+        "upper": most,
+        "lower": min(most, values[first]),
+        "witness": sizes[first],
+        "active": [top, *(end[2] for end in ends)],
+    }
+
+
+def true_bounds(
+    joint: RationalJoint, pins: list[int], active: list[list[int]]
+) -> tuple[float | None, float | None]:
+    """Both bounds of the joint before it was rounded, where the bases of HiGHS are proved to be optimal."""
+    matrix, right = joint.rows()
+    kept = [j for j in range(joint.A.nrows()) if j not in pins]
+    table_ = [[row[j] for j in kept] + [row[-1]] for row in matrix]
+    table_.append([fmpq(0)] * len(kept) + [fmpq(-1)])
+    limits = [*right, fmpq(0)]
+    upper = _optimum(table_, limits, active[0], 1)
+    if upper is None:
+        return None, None
+    least = upper
+    for node, rows in enumerate(active[1:]):
+        if not rows:  # no slip has both limits of this node reversed, at any load factor
+            continue
+        signs = [-1 if i // 2 == node else 1 for i in range(len(table_))]
+        turned = [[sign * x for x in row] for sign, row in zip(signs, table_, strict=True)]
+        value = _optimum(turned, [s * x for s, x in zip(signs, limits, strict=True)], rows, -1)
+        if value is None:
+            return _nearest(upper), None
+        least = min(least, -value)
+    return _nearest(upper), _nearest(least)
+
+
+def _optimum(matrix: list, right: list, active: list[int], sign: int) -> fmpq | None:
+    """The maximum of sign · λ where some rows meet, if fractions prove that it is one."""
+    count = len(matrix[0])
+    if len(active) != count:
+        return None
+    square = fmpq_mat([matrix[i] for i in active])
+    try:
+        x = square.solve(fmpq_mat([[right[i]] for i in active]))
+        y = square.transpose().solve(fmpq_mat([[fmpq(sign * (j == count - 1))] for j in range(count)]))
+    except ZeroDivisionError:
+        return None
+    if min(y.entries()) < 0:
+        return None
+    values = (fmpq_mat(matrix) * x).entries()
+    if any(value > limit for value, limit in zip(values, right, strict=True)):
+        return None
+    return sign * x[count - 1, 0]
+
+
+def _nearest(value: fmpq) -> float:
+    return int(value.p) / int(value.q)
+
+
+def copies(problem: Problem, seed: int) -> dict[str, Problem]:
+    """The same joint in other units, another order of nodes and another scale."""
+    rng = np.random.default_rng([3, seed])
+    order = rng.permutation(problem.n)
+    square = np.ix_(order, order)
+    A, B, C = problem.A[square], problem.B[square], None if problem.C is None else problem.C[square]
+    turned = replace(
+        problem, A=A, B=B, C=C, f=problem.f[order], q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
+        coordinates=None, normal=None, tangent=None, node_area=None, label=None, x=None, source="",
+    )  # fmt: skip
+    return {
+        "powers of two": in_units(problem, 2.0**11, 2.0**-8),
+        "powers of ten": in_units(problem, 1e-3, 1e6),
+        "order": turned,
+        "scale": in_units(problem, 1.0, float(rng.uniform(0.1, 10.0))),
+    }
+
+
+def cases(short: bool) -> list[dict]:
+    joints, blocks = (EACH, EACH) if short else (500, 100)
+    return [
+        {"kind": kind, "first": first, "joints": EACH}
+        for kind, count in (("random", joints), ("block", blocks))
+        for first in range(0, count, EACH)
+    ]
+
+
+def measure(case: dict) -> dict:
+    found = [judged(case["kind"], seed) for seed in range(case["first"], case["first"] + case["joints"])]
+    worst = {key: max((one[key] for one in found if one[key] is not None), default=None) for key in WORST}
+    return worst | {key: sum(one[key] for one in found) for key in COUNTS}
+
+
+WORST = (
+    "upper_off_highs",
+    "lower_off_highs",
+    "upper_off_truth",
+    "lower_off_truth",
+    "units",
+    "forms",
+    "witness",
+)
+COUNTS = ("disagreeing", "pinned_right", "certified", "true_known", "powers_of_two_same")
+
+
+def judged(kind: str, seed: int) -> dict:
+    """One joint: how far both bounds are off, relative to them, in its own and in other forms."""
+    if kind == "random":
+        joint = rational_joint(seed, n := 2 + seed % 11, free := 1 + (n > 3 and seed % 3 == 0))
+        problem, Z = joint.rounded, joint.Z
+    else:
+        joint, problem, free = None, floating_block(seed), 1
+        Z = np.ones((problem.n, 1))
+    bounds = shakedown.shakedown_bounds(problem)
+    lower, upper = bounds.lower, bounds.upper
+    pins = other_pins(Z, upper.pinned)
+    peer = by_highs(problem, pins)
+    truth = (None, None) if joint is None else true_bounds(joint, pins, peer["active"])
+    off = {
+        "upper_off_highs": _apart(upper.load_factor, peer["upper"]),
+        "lower_off_highs": _apart(lower.load_factor, peer["lower"]),
+        "upper_off_truth": None if truth[0] is None else _apart(upper.load_factor, truth[0]),
+        "lower_off_truth": None if truth[1] is None else _apart(lower.load_factor, truth[1]),
+    }
+    again = {name: shakedown.shakedown_bounds(copy) for name, copy in copies(problem, seed).items()}
+    changes = {
+        name: max(
+            _apart(other.upper.load_factor, upper.load_factor),
+            _apart(other.lower.load_factor, lower.load_factor),
+        )
+        for name, other in again.items()
+    }
+    two = again["powers of two"]
+    size = float(np.abs(lower.slip).max()) if lower.node >= 0 else 0.0
+    certified = (upper.certified is not None) + (lower.certified is not None)
+    return off | {
+        "units": max(changes["powers of two"], changes["powers of ten"]),
+        "forms": max(changes["order"], changes["scale"]),
+        "witness": size / peer["witness"] if size and peer["witness"] else None,
+        "disagreeing": int(max(off["upper_off_highs"], off["lower_off_highs"]) > AGREES),
+        "pinned_right": int(len(upper.pinned) == free == len(lower.pinned)),
+        "certified": certified,
+        "true_known": sum(value is not None for value in truth),
+        "powers_of_two_same": int(
+            (two.upper.load_factor, two.lower.load_factor) == (upper.load_factor, lower.load_factor)
+        ),
+    }
+
+
+def _apart(one: float, other: float) -> float:
+    """Difference relative to the second; 1 where only one of them is a number."""
+    if not (isfinite(one) and isfinite(other)):
+        return float(not (one == other or (np.isnan(one) and np.isnan(other))))
+    return abs(one - other) / abs(other) if other else float(abs(one) > AGREES)
+
+
+def tables(rows: list[dict]) -> str:
+    headers = [
+        "joints", "number", "pinned", "off HiGHS by > 1e-8", "λ_max off", "λ_1 off", "λ_max off truth",
+        "λ_1 off truth", "true values", "units", "order, scale", "2^k the same", "certified", "witness : HiGHS",
+    ]  # fmt: skip
+    lines = []
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        chosen = [row for row in rows if row["kind"] == kind]
+        total = {key: sum(row[key] for row in chosen) for key in (*COUNTS, "joints")}
+        worst = {key: max((r[key] for r in chosen if r[key] is not None), default=None) for key in WORST}
+        shown = {key: "-" if value is None else f"{value:.1e}" for key, value in worst.items()}
+        lines.append(
+            [kind, str(total["joints"]), str(total["pinned_right"]), str(total["disagreeing"])]
+            + [shown[key] for key in WORST[:4]]
+            + [str(total["true_known"]), shown["units"], shown["forms"], str(total["powers_of_two_same"])]
+            + [str(total["certified"]), shown["witness"]]
+        )
+    return table(headers, lines)
+
+
+def figures(rows: list[dict]) -> dict:
+    return {}
