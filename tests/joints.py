@@ -79,3 +79,48 @@ def joint_of_kind(rng, kind):
         A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=friction, q_w=0.6 * rng.normal(size=(m, n)),
         p_w=p_w, **transient,
     )  # fmt: skip
+
+
+def wild_joint(rng):
+    """A joint of 1 to 12 nodes in any units, and an initial slip or None; what makes solvers give up.
+
+    Graded, soft or floating stiffness, friction at a threshold, loads of very different sizes.
+    """
+    n, m = int(rng.integers(1, 13)), int(rng.integers(2, 30))
+    kind = rng.choice(["plain", "strong", "floating", "threshold", "soft", "graded"])
+    root = rng.normal(size=(2 * n, 2 * n))
+    kappa = root @ root.T / (2 * n) + (0.5 * np.eye(2 * n) if rng.random() < 0.5 else 0)
+    if kind == "graded":
+        sizes = 10.0 ** rng.uniform(-3, 3, 2 * n)
+        kappa = kappa * sizes * sizes[:, None]
+    if kind == "soft":
+        values, vectors = np.linalg.eigh(kappa)
+        values[: n // 2 + 1] *= 10.0 ** rng.uniform(-8, -2)
+        kappa = vectors @ np.diag(values) @ vectors.T
+    if kind == "floating" and n > 1:
+        rigid = np.append(np.ones(n), np.zeros(n)) / np.sqrt(n)
+        hold = np.eye(2 * n) - np.outer(rigid, rigid)
+        kappa = hold @ kappa @ hold
+    kappa = (kappa + kappa.T) / 2
+    A, B, C = kappa[:n, :n].copy(), kappa[n:, :n].copy(), kappa[n:, n:].copy()
+    if rng.random() < 0.3:
+        B *= rng.choice([1e-6, 1e-3, 0.1])
+    f = rng.uniform(0.05, 0.9, n) * (3 if kind == "strong" else 1)
+    if kind == "threshold":
+        j = rng.integers(n)
+        if B[j, j] != 0:
+            at = rng.choice([1, 1 - 1e-12, 1 + 1e-12, 0.999, 1 - 1e-8])
+            f[j] = min(A[j, j] / abs(B[j, j]) * at, 50.0)
+    q = rng.normal(size=(m, n)) * 10.0 ** rng.uniform(-3, 1)
+    p = rng.normal(size=(m, n)) * 10.0 ** rng.uniform(-3, 0.5) + rng.uniform(0.5, 3)
+    if rng.random() < 0.2:
+        p[:, rng.integers(n)] *= 1e-5
+    force, length = 10.0 ** rng.choice([0, 0, -7, 7, -3, 5]), 10.0 ** rng.choice([0, 0, -7, 7, 3, -5])
+    more = {}
+    if rng.random() < 0.2:
+        more = {"q_mean": rng.normal(size=n) * force * 0.3, "p_mean": np.full(n, 1.5) * force}
+    if rng.random() < 0.2:
+        more |= {"q_transient": rng.normal(size=(2, n)) * force, "p_transient": np.full((2, n), 1.5) * force}
+    start = rng.normal(size=n) * length * 10.0 ** rng.uniform(-3, 1) if rng.random() < 0.3 else None
+    K, P = force / length, force
+    return shakedown.Problem(A=A * K, B=B * K, C=C * K, f=f, q_w=q * P, p_w=p * P, **more), start

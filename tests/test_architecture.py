@@ -15,7 +15,7 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 # From the ground up; a room may import from its own wing and from lower floors only. The rooms
 # on the ground belong together.
 FLOORS = (
-    {"visible_text", "shown_values", "errors", "tolerances"},
+    {"visible_text", "shown_values", "errors", "tolerances", "evidence"},
     {"model", "interior"},
     {"programs", "kernels", "files", "condensation", "uniqueness"},
     {"bounds", "energy", "friction", "enumeration", "evolution", "readers", "fem", "settling", "campaign"},

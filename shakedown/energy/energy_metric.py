@@ -127,7 +127,7 @@ def spreads(
     """
     own = np.diagonal(B).copy()
     c = np.divide(own, metric.stiffness, out=np.zeros_like(own), where=metric.stiffness > 0)
-    rest = _cleaned(B - c[:, None] * A, np.abs(B) + np.abs(c)[:, None] * np.abs(A))
+    rest = cleaned(B - c[:, None] * A, np.abs(B) + np.abs(c)[:, None] * np.abs(A))
     np.fill_diagonal(rest, np.where(metric.stiffness > 0, 0.0, own))
     least = metric.relative_dual_norms(rest, metric.sizes, tolerances, rigid=False)
     sides = np.column_stack([f * least, f * least])
@@ -140,6 +140,6 @@ def spreads(
     return sides
 
 
-def _cleaned(difference: FloatArray, terms: FloatArray) -> FloatArray:
+def cleaned(difference: FloatArray, terms: FloatArray) -> FloatArray:
     """A difference, with what is round-off of its terms set to exact zero."""
     return np.where(np.abs(difference) <= 2 * np.finfo(float).eps * terms, 0.0, difference)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.energy.energy_metric import EnergyMetric, energy_metric, spreads
+from shakedown.energy.energy_metric import EnergyMetric, cleaned, energy_metric, spreads
 from shakedown.errors import UsageError
 from shakedown.model.constraints import GAP, constraints, through_transient
 from shakedown.model.derived import once_per_problem
@@ -108,7 +108,9 @@ def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRo
     metric = energy_metric(problem.A, problem.B, rows.rigid, tolerances=tolerances)
     spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
     spread = np.tile(spread, len(rows.g) // len(spread))
-    return EnergyRows(rows.G, rows.d, rows.g, spread, rows.node, rows.side, metric, rows.rigid)
+    terms = np.repeat(np.abs(problem.A) + problem.f[:, None] * np.abs(problem.B), 2, axis=0)
+    G = cleaned(rows.G, np.tile(terms, (len(rows.g) // len(terms), 1)))
+    return EnergyRows(G, rows.d, rows.g, spread, rows.node, rows.side, metric, rows.rigid)
 
 
 def check_resolved(rows: EnergyRows, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:

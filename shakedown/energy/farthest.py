@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from shakedown.energy.cone_rows import ConeRows
 from shakedown.errors import SolverError
+from shakedown.evidence import Missing, sought
 from shakedown.model.problem import FloatArray
 from shakedown.model.status import Status
-from shakedown.programs.cone_program import ConeProgram
+from shakedown.programs.cone_program import ROADS, ConeProgram
 from shakedown.tolerances import Tolerances
 
 FIRST_ROWS = (
@@ -45,18 +46,8 @@ class Farthest:
     multipliers: FloatArray
 
 
-def farthest(rows: ConeRows, tolerances: Tolerances) -> Farthest:
-    """Maximise λ: by dense interior points and, where that does not come out sharp, by Clarabel's."""
-    found = _farthest(rows, tolerances, dense=True)
-    if found.status == Status.OPTIMAL and _open(rows, found) > SHARP * abs(found.load_factor):
-        other = _farthest(rows, tolerances, dense=False)
-        if other.status != Status.OPTIMAL or _open(rows, other) < _open(rows, found):
-            return other
-    return found
-
-
-def _farthest(rows: ConeRows, tolerances: Tolerances, dense: bool) -> Farthest:
-    """Maximise λ. Rows are added to the program as they turn out to be violated.
+def farthest(rows: ConeRows, tolerances: Tolerances, road: int = 0) -> Farthest:
+    """Maximise λ, on a road of the cone program. Rows are added to it as they turn out to be violated.
 
     The solution is a combination of the rows that carry a multiplier, so k rows
     need no more than k + 2 unknowns.
@@ -64,7 +55,7 @@ def _farthest(rows: ConeRows, tolerances: Tolerances, dense: bool) -> Farthest:
     chosen = _first_rows(rows)
     while True:  # ends: every round takes further rows, and there are finitely many
         part = rows.among(chosen)
-        found = _solved(part, dense)
+        found = _solved(part, road)
         if found.status != Status.OPTIMAL and len(chosen) < len(rows.d):
             if found.status == Status.INFEASIBLE:
                 return _among_all(found, chosen, rows)
@@ -93,7 +84,7 @@ def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
     return np.sort(np.append(kept, count - 1))
 
 
-def _solved(rows: ConeRows, dense: bool) -> Farthest:
+def _solved(rows: ConeRows, road: int) -> Farthest:
     """The program of a few rows, in the space of y that they span."""
     basis = _span(rows.H)
     rank = basis.shape[1]
@@ -105,7 +96,7 @@ def _solved(rows: ConeRows, dense: bool) -> Farthest:
         rank,
         rows.offset,
     )
-    found = program.solve(dense)
+    found = program.solve(road)
     y = basis @ found.x[:rank]
     return Farthest(found.status, y, float(found.x[-1]), found.multipliers)
 
@@ -223,18 +214,46 @@ def widest_room(rows: ConeRows) -> Room:
 
 
 def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
-    """The end of the program; where the solver finds none, or no proof of it, the largest margin tells."""
-    failure = "the cone program ended as infeasible without a proof"
-    try:
-        end = farthest(about, tolerances)
-        if end.status != Status.INFEASIBLE or contradiction(about, end) <= tolerances.feasibility:
+    """The end of the program on the first road on which it is one; of several optima the sharpest.
+
+    Where the solver finds none, or no proof of it, the largest margin tells whether there is one.
+
+    Raises
+    ------
+    SolverError
+        If no road comes to an end that the rows confirm.
+    """
+    best, failure = None, "the cone program ended with limits broken"
+    for road in range(ROADS):
+        if best is not None and road == ROADS - 1:
+            break  # cutting planes are for where nothing else has come to an end
+        end = sought(farthest, about, tolerances, road)
+        if isinstance(end, Missing):
+            failure = end.reason
+            break  # the program itself has tried the roads that follow
+        if end.status == Status.UNBOUNDED:
             return end
-    except SolverError as error:
-        failure = str(error)
+        if end.status == Status.INFEASIBLE:
+            if contradiction(about, end) <= tolerances.feasibility:
+                return end
+            failure = "the cone program ended as infeasible without a proof"
+        elif _kept(about, end) <= tolerances.feasibility:
+            best = end if best is None or _open(about, end) < _open(about, best) else best
+            enough = tolerances.second_road if road else SHARP
+            if _open(about, best) <= enough * abs(best.load_factor):
+                break
+    if best is not None:
+        return best
     room = widest_room(about)
     if room.margin > tolerances.feasibility:
         raise SolverError(failure)
     return Farthest(Status.INFEASIBLE, room.y, np.nan, room.multipliers)
+
+
+def _kept(about: ConeRows, end: Farthest) -> float:
+    """The largest violation of a row but the sign of λ, which is taken as zero beyond it."""
+    load_factor = end.load_factor if end.load_factor * about.d[-1] <= 0.0 else 0.0
+    return float(about.excess(end.y, load_factor).max())
 
 
 def contradiction(about: ConeRows, end: Farthest) -> float:

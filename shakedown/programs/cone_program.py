@@ -1,19 +1,25 @@
 """A linear objective over linear rows and one second-order cone, by interior points."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import clarabel
 import numpy as np
 from scipy import sparse
 
 from shakedown.errors import SolverError
+from shakedown.evidence import Missing, sought
 from shakedown.interior.dense_programs import cone_optimum
 from shakedown.model.problem import FloatArray
 from shakedown.model.status import Status
 from shakedown.programs.equilibration import power_of_two, typical_size
+from shakedown.programs.linear_program import INF, LinearProgram
 
 DENSE_FROM = 60  # rows, from where on dense interior points are quicker
-GAP, REDUCED = 1e-11, 1e-6  # what is asked for; what a solution must reach to be taken as a start
+REDUCED = 1e-6  # what a solution must reach to be taken as a start
+CUT, MOST_CUTS = 1e-7, 300  # how near to the cone cutting planes must come, relatively; as many as may be
 
 CLARABEL_ENDS = {  # what Clarabel's words mean; others are no answer
     "Solved": Status.OPTIMAL,
@@ -77,40 +83,63 @@ class ConeProgram:
     rank: int
     offset: float = 0.0
 
-    def solve(self, dense: bool = True) -> ConeSolution:
-        """Solve in units in which rows, columns and right-hand sides are near 1.
+    def solve(self, road: int = 0) -> ConeSolution:
+        """The end on the first road, from this one on, that comes to one.
 
-        Many rows by dense interior points, if they find an optimum and are not ruled out; else by Clarabel.
+        In units in which rows, columns and right-hand sides are near 1: Clarabel's interior points with
+        its own scaling on top, with shorter steps, without that scaling, to less accuracy; dense interior
+        points, which come first where there are many rows; then linear programs that cut the
+        cone (:func:`cut_cone`): :data:`ROADS` in all.
 
         Raises
         ------
         SolverError
-            If the solver ends without an answer.
+            If no road comes to an end.
         """
-        row_scale, unit, size = self._scales()
-        cost = self.cost * unit
-        cost_scale = power_of_two(float(np.abs(cost).max()))
-        scaled = (
-            self.matrix * row_scale[:, None] * unit / size,
-            self.right * row_scale / size,
-            cost / cost_scale,
-            self.rank,
-            self.offset / size,
-        )
-        optimum = cone_optimum(*scaled) if dense and len(self.right) >= DENSE_FROM else None
-        if optimum is not None:
-            x, y = optimum
-            return ConeSolution(Status.OPTIMAL, x * unit, y * row_scale * (cost_scale / size))
-        found = _clarabel(*scaled)
+        ways: list[Callable[[], ConeSolution]] = [partial(self._by_clarabel, way) for way in WAYS]
+        ways.insert(0 if len(self.right) >= DENSE_FROM else len(ways), self._by_dense_points)
+        failures = []
+        for each in [*ways, partial(cut_cone, self)][road:]:
+            found = sought(each)
+            if not isinstance(found, Missing):
+                return found
+            failures.append(found.reason)
+        raise SolverError(failures[0])
+
+    def _by_dense_points(self) -> ConeSolution:
+        scaled, units, row_units = self._scaled()
+        optimum = cone_optimum(scaled.matrix, scaled.right, scaled.cost, scaled.rank, scaled.offset)
+        if optimum is None:
+            raise SolverError(f"the cone program of shape {self.matrix.shape} ended without an optimum")
+        x, y = optimum
+        return ConeSolution(Status.OPTIMAL, x * units, y * row_units)
+
+    def _by_clarabel(self, way: "Way") -> ConeSolution:
+        scaled, units, row_units = self._scaled()
+        found = _clarabel(scaled, way)
         status = CLARABEL_ENDS.get(str(found.status))
         if status is None and str(found.status) in ("InsufficientProgress", "MaxIterations"):
             status = Status.OPTIMAL if max(found.r_prim, found.r_dual) <= REDUCED else None
         if status is None:
             raise SolverError(f"the cone program of shape {self.matrix.shape} ended as '{found.status}'")
         rows = len(self.right)
-        x = np.array(found.x) * unit if status != Status.INFEASIBLE else np.zeros(len(unit))
-        y = np.array(found.z[:rows]) * row_scale * (cost_scale / size)
+        x = np.array(found.x) * units if status != Status.INFEASIBLE else np.zeros(len(units))
+        y = np.array(found.z[:rows]) * row_units
         return ConeSolution(status, x, y if status != Status.UNBOUNDED else np.zeros(rows))
+
+    def _scaled(self) -> tuple["ConeProgram", FloatArray, FloatArray]:
+        """The program in numbers near 1, and what one of its columns, of its multipliers, is."""
+        row_scale, unit, size = self._scales()
+        cost = self.cost * unit
+        cost_scale = power_of_two(float(np.abs(cost).max()))
+        scaled = ConeProgram(
+            self.matrix * row_scale[:, None] * unit / size,
+            self.right * row_scale / size,
+            cost / cost_scale,
+            self.rank,
+            self.offset / size,
+        )
+        return scaled, unit, row_scale * (cost_scale / size)
 
     def _scales(self) -> tuple[FloatArray, FloatArray, float]:
         """Row scales, units of the columns, and the size of what is left on the right: powers of two.
@@ -131,24 +160,76 @@ class ConeProgram:
         return row_scale, unit, size
 
 
-def _clarabel(
-    matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int, offset: float
-) -> clarabel.DefaultSolution:
-    rows, columns = matrix.shape
+class Way(NamedTuple):
+    """How the interior points are followed: to which accuracy, in which steps, in whose scaling.
+
+    Beyond what the data allow the solver goes astray; to ask for less is a way of its own.
+    """
+
+    accuracy: float
+    step: float
+    scaled: bool
+
+
+WAYS = (Way(1e-11, 0.99, True), Way(1e-11, 0.9, True), Way(1e-11, 0.99, False), Way(1e-8, 0.9, True))
+ROADS = len(WAYS) + 2
+
+
+def _clarabel(program: ConeProgram, way: Way) -> clarabel.DefaultSolution:
+    rows, columns = program.matrix.shape
+    rank = program.rank
     cone = np.zeros((rank + 1, columns))
     cone[0, rank] = -1.0
     cone[np.arange(1, rank + 1), np.arange(rank)] = -1.0
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = GAP
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = way.accuracy
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = REDUCED
     settings.presolve_enable = False
+    settings.equilibrate_enable, settings.max_step_fraction = way.scaled, way.step
     return clarabel.DefaultSolver(
         sparse.csc_matrix((columns, columns)),
-        cost,
-        sparse.csc_matrix(np.vstack([matrix, cone])),
-        np.concatenate([right, [-offset], np.zeros(rank)]),
+        program.cost,
+        sparse.csc_matrix(np.vstack([program.matrix, cone])),
+        np.concatenate([program.right, [-program.offset], np.zeros(rank)]),
         [clarabel.NonnegativeConeT(rows), clarabel.SecondOrderConeT(rank + 1)],
         settings,
     ).solve()
+
+
+def cut_cone(program: ConeProgram) -> ConeSolution:
+    """The program by linear programs over planes that touch the cone (Kelley), by simplex.
+
+    What they find is outside the cone; the plane that touches it next to there is added until the
+    solution is in it to round-off. The planes begin with those of a box, and the multipliers of the
+    rows are those of the last program.
+
+    Raises
+    ------
+    SolverError
+        If a linear program has no end, or the cuts do not come to one.
+    """
+    rank, (rows, count) = program.rank, program.matrix.shape
+    planes = np.vstack([np.eye(rank), -np.eye(rank)]).reshape(-1, rank)
+    for _ in range(MOST_CUTS):
+        cuts = np.zeros((len(planes) + 1, count))
+        cuts[:-1, :rank], cuts[:, rank] = planes, -1.0
+        end = LinearProgram(
+            np.vstack([program.matrix, cuts]),
+            cost=program.cost,
+            lower=np.full(rows + len(cuts), -INF),
+            upper=np.concatenate([program.right, np.full(len(cuts), -program.offset)]),
+            column_lower=np.full(count, -INF),
+            column_upper=np.full(count, INF),
+        ).solve()
+        if end.status == Status.INFEASIBLE:
+            break  # so is the program itself, but nothing proves it
+        if end.vertex is None:
+            break  # a ray of the planes need not be one of the cone
+        x = end.vertex.x
+        length = float(np.linalg.norm(x[:rank]))
+        if length + program.offset <= x[rank] * (1.0 + CUT):
+            return ConeSolution(Status.OPTIMAL, x, -end.vertex.multipliers[:rows])
+        planes = np.vstack([planes, x[:rank] / length])
+    raise SolverError(f"the cone program of shape {program.matrix.shape} has no end by cutting planes")

@@ -21,6 +21,7 @@ PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
+OWN_SCALING = 4  # of HiGHS's simplex: the strongest
 _BASIC = highspy.HighsBasisStatus.kBasic
 
 _OPTIONS: dict[str, bool | int | float | str] = {
@@ -35,6 +36,7 @@ _OPTIONS: dict[str, bool | int | float | str] = {
     "dual_feasibility_tolerance": TOLERANCE,
     "small_matrix_value": 1e-12,
 }
+_LOOSE = {f"{side}_feasibility_tolerance": REDUCED_TOLERANCE for side in ("primal", "dual")}
 
 
 Meeting = tuple[NDArray[np.intp], NDArray[np.intp]]  # rows that meet, the columns that they determine
@@ -175,7 +177,8 @@ class LinearProgram:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch, by the dual method and at loosened tolerances.
+            If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances,
+            in its own scaling and by interior points.
         """
         found = self._dense()
         if found is not None:
@@ -185,6 +188,8 @@ class LinearProgram:
             self._cold,
             self._dual,
             self._loosened,
+            self._rescaled,
+            self._interior,
         )
         for attempt in attempts:
             status = attempt()
@@ -193,13 +198,13 @@ class LinearProgram:
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        loosened, basis = attempt == self._loosened, self._highs.getBasis()
+        reduced, basis = attempt in attempts[3:], self._highs.getBasis()
         if status != Status.OPTIMAL:
-            return Solution(status, np.nan, loosened, lambda: _basic(basis), lambda _: None)
+            return Solution(status, np.nan, reduced, lambda: _basic(basis), lambda _: None)
         solution = self._highs.getSolution()
         end = self._end(np.array(solution.col_value), np.array(solution.row_dual))
         sharp = partial(_polished, end, self.cancellation)
-        return Solution(status, self._value(end.x), loosened, lambda: _basic(basis), sharp)
+        return Solution(status, self._value(end.x), reduced, lambda: _basic(basis), sharp)
 
     def at(self, active: NDArray[np.intp], fixed: Iterable[int] = ()) -> Solution | None:
         """The vertex in which these rows meet, if it is optimal to the solver's tolerances.
@@ -274,21 +279,28 @@ class LinearProgram:
         return self._warm()
 
     def _dual(self) -> Status | None:
-        self._highs.setOptionValue("simplex_strategy", DUAL)
-        status = self._cold()
-        self._highs.setOptionValue("simplex_strategy", PRIMAL)
-        return status
+        return self._with(simplex_strategy=DUAL)
 
     def _loosened(self) -> Status | None:
         """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
-        self._set_tolerance(REDUCED_TOLERANCE)
-        status = self._cold()
-        self._set_tolerance(TOLERANCE)
-        return status
+        return self._with(**_LOOSE)
 
-    def _set_tolerance(self, tolerance: float) -> None:
-        for side in ("primal", "dual"):
-            self._highs.setOptionValue(f"{side}_feasibility_tolerance", tolerance)
+    def _rescaled(self) -> Status | None:
+        """In the scaling that HiGHS finds by itself."""
+        return self._with(**_LOOSE, simplex_scale_strategy=OWN_SCALING)
+
+    def _interior(self) -> Status | None:
+        """By interior points, with a crossover to a vertex: another method altogether."""
+        return self._with(**_LOOSE, solver="ipm")
+
+    def _with(self, **options: float | str) -> Status | None:
+        """From scratch with other options, which are put back afterwards."""
+        for name, value in options.items():
+            self._highs.setOptionValue(name, value)
+        status = self._cold()
+        for name in options:
+            self._highs.setOptionValue(name, _OPTIONS[name])
+        return status
 
 
 _STATUSES = {

@@ -1,0 +1,130 @@
+"""A solver that fails hands over to the next: other options, another scaling, another method."""
+
+import joints
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.errors import SolverError
+from shakedown.evidence import Missing, sought
+from shakedown.programs import cone_program
+from shakedown.programs.cone_program import ROADS, ConeProgram, cut_cone
+from shakedown.programs.linear_program import INF, LinearProgram
+
+RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_rescaled", "_interior")
+
+
+def linear(seed=0):
+    rng = np.random.default_rng(seed)
+    matrix = rng.normal(size=(12, 4))
+    return LinearProgram(
+        matrix, cost=matrix.T @ rng.uniform(-1, 0, 12), lower=np.full(12, -INF), upper=rng.uniform(1, 2, 12),
+        column_lower=np.full(4, -INF), column_upper=np.full(4, INF),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("failing", range(1, len(RUNGS) + 1))
+def test_every_rung_of_the_ladder_finds_the_same_vertex(monkeypatch, failing):
+    program, expected = linear(), linear().solve().vertex
+    run, calls = LinearProgram._warm, []
+
+    def given_up_by_all_before(self):
+        calls.append(1)
+        status = run(self)
+        return status if len(calls) > failing else None
+
+    monkeypatch.setattr(LinearProgram, "_warm", given_up_by_all_before)  # every rung ends with it
+    if failing == len(RUNGS):
+        with pytest.raises(SolverError, match=r"the linear program of shape \(12, 4\) ended as"):
+            program.solve()
+        return
+    found = program.solve()
+    assert found.vertex.x == pytest.approx(expected.x, rel=1e-12)
+    assert found.vertex.multipliers == pytest.approx(expected.multipliers, abs=1e-12)
+    assert found.reduced_accuracy == (failing >= 3)
+    calls.extend(RUNGS)
+    assert program.solve().vertex.x == pytest.approx(expected.x, rel=1e-12)  # all options are as before
+
+
+def cone(seed, offset=0.2):
+    rng = np.random.default_rng(seed)
+    rank, matrix = 3, rng.normal(size=(14, 5))
+    matrix[:, rank] = rng.uniform(0.1, 0.4, 14)
+    matrix[:, -1] = rng.normal(size=14)
+    right = rng.uniform(1.0, 3.0, 14)
+    return ConeProgram(matrix, right, np.append(np.zeros(rank + 1), -1.0), rank, offset)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_road_of_the_cone_program_ends_at_the_same_value(seed):
+    program = cone(seed)
+    values = [program.cost @ program.solve(road).x for road in range(ROADS)]
+    assert values == pytest.approx([values[0]] * ROADS, rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", [1e-7, 1.0, 1e7])
+def test_cutting_planes_know_no_units(factor):
+    program = cone(1)
+    scaled = ConeProgram(program.matrix, factor * program.right, program.cost, 3, factor * program.offset)
+    assert cut_cone(scaled).x == pytest.approx(factor * cut_cone(program).x, rel=1e-9)
+
+
+def test_the_next_road_is_taken_where_one_fails(monkeypatch):
+    program, expected = cone(0), cone(0).solve()
+
+    def fails(program, way):
+        raise SolverError("no end")
+
+    monkeypatch.setattr(cone_program, "_clarabel", fails)
+    assert program.cost @ program.solve().x == pytest.approx(program.cost @ expected.x, rel=1e-6)
+    monkeypatch.setattr(cone_program, "cut_cone", fails)
+    monkeypatch.setattr(cone_program, "cut_cone", lambda program: fails(program, None))
+    with pytest.raises(SolverError, match="no end"):
+        program.solve()
+
+
+def test_only_the_failure_of_a_solver_is_missing_evidence():
+    def broken():
+        raise TypeError("an error in the program")
+
+    def fails():
+        raise SolverError("ended as 'Unknown'")
+
+    assert sought(fails) == Missing("ended as 'Unknown'")
+    with pytest.raises(TypeError):
+        sought(broken)
+
+
+@pytest.mark.parametrize("seed", [1420, 2249, 2557, 2607])
+def test_joints_on_which_the_cone_solver_gives_up_have_their_energy_bound(seed):
+    problem, start = joints.wild_joint(np.random.default_rng(seed))
+    bound = shakedown.energy_bound(problem, start)
+    assert bound.status == "optimal"
+    assert bound.residual <= 1e-9
+    assert abs(bound.gap) < 1e-4
+
+
+@pytest.mark.parametrize("seed", [709, 983])
+def test_joints_on_which_the_simplex_method_gives_up_have_their_curve(seed):
+    problem, _ = joints.wild_joint(np.random.default_rng(seed))
+    curve = shakedown.guarantee_curve(problem, [0.25, 1.0, 4.0])
+    assert np.all(np.diff(curve.load_factors) <= 0)
+
+
+def test_one_node_at_its_own_critical_friction_has_the_bound_of_melan():
+    """Slip of the node shifts its pressure in proportion to its shear: nothing is lost to the ball."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        stiffness, f = 10.0 ** rng.uniform(-2, 2), rng.uniform(0.1, 2)
+        coupling = stiffness / f * rng.choice([-1, 1])  # f |B| = A to round-off
+        m = int(rng.integers(2, 8))
+        problem = shakedown.Problem(
+            A=[[f * abs(coupling)]], B=[[coupling]], C=[[2 * coupling**2 / stiffness]], f=f,
+            q_w=rng.normal(size=(m, 1)), p_w=rng.uniform(0.2, 3, (m, 1)),
+            q_mean=rng.normal(size=1), p_mean=1 + rng.uniform(size=1),
+        )  # fmt: skip
+        energy, upper = shakedown.energy_bound(problem), shakedown.upper_bound(problem, certify=False)
+        assert energy.status == upper.status
+        if energy.status == "optimal":
+            assert energy.residual <= 1e-9
+            assert energy.load_factor == pytest.approx(upper.load_factor, rel=1e-9)
