@@ -124,6 +124,7 @@ def test_wings_are_small_and_say_what_they_are_for():
         "visible_text",
         "shown_values",
         "errors",
+        "evidence",
         "tolerances",
         "__init__",
         "__main__",

@@ -6,6 +6,8 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.interior_point import extreme_load_factor
+from shakedown.evidence import Missing
 from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.rigid_slips import rigid_slips
@@ -20,6 +22,8 @@ from shakedown.tolerances import Tolerances
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
+
+ROUNDED = 8  # how many units in the last place of the data are allowed for
 
 NO_VERTEX = "exact arithmetic found no vertex from where the float solution ended"
 ROUND_OFF = "the exact answer rests on the round-off of the stored stiffness"
@@ -57,15 +61,11 @@ class Certificate:
 
 
 @dataclass(frozen=True)
-class NoCertificate:
-    """Exact arithmetic was tried and does not vouch for the answer; why, in words."""
-
-    reason: str
+class Disputed(Missing):
+    """Exact arithmetic on the stored digits contradicts the floats by more than the data allow."""
 
 
-def certified_upper(
-    problem: Problem, outcome: Solution, tolerances: Tolerances
-) -> Certificate | NoCertificate:
+def certified_upper(problem: Problem, outcome: Solution, tolerances: Tolerances) -> Certificate | Missing:
     """The exact λ_max, started from the basis in which the float solution ended.
 
     Parameters
@@ -84,14 +84,14 @@ def certified_upper(
     """
     doubt = rigid_slips(problem).doubt
     if doubt:
-        return NoCertificate(doubt)
+        return Missing(doubt)
     rows = exact_rows(problem)
     program = _upper_program(rows)
     start = _start(program, outcome)
     end = verified_vertex(program, *start) or exact_vertex(program, *start)
     if end is None:
-        return NoCertificate(NO_VERTEX)
-    return _accepted(_certificate(program, end, rows), problem, outcome, tolerances)
+        return Missing(NO_VERTEX)
+    return _accepted(_certificate(program, end, rows), problem, outcome, None, tolerances)
 
 
 def rests_on_round_off(
@@ -125,7 +125,7 @@ def starts_safe(problem: Problem, outcome: Solution, tolerances: Tolerances) -> 
 
 def certified_lower(
     problem: Problem, outcomes: dict[int, Solution], first: int, tolerances: Tolerances
-) -> tuple[int, Certificate | NoCertificate]:
+) -> tuple[int, Certificate | Missing]:
     """The exact λ_1 and its node: one node solved exactly, the others proved to collapse no earlier.
 
     Parameters
@@ -141,12 +141,12 @@ def certified_lower(
     """
     doubt = rigid_slips(problem).doubt
     if doubt:
-        return first, NoCertificate(doubt)
+        return first, Missing(doubt)
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
     best = exact_vertex(program, *_start(program, outcomes[first]))
     if best is None or best.status != Status.OPTIMAL:
-        return first, NoCertificate(NO_VERTEX)
+        return first, Missing(NO_VERTEX)
     node = first
     for j in range(problem.n):
         if best.x[-1] == 0:
@@ -154,44 +154,92 @@ def certified_lower(
         if j == first:
             continue
         earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best)
-        if isinstance(earlier, NoCertificate):
+        if isinstance(earlier, Missing):
             return first, earlier
         if earlier is not None:
             best, node = earlier, j
     certificate = _certificate(_collapse_program(rows, node), best, rows)
-    return node, _accepted(certificate, problem, outcomes[node], tolerances)
+    found = _accepted(certificate, problem, outcomes[first], first, tolerances)
+    return (first if isinstance(found, Missing) else node), found
 
 
 def _collapses_earlier(
     program: ExactProgram, outcome: Solution, best: ExactVertex
-) -> ExactVertex | NoCertificate | None:
+) -> ExactVertex | Missing | None:
     """Where a node collapses at a smaller load factor than the best one; None where it is proved not to."""
     start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
     if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
         return None
     end = exact_vertex(program, *start)
     if end is None or end.status == Status.UNBOUNDED:
-        return NoCertificate(NO_VERTEX)
+        return Missing(NO_VERTEX)
     if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
         return end
     return None
 
 
 def _accepted(
-    certificate: Certificate, problem: Problem, outcome: Solution, tolerances: Tolerances
-) -> Certificate | NoCertificate:
-    """The certificate, unless it contradicts the floats and rests on the round-off of the stiffness."""
-    if certificate.status == Status.INFEASIBLE:
+    certificate: Certificate, problem: Problem, outcome: Solution, node: int | None, tolerances: Tolerances
+) -> Certificate | Missing:
+    """The certificate, unless it contradicts the floats and these are right, as far as can be told.
+
+    ``outcome`` is what the floats say: of λ_max, or of the collapse of a node. Where the two differ the
+    program is solved once more by interior points. If that confirms the floats, or if the exact slip is
+    so large that the last digits of the stiffness make the answer, the floats stand, without certificate.
+    """
+    rows = constraints(problem)
+    plain = inf if outcome.status == Status.UNBOUNDED else nan
+    plain = plain if outcome.vertex is None else float(outcome.vertex.x[-1])
+    exact = certificate.load_factor
+    margin = _left_open(problem, rows, outcome)
+    if outcome.status == certificate.status and _agree(plain, exact, margin, rows, tolerances):
         return certificate
-    if outcome.vertex is not None and certificate.status == Status.OPTIMAL:
-        gap = abs(abs(outcome.vertex.x[-1]) - certificate.load_factor)
-        if gap <= tolerances.stored_digits * certificate.load_factor:
-            return certificate
-    rows, slip, load_factor = constraints(problem), certificate.slip, certificate.load_factor
+    touching = certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances)
+    if touching:  # in floats the limits still meet in a point, at no load factor at all
+        return certificate
+    sign = np.where(rows.node == node, -1.0, 1.0)
+    matrix = np.column_stack([rows.coefficients, rows.d]) * sign[:, None]
+    towards = -1.0 if node is None else 1.0
+    second = extreme_load_factor(matrix, rows.g * sign, towards, None, tolerances)
+    confirmed = second.status == outcome.status and _agree(
+        second.load_factor, plain, margin, rows, tolerances
+    )
+    if confirmed or _doubtful(certificate, rows, tolerances):
+        digits, floats = (
+            f"{value:.10g}" if np.isfinite(value) else str(status)
+            for value, status in ((exact, certificate.status), (plain, outcome.status))
+        )
+        return Disputed(f"{ROUND_OFF}: {digits} on all its digits, {floats} in floats")
+    return certificate
+
+
+def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
+    """By how much the round-off of the stored stiffness and loads can shift λ at the vertex of the floats."""
+    if outcome.vertex is None:
+        return 0.0
+    slip, load_factor = rows.slips(outcome.vertex.x[:-1]), outcome.vertex.x[-1]
+    stiffness = np.repeat(np.abs(problem.A) + problem.f[:, None] * np.abs(problem.B), 2, axis=0)
+    terms = stiffness @ np.abs(slip) + np.abs(rows.g) + abs(load_factor) * np.abs(rows.d)
+    return float(ROUNDED * np.finfo(float).eps * (np.abs(outcome.vertex.multipliers) @ terms))
+
+
+def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances: Tolerances) -> bool:
+    """Whether two load factors differ by no more than what the data leave open and floats resolve."""
+    if not (np.isfinite(one) and np.isfinite(two)):
+        return one == two or (np.isnan(one) and np.isnan(two))
+    scale = float(np.abs(rows.g).max()) / (float(np.abs(rows.d).max()) or inf)
+    allowed = margin + tolerances.second_road * max(abs(one), abs(two)) + tolerances.feasibility * scale
+    return bool(abs(one - two) <= allowed)
+
+
+def _doubtful(certificate: Certificate, rows: Constraints, tolerances: Tolerances) -> bool:
+    if certificate.status == Status.INFEASIBLE:
+        return False
+    slip, load_factor = certificate.slip, certificate.load_factor
     doubtful = rests_on_round_off(rows, slip, load_factor, tolerances)
     if load_factor > 0 and np.isfinite(load_factor):
         doubtful |= significant(rows, slip, load_factor, tolerances)[-1] == 0
-    return NoCertificate(ROUND_OFF) if doubtful else certificate
+    return doubtful
 
 
 def significant(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.certificate import starts_safe
+from shakedown.evidence import sought
 from shakedown.model.constraints import Constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.equilibration import power_of_two
@@ -26,9 +27,9 @@ def mean_load_is_safe(
     if np.all(rows.g > 0) or _unloads(rows):  # slip zero is
         return True
     start = program.solve()
-    exact = starts_safe(problem, start, tolerances) if certify else None
-    if exact is not None or start.vertex is None:
-        return bool(exact)
+    exact = sought(starts_safe, problem, start, tolerances) if certify else None
+    if isinstance(exact, bool) or start.vertex is None:
+        return exact is True
     return bool(rows.relative_excess(rows.slips(start.vertex.x[:-1]), 0.0).max() <= tolerances.feasibility)
 
 

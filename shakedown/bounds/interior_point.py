@@ -98,7 +98,7 @@ def conic_upper_bound(
     while True:  # ends: every round takes further rows, and there are finitely many
         step, row = np.nonzero(taken)
         matrix = np.column_stack([rows.coefficients[row], steps[step, row]])
-        bound = _bound(matrix, rows.g[row], -1.0, solver, tolerances)
+        bound = extreme_load_factor(matrix, rows.g[row], -1.0, solver, tolerances)
         if bound.status != Status.OPTIMAL:
             return bound
         excess = rows.G @ bound.slip + bound.load_factor * steps - rows.g
@@ -114,7 +114,7 @@ def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances
     taken = rows.side != GAP
     while True:
         matrix = np.column_stack([rows.coefficients, rows.d])[taken]
-        bound = _bound(matrix, rows.g[taken], -1.0, solver, tolerances)
+        bound = extreme_load_factor(matrix, rows.g[taken], -1.0, solver, tolerances)
         bound = replace(bound, slip=rows.slips(bound.slip))
         violated = ~taken
         if bound.status == Status.OPTIMAL:
@@ -157,15 +157,15 @@ def conic_lower_bound(
     """
     rows = constraints(problem)
     matrix = np.column_stack([rows.coefficients, rows.d])
-    start = _bound(matrix, rows.g, +1.0, solver, tolerances)
+    start = extreme_load_factor(matrix, rows.g, +1.0, solver, tolerances)
     if start.status == Status.UNDECIDED:
         return start
     if start.status != Status.OPTIMAL or _unsafe(rows, matrix, start, tolerances):
         return _nothing(Status.INFEASIBLE, rows.n, start.solver)
-    found = [_bound(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
+    found = [extreme_load_factor(matrix, rows.g, -1.0, solver, tolerances)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
         sign = np.where(rows.node == node, -1.0, 1.0)
-        end = _bound(matrix * sign[:, None], rows.g * sign, +1.0, solver, tolerances)
+        end = extreme_load_factor(matrix * sign[:, None], rows.g * sign, +1.0, solver, tolerances)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
         if found[-1].load_factor <= tolerances.feasibility:
             break
@@ -191,7 +191,7 @@ def _unsafe(rows: Constraints, matrix: FloatArray, start: ConicBound, tolerances
     return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
 
 
-def _bound(
+def extreme_load_factor(
     matrix: FloatArray, right: FloatArray, towards: float, solver: str | None, tolerances: Tolerances
 ) -> ConicBound:
     """The largest (towards −1) or smallest (+1) λ ≥ 0 with matrix · (v, λ) ≤ right.
@@ -202,7 +202,7 @@ def _bound(
     count = matrix.shape[1]
     kept = np.append(matrix[:, :-1].any(axis=0), True)
     if not kept.all():  # slips that no row knows stay zero
-        part = _bound(matrix[:, kept], right, towards, solver, tolerances)
+        part = extreme_load_factor(matrix[:, kept], right, towards, solver, tolerances)
         slip = np.zeros(count - 1)
         slip[kept[:-1]] = part.slip
         return replace(part, slip=slip if part.status == Status.OPTIMAL else np.full(count - 1, nan))

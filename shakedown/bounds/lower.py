@@ -10,7 +10,7 @@ import numpy as np
 from shakedown.bounds.certificate import (
     LOWER_CERTIFIED_UP_TO,
     Certificate,
-    NoCertificate,
+    Disputed,
     certified_lower,
     significant,
 )
@@ -24,6 +24,7 @@ from shakedown.bounds.collapse_programs import (
 )
 from shakedown.bounds.proof_status import GuaranteeStatus, guarantee_status
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
+from shakedown.evidence import Missing, sought
 from shakedown.model.arguments import checked
 from shakedown.model.constraints import constraints, rows_named
 from shakedown.model.problem import FloatArray, Problem
@@ -72,6 +73,8 @@ class LowerBound(Result):
         stored, or None.
     uncertified
         Why there is no certificate although it was asked for; else empty.
+    disputed
+        Whether exact arithmetic on the stored digits contradicts the number by more than the data allow.
     reduced_accuracy
         Whether a linear program ended only at loosened tolerances (1e-7).
     tolerances
@@ -84,7 +87,7 @@ class LowerBound(Result):
 
     DOCUMENT: ClassVar[str] = (
         "status load_factor node slip kind single_node_bound guarantee reason coupling_ratio "
-        "lift_off_bound certified uncertified reduced_accuracy residual pinned"
+        "lift_off_bound certified uncertified disputed reduced_accuracy residual pinned"
     )
     TABLE: ClassVar[str] = "slip per_node"
 
@@ -99,6 +102,7 @@ class LowerBound(Result):
     residual: float
     certified: tuple[float, float] | None = None
     uncertified: str = ""
+    disputed: bool = False
     reduced_accuracy: bool = False
     tolerances: Tolerances = field(default=DEFAULT, repr=False)
     kind: str = "first-collapse"
@@ -227,11 +231,12 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     limits = collapse_limits(rows)
     outcomes = collapses(rows, program, limits, all_nodes=certify)
     node = first_to_collapse(outcomes)
-    found: Certificate | NoCertificate = NoCertificate("")
+    found: Certificate | Missing = Missing("")
     if certify:
-        node, found = certified_lower(problem, outcomes, node, tolerances)
+        exact = sought(certified_lower, problem, outcomes, node, tolerances)
+        node, found = (node, exact) if isinstance(exact, Missing) else exact
     vertex = outcomes[node].vertex
-    if vertex is None and isinstance(found, NoCertificate):
+    if vertex is None and isinstance(found, Missing):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
         if upper.status == Status.OPTIMAL:
             return _vanishing(problem, upper, tolerances)
@@ -252,7 +257,7 @@ def _collapse(
     problem: Problem,
     node: int,
     outcomes: dict[int, Solution],
-    found: Certificate | NoCertificate,
+    found: Certificate | Missing,
     tolerances: Tolerances,
 ) -> LowerBound:
     rows, vertex = constraints(problem), outcomes[node].vertex
@@ -276,7 +281,8 @@ def _collapse(
         multipliers=y,
         residual=collapse_excess(rows, node, x),
         certified=certified,
-        uncertified=found.reason if isinstance(found, NoCertificate) else "",
+        uncertified=found.reason if isinstance(found, Missing) else "",
+        disputed=isinstance(found, Disputed),
         reduced_accuracy=any(outcome.reduced_accuracy for outcome in outcomes.values()),
         tolerances=tolerances,
         pinned=rows.pinned,
@@ -293,6 +299,7 @@ def _vanishing(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> L
         residual=upper.residual,
         certified=upper.certified,
         uncertified=upper.uncertified,
+        disputed=upper.disputed,
         reduced_accuracy=upper.reduced_accuracy,
     )
 

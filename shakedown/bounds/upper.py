@@ -10,11 +10,12 @@ import numpy as np
 from shakedown.bounds.certificate import (
     UPPER_CERTIFIED_UP_TO,
     Certificate,
-    NoCertificate,
+    Disputed,
     certified_upper,
     significant,
 )
 from shakedown.errors import UsageError
+from shakedown.evidence import Missing, sought
 from shakedown.model.arguments import checked
 from shakedown.model.constraints import Constraints, constraints, rows_named, through_transient
 from shakedown.model.contact_zone import Zone
@@ -75,6 +76,11 @@ class UpperBound(Result):
         Whether the status was checked in exact arithmetic.
     uncertified
         Why there is no certificate although it was asked for; else empty.
+    disputed
+        Whether exact arithmetic on the stored digits contradicts the number by more than the data allow.
+    missing
+        Other evidence that a solver failed to give, and why: ``multipliers`` or ``direction``,
+        ``least_load_factor``, which is NaN then.
     reduced_accuracy
         Whether the linear program ended only at loosened tolerances (1e-7).
     open_nodes
@@ -87,7 +93,7 @@ class UpperBound(Result):
 
     DOCUMENT: ClassVar[str] = (
         "status load_factor least_load_factor slip open_nodes direction active certified uncertified "
-        "exact reduced_accuracy reason residual pinned"
+        "disputed missing exact reduced_accuracy reason residual pinned"
     )
     TABLE: ClassVar[str] = "slip"
 
@@ -103,6 +109,8 @@ class UpperBound(Result):
     certified: tuple[float, float] | None
     exact: bool
     uncertified: str = ""
+    disputed: bool = False
+    missing: tuple[str, ...] = ()
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
     pinned: tuple[int, ...] = ()
@@ -192,15 +200,16 @@ def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
 
 def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tolerances) -> UpperBound:
     outcome = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
-    found: Certificate | NoCertificate = NoCertificate("")
+    found: Certificate | Missing = Missing("")
     if certify:
-        found = certified_upper(problem, outcome, tolerances)
+        found = sought(certified_upper, problem, outcome, tolerances)
     certificate = found if isinstance(found, Certificate) else None
     status = outcome.status if certificate is None else certificate.status
     answer = {Status.OPTIMAL: _optimal, Status.INFEASIBLE: _infeasible, Status.UNBOUNDED: _unbounded}[status]
     return replace(
         answer(rows, outcome, certificate, tolerances),
-        uncertified=found.reason if isinstance(found, NoCertificate) else "",
+        uncertified=found.reason if isinstance(found, Missing) else "",
+        disputed=isinstance(found, Disputed),
         reduced_accuracy=outcome.reduced_accuracy,
         pinned=rows.pinned,
     )
@@ -217,6 +226,7 @@ def _optimal(
         assert outcome.vertex is not None
         slip, load_factor = rows.slips(outcome.vertex.x[:-1]), float(outcome.vertex.x[-1])
         y, active, certified = -outcome.vertex.multipliers, outcome.active, None
+    least, missing = _least(rows, tolerances)
     return UpperBound(
         status=Status.OPTIMAL,
         load_factor=load_factor,
@@ -226,10 +236,17 @@ def _optimal(
         direction=np.full(rows.n, nan),
         reason="",
         residual=float(rows.relative_excess(slip, load_factor).max()),
-        least_load_factor=least_load_factor(rows, tolerances),
+        least_load_factor=least,
         certified=certified,
         exact=certificate is not None,
+        missing=missing,
     )
+
+
+def _least(rows: Constraints, tolerances: Tolerances) -> tuple[float, tuple[str, ...]]:
+    """λ_lo; NaN where its program fails, and that it did."""
+    found = sought(least_load_factor, rows, tolerances)
+    return (nan, (f"λ_lo: {found.reason}",)) if isinstance(found, Missing) else (found, ())
 
 
 def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
@@ -248,19 +265,24 @@ def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
 def _infeasible(
     rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
 ) -> UpperBound:
+    y, missing = np.full(len(rows.g), nan), tuple[str, ...]()
     if certificate is not None:
         y = certificate.multipliers
     else:
         matrix = np.column_stack([rows.coefficients, rows.d])
         sizes = np.abs(matrix).max(axis=1)
         norms = np.where(sizes > 0, sizes, 1.0)
-        y = widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances).multipliers
+        found = sought(widest, matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
+        if isinstance(found, Missing):
+            missing = (f"multipliers: {found.reason}",)
+        else:
+            y = found.multipliers
     terms = np.abs(y) @ np.abs(rows.G)
     return UpperBound(
         status=Status.INFEASIBLE,
         load_factor=nan,
         slip=np.full(rows.n, nan),
-        active=rows_named(rows, np.flatnonzero(y)),
+        active=rows_named(rows, np.flatnonzero(y != 0)) if not missing else (),
         multipliers=y,
         direction=np.full(rows.n, nan),
         reason=NO_SAFE_STATE,
@@ -268,16 +290,22 @@ def _infeasible(
         least_load_factor=nan,
         certified=None,
         exact=certificate is not None,
+        missing=missing,
     )
 
 
 def _unbounded(
     rows: Constraints, outcome: Solution, certificate: Certificate | None, tolerances: Tolerances
 ) -> UpperBound:
+    least, missing = _least(rows, tolerances)
     if np.all(rows.d <= 0):
         direction, reason = np.zeros(rows.n), ZERO_AMPLITUDE if not np.any(rows.d) else RELIEVING
     else:
-        direction, reason = _widest_direction(rows, certificate, tolerances), WEDGING
+        found, reason = sought(_widest_direction, rows, certificate, tolerances), WEDGING
+        if isinstance(found, Missing):
+            direction, missing = np.full(rows.n, nan), (*missing, f"direction: {found.reason}")
+        else:
+            direction = found
     terms = np.maximum(np.max(np.abs(rows.G * direction), axis=1), np.abs(rows.d))
     excess = (rows.G @ direction + rows.d) / np.where(terms > 0, terms, 1.0)
     return UpperBound(
@@ -289,7 +317,8 @@ def _unbounded(
         direction=direction,
         reason=reason,
         residual=float(excess.max()),
-        least_load_factor=least_load_factor(rows, tolerances),
+        least_load_factor=least,
+        missing=missing,
         certified=None if certificate is None else (inf, inf),
         exact=certificate is not None,
     )

@@ -99,7 +99,8 @@ class ConeProgram:
         ways: list[Callable[[], ConeSolution]] = [partial(self._by_clarabel, way) for way in WAYS]
         ways.insert(0 if len(self.right) >= DENSE_FROM else len(ways), self._by_dense_points)
         failures = []
-        for each in [*ways, partial(cut_cone, self)][road:]:
+        ways.append(partial(cut_cone, self))
+        for each in ways[road:]:
             found = sought(each)
             if not isinstance(found, Missing):
                 return found

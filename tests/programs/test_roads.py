@@ -77,7 +77,8 @@ def test_the_next_road_is_taken_where_one_fails(monkeypatch):
 
     monkeypatch.setattr(cone_program, "_clarabel", fails)
     assert program.cost @ program.solve().x == pytest.approx(program.cost @ expected.x, rel=1e-6)
-    monkeypatch.setattr(cone_program, "cut_cone", fails)
+    monkeypatch.setattr(cone_program, "cone_optimum", lambda *scaled: None)
+    assert program.cost @ program.solve().x == pytest.approx(program.cost @ expected.x, rel=1e-6)
     monkeypatch.setattr(cone_program, "cut_cone", lambda program: fails(program, None))
     with pytest.raises(SolverError, match="no end"):
         program.solve()
