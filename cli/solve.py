@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 import click
 
 import shakedown
 from shakedown import SIDE_NAMES, Problem
+from shakedown.evidence import Missing, present, sought
 from shakedown.report.json_documents import (
     bounds_document,
     proved_document,
@@ -25,6 +27,7 @@ from shakedown.report.words import (
     up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
+from shakedown.verification.open_ends import open_ends
 from shakedown.visible_text import with_unit
 
 from .initial import initial_state
@@ -42,8 +45,8 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 @click.command(
     short_help="Bounds, safe slip, friction thresholds.",
-    epilog="Exit codes: 0 computed, whatever the bounds are; 1 a solver found no answer; "
-    "2 bad usage or bad input.",
+    epilog="Exit codes: 0 computed, whatever the bounds are; 1 an answer is open, or disputed in exact "
+    "arithmetic; 2 bad usage or bad input.",
 )
 @problem_argument
 @click.option(
@@ -68,7 +71,9 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 @open_option
 @json_option
 @quiet_option
+@click.pass_context
 def solve(
+    context: click.Context,
     problem: Problem,
     initial: str,
     distance: float,
@@ -84,7 +89,7 @@ def solve(
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
         energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
         _say_quickly(problem, energy, upper, as_json)
-        return
+        _leave(context, open_ends(upper, energy))
     if problem.n >= ANNOUNCED_FROM:
         click.echo(
             f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
@@ -96,12 +101,22 @@ def solve(
     limits = shakedown.friction_thresholds(problem)
     curve = None
     if bounds.have_gap and problem.n <= CURVE_UP_TO and not problem.is_domain:
-        curve = shakedown.guarantee_curve(problem, CURVE_RADII, centre=bounds.upper.slip)
+        curve = sought(shakedown.guarantee_curve, problem, CURVE_RADII, centre=bounds.upper.slip)
     if as_json:
-        more = {"friction": limits.to_dict(), "guarantee_curve": curve and curve.to_dict()}
+        known = None if curve is None else present(curve)
+        more = {"friction": limits.to_dict(), "guarantee_curve": known and known.to_dict()}
         echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
     else:
         say(_text(problem, Proved(energy, universal), bounds, limits, curve))
+    _leave(context, open_ends(bounds.lower, bounds.upper, energy, universal))
+
+
+def _leave(context: click.Context, open_ends: Iterable[str]) -> None:
+    """Exit code 1, and why, where something stays open."""
+    left = list(open_ends)
+    for sentence in left:
+        click.echo(sentence, err=True)
+    context.exit(1 if left else 0)
 
 
 def _say_quickly(
@@ -132,7 +147,7 @@ def _text(
     proved: Proved,
     bounds: shakedown.ShakedownBounds,
     limits: shakedown.FrictionThresholds,
-    curve: shakedown.GuaranteeCurve | None,
+    curve: shakedown.GuaranteeCurve | Missing | None,
 ) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), ""]
@@ -142,7 +157,10 @@ def _text(
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(bounds, proved)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, *proved)]
-    lines += [] if curve is None else [paragraph(curve_in_words(curve, problem))]
+    if isinstance(curve, Missing):
+        lines += [paragraph(f"The guarantee curve is missing: {curve.reason}.")]
+    elif curve is not None:
+        lines += [paragraph(curve_in_words(curve, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     safe, active = _safe_columns(problem, upper).items()

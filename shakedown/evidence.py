@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
-from shakedown.errors import SolverError
+from shakedown.errors import ShakedownError, SolverError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -16,9 +16,13 @@ class Missing:
 
     reason: str
 
+    def __bool__(self) -> bool:
+        """False: there is none."""
+        return False
+
 
 def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
-    """What a step of evidence finds; where its solver comes to no end, that and nothing else is caught.
+    """What a step of evidence finds; where its solver comes to no end, why. Nothing else is caught.
 
     Examples
     --------
@@ -27,7 +31,23 @@ def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missi
     >>> sought(abs, -3), sought(fails, -3)
     (3, Missing(reason="the linear program ended as 'Unknown'"))
     """
+    return _caught(SolverError, step, *args, **kwargs)
+
+
+def allowed(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:
+    """The same where a step may also refuse what it is given: one point among many that need not exist."""
+    return _caught(ShakedownError, step, *args, **kwargs)
+
+
+def present(found: T | Missing) -> T | None:
+    """What was found; None where it is missing."""
+    return None if isinstance(found, Missing) else found
+
+
+def _caught(
+    failures: type[ShakedownError], step: Callable[P, T], *args: P.args, **kwargs: P.kwargs
+) -> T | Missing:
     try:
         return step(*args, **kwargs)
-    except SolverError as error:
+    except failures as error:
         return Missing(str(error))

@@ -7,12 +7,13 @@ That no node lifts off is checked apart (6, ``lift_off``). All of it follows one
 order: of a load domain nothing is proved here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isnan, nan
 
 from shakedown.bounds.coupling import WEAK, Coupling, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.single_node_cycle import single_node_cycle
+from shakedown.evidence import Missing, sought
 from shakedown.model.problem import Problem
 from shakedown.shown_values import down, up
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -74,7 +75,17 @@ def guarantee_status(
     >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
     ('evidence', 1.342, 2.4442)
     """
-    influence, alone = coupling(problem), single_node_cycle(problem, tolerances=tolerances).load_factor
+    influence, cycle = coupling(problem), sought(single_node_cycle, problem, tolerances=tolerances)
+    if isinstance(cycle, Missing):
+        rest = _status(problem, load_factor, influence, nan, tolerances)
+        return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {cycle.reason}")
+    return _status(problem, load_factor, influence, cycle.load_factor, tolerances)
+
+
+def _status(
+    problem: Problem, load_factor: float, influence: Coupling, alone: float, tolerances: Tolerances
+) -> GuaranteeStatus:
+    """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
     if problem.is_domain and load_factor > 0.0:
         return GuaranteeStatus("evidence", ANY_ORDER, influence.ratio, alone, nan)
     if not problem.B.any():
@@ -85,7 +96,10 @@ def guarantee_status(
     reached = load_factor * (1 - tolerances.feasibility)
     argument = _argument(problem, influence, tolerances)
     if argument:
-        stays_closed = lift_off_bound(problem, enough=load_factor, tolerances=tolerances)
+        stays_closed = sought(lift_off_bound, problem, enough=load_factor, tolerances=tolerances)
+        if isinstance(stays_closed, Missing):
+            caveat = f"{argument}, but the lift-off bound is missing: {stays_closed.reason}"
+            return GuaranteeStatus("single-node-excluded", caveat, influence.ratio, alone, nan)
         if stays_closed >= reached:
             return GuaranteeStatus("proved", argument, influence.ratio, alone, stays_closed)
         caveat = (
@@ -97,7 +111,8 @@ def guarantee_status(
 
 def _argument(problem: Problem, influence: Coupling, tolerances: Tolerances) -> str:
     """The proof that holds while all nodes are closed, in words; empty where there is none."""
-    if problem.n <= 2 and unique_in_contact(problem, tolerances=tolerances):
+    unique = sought(unique_in_contact, problem, tolerances=tolerances) if problem.n <= 2 else None
+    if unique:
         return f"{'one node' if problem.n == 1 else 'two nodes'} below the friction thresholds (thesis §4.4)"
     if influence.bound <= WEAK:
         return f"weak coupling, ratio {influence.ratio:.3g} <= 1/3"

@@ -9,7 +9,8 @@ from typing import Literal, NamedTuple
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.energy.energy_bound import energy_bound
-from shakedown.errors import ProblemError, ShakedownError
+from shakedown.errors import ProblemError
+from shakedown.evidence import Missing, allowed
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.outcome import Outcome, nodes_in_words
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
@@ -183,16 +184,15 @@ def design_point(
     )
 
 
-def _failed(error: ShakedownError) -> Limit:
-    return Limit(nan, Status.UNDECIDED, str(error))
+def _failed(missing: Missing) -> Limit:
+    return Limit(nan, Status.UNDECIDED, missing.reason)
 
 
 def _lower(problem: Problem, tolerances: Tolerances) -> tuple[LowerBound | None, Limit]:
-    try:
-        lower = lower_bound(problem, certify=False, tolerances=tolerances)
-        return lower, Limit(lower.load_factor, lower.status, lower.reason)
-    except ShakedownError as error:
-        return None, _failed(error)
+    lower = allowed(lower_bound, problem, certify=False, tolerances=tolerances)
+    if isinstance(lower, Missing):
+        return None, _failed(lower)
+    return lower, Limit(lower.load_factor, lower.status, lower.reason)
 
 
 def _universal(
@@ -200,24 +200,21 @@ def _universal(
 ) -> Limit:
     if first is None:
         return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
-    try:
-        found = universal_bound(
-            problem,
-            first_collapse=first,
-            intervals=0 if question.quick else None,
-            certify=False,
-            tolerances=tolerances,
-        )
-    except ShakedownError as error:
-        return _failed(error)
+    effort = 0 if question.quick else None
+    found = allowed(
+        universal_bound, problem, first_collapse=first, intervals=effort, certify=False, tolerances=tolerances
+    )
+    if isinstance(found, Missing):
+        return _failed(found)
     return Limit(found.load_factor, Status(found.status), found.reason)
 
 
 def _upper(problem: Problem, question: Question, tolerances: Tolerances) -> tuple[UpperBound | None, Limit]:
-    try:
-        upper = upper_bound(problem, open_nodes=question.open_nodes, certify=False, tolerances=tolerances)
-    except ShakedownError as error:
-        return None, _failed(error)
+    upper = allowed(
+        upper_bound, problem, open_nodes=question.open_nodes, certify=False, tolerances=tolerances
+    )
+    if isinstance(upper, Missing):
+        return None, _failed(upper)
     remarks = [upper.reason] if upper.reason else []
     if upper.open_nodes:
         remarks.append(
@@ -231,12 +228,10 @@ def _upper(problem: Problem, question: Question, tolerances: Tolerances) -> tupl
 def _energy(
     problem: Problem, open_nodes: tuple[int, ...], question: Question, tolerances: Tolerances
 ) -> Limit:
-    try:
-        found = energy_bound(
-            problem, question.initial_slip, open_nodes=open_nodes, certify=False, tolerances=tolerances
-        )
-    except ShakedownError as error:
-        return _failed(error)
+    start = question.initial_slip
+    found = allowed(energy_bound, problem, start, open_nodes=open_nodes, certify=False, tolerances=tolerances)
+    if isinstance(found, Missing):
+        return _failed(found)
     if found.least_load_factor > 0:
         return Limit(
             found.load_factor, Status.UNDECIDED, f"proved only from λ = {found.least_load_factor:.9g} on"
@@ -250,17 +245,17 @@ def _transient(
     """λ_T, sought up to a little above λ_max."""
     if largest is None or largest.status != Status.OPTIMAL or not largest.load_factor > 0:
         return None, Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
-    try:
-        found = transient_limit(
-            problem,
-            question.initial_slip,
-            largest=ABOVE * largest.load_factor,
-            steps=QUICK_STEPS if question.quick else STEPS,
-            accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
-            tolerances=tolerances,
-        )
-    except ShakedownError as error:
-        return None, _failed(error)
+    found = allowed(
+        transient_limit,
+        problem,
+        question.initial_slip,
+        largest=ABOVE * largest.load_factor,
+        steps=QUICK_STEPS if question.quick else STEPS,
+        accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
+        tolerances=tolerances,
+    )
+    if isinstance(found, Missing):
+        return None, _failed(found)
     proved, cycling = found.interval
     if isnan(found.load_factor):
         return found, Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
@@ -272,10 +267,8 @@ def _transient(
 
 
 def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:
-    try:
-        return long_term_state(problem, load_factor, question.initial_slip, tolerances=tolerances).outcome
-    except ShakedownError:  # loads too large to be followed
-        return Outcome.UNDECIDED
+    found = allowed(long_term_state, problem, load_factor, question.initial_slip, tolerances=tolerances)
+    return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
 
 
 class _Known(NamedTuple):

@@ -16,6 +16,7 @@ from shakedown.energy.exact_check import ExactBall
 from shakedown.energy.farthest import Farthest, contradiction, end_of, widest_room
 from shakedown.energy.zone_rows import zone_rows
 from shakedown.errors import UsageError
+from shakedown.evidence import Missing, sought
 from shakedown.model.arguments import checked, checked_initial_slip, require_problem
 from shakedown.model.contact_zone import Zone
 from shakedown.model.problem import FloatArray, Problem
@@ -26,6 +27,8 @@ from shakedown.tolerances import DEFAULT, Tolerances
 
 CERTIFIED_UP_TO = 40
 TOO_FAR = "no ball about a safe slip holds the initial slip and the distance around it, at any load factor"
+NOT_REGULAR = "to the last stored digit A is not positive semi-definite, or B reaches outside its range"
+NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 
@@ -63,7 +66,8 @@ class EnergyBound(Result):
     ----------
     status
         ``"optimal"``; ``"infeasible"`` (nothing is proved at any load factor);
-        ``"unbounded"`` (proved at every load factor from the least on).
+        ``"unbounded"`` (proved at every load factor from the least on); ``"undecided"``
+        (no solver came to an end that the rows confirm: nothing is reported).
     load_factor
         λ_E; NaN where infeasible, inf where unbounded.
     least_load_factor
@@ -87,6 +91,8 @@ class EnergyBound(Result):
     certificate
         What exact arithmetic confirms (up to 40 nodes, all closed, A exactly positive
         semi-definite), else None.
+    uncertified
+        Why there is no certificate although it was asked for; else empty.
     reason
         The status in words; empty where optimal.
     open_nodes
@@ -97,8 +103,8 @@ class EnergyBound(Result):
     """
 
     DOCUMENT: ClassVar[str] = (
-        "load_factor least_load_factor slip radius distance status reason certified residual initial_slip "
-        "open_nodes active gap pinned"
+        "load_factor least_load_factor slip radius distance status reason certified uncertified residual "
+        "initial_slip open_nodes active gap pinned"
     )
     TABLE: ClassVar[str] = "initial_slip slip"
 
@@ -115,6 +121,7 @@ class EnergyBound(Result):
     certificate: EnergyCertificate | None
     reason: str
     open_nodes: tuple[int, ...] = ()
+    uncertified: str = ""
     pinned: tuple[int, ...] = ()
 
     @property
@@ -160,9 +167,6 @@ def energy_bound(
     ------
     UsageError
         If an argument has the wrong shape or is out of range.
-    SolverError
-        If the cone program ends without an answer.
-
     Examples
     --------
     >>> import shakedown
@@ -179,11 +183,16 @@ def energy_bound(
     if reason:
         return _in_zone(zone, given, _nothing(rows, held, reach, reason))
     check_resolved(rows, held, reach, tolerances)
-    bound = farthest_load_factor(rows, held, reach, tolerances)
+    found = sought(farthest_load_factor, rows, held, reach, tolerances)
+    bound = _undecided(rows, held, reach, found) if isinstance(found, Missing) else found
     wanted = problem.n <= CERTIFIED_UP_TO if certify is None else certify
     if wanted and bound.status == Status.OPTIMAL and not zone.open_nodes:
         exact = ExactBall(problem, transient=True)
-        bound = replace(bound, certificate=_certificate(exact, rows, bound))
+        proof = sought(_certificate, exact, rows, bound)
+        if isinstance(proof, Missing):
+            bound = replace(bound, uncertified=proof.reason)
+        else:
+            bound = replace(bound, certificate=proof)
     return _in_zone(zone, given, bound)
 
 
@@ -218,7 +227,7 @@ def farthest_load_factor(
         )
     if end.status == Status.UNBOUNDED and not widest_room(about).margin > tolerances.feasibility:
         return _nothing(rows, start, distance, TOO_FAR)  # a direction of growth, but nothing to start from
-    least = _least_load_factor(about, tolerances)
+    least = _least_load_factor(about, tolerances)  # required: without it nobody knows where the proof begins
     if end.status == Status.UNBOUNDED:
         nothing = _nothing(rows, start, distance, UNLIMITED)
         return replace(nothing, status=Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
@@ -272,10 +281,10 @@ def _optimal(
     )
 
 
-def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> EnergyCertificate | None:
+def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
     if not exact.regular:
-        return None
+        return Missing(NOT_REGULAR)
     about = cone_rows(rows, bound.initial_slip, bound.distance)
     room = widest_room(about)
     middle = bound.initial_slip + rows.metric.inverse @ room.y * about.length
@@ -285,7 +294,11 @@ def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> Ener
         radius = nextafter(float(exact.radius_to(slip, bound.initial_slip, bound.distance)), inf)
         if exact.holds(lower, slip, radius):
             return EnergyCertificate(lower, slip, radius)
-    return None
+    return Missing(NOWHERE_STRICT)
+
+
+def _undecided(rows: EnergyRows, start: FloatArray, distance: float, why: Missing) -> EnergyBound:
+    return replace(_nothing(rows, start, distance, why.reason), status=Status.UNDECIDED)
 
 
 def _nothing(rows: EnergyRows, start: FloatArray, distance: float, reason: str) -> EnergyBound:

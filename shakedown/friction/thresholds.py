@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from shakedown.evidence import Missing, sought
 from shakedown.friction.wedging import Wedging, wedging_threshold
 from shakedown.model.arguments import checked, require_problem
 from shakedown.model.problem import FloatArray, Problem
@@ -130,8 +131,16 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
         factor=factor,
         uniqueness_in_contact=contact,
         uniqueness=anywhere,
-        wedging=wedging_threshold(stiffness, safe),
+        wedging=_wedging(stiffness, safe),
     )
+
+
+def _wedging(stiffness: ScaledStiffness, safe: float) -> Wedging:
+    """Where a program of the search fails, what is known without it."""
+    found = sought(wedging_threshold, stiffness, safe)
+    if not isinstance(found, Missing):
+        return found
+    return Wedging(safe / stiffness.friction_unit, np.inf, np.full(stiffness.n, np.nan), reason=found.reason)
 
 
 def _single_node(stiffness: ScaledStiffness) -> FloatArray:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.energy.energy_ball import energy_ball
-from shakedown.errors import SolverError, UsageError
+from shakedown.errors import UsageError
+from shakedown.evidence import Missing, sought
 from shakedown.evolution.cycle_record import State
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene
@@ -107,7 +108,8 @@ def energy_proof(
         The nodes that are open at rest, all others closed.
     """
     try:
-        ball = energy_ball(
+        ball = sought(
+            energy_ball,
             problem,
             load_factor,
             around=final_slip,
@@ -115,7 +117,9 @@ def energy_proof(
             open_nodes=open_nodes,
             tolerances=passage.tolerances,
         )
-    except (SolverError, UsageError):  # no zone, or no ball found in it: nothing is proved
+    except UsageError:  # there is no such zone
+        return NO_PROOF
+    if isinstance(ball, Missing):  # no ball was found in it: nothing is proved
         return NO_PROOF
     passed = passage.slips_in_zone(open_nodes)
     if not ball.contains(final_slip) or not any(ball.contains(slip) for slip in passed):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
@@ -72,22 +73,23 @@ def bounds_in_words(
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = bounds.lower, bounds.upper
+    reservations = _reservations(bounds, energy, universal)
     if upper.open_nodes:
-        return [_closed(lower, universal), *zone_in_words(upper, lower.problem), *_reservations(bounds)]
+        return [_closed(lower, universal), *zone_in_words(upper, lower.problem), *reservations]
     if upper.status == Status.INFEASIBLE:
-        return [f"No load factor is safe with all nodes in contact: {upper.reason}."]
+        return [f"No load factor is safe with all nodes in contact: {upper.reason}.", *reservations]
     if _is_constant(lower.problem):
-        return [_constant(lower, upper), *_reservations(bounds)]
+        return [_constant(lower, upper), *reservations]
     if lower.status == Status.INFEASIBLE:
         return [
             *_from_least(upper, lower.problem),
             _as_given(bounds, energy, universal),
-            *_reservations(bounds),
+            *reservations,
         ]
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(bounds)] if gap else []
     given = _as_given(bounds, energy, universal)
-    return [_below(lower, universal), *between, _above(upper, lower.problem), given, *_reservations(bounds)]
+    return [_below(lower, universal), *between, _above(upper, lower.problem), given, *reservations]
 
 
 def certain_in_words(
@@ -239,6 +241,8 @@ def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
+    if energy.status == Status.UNDECIDED:
+        return f"From {start} it is open what is proved ({energy.reason})"
     if energy.status == Status.INFEASIBLE:
         hint = "; a smaller distance may do" if energy.distance > 0 else "; a state after some cycles may do"
         return f"From {start} no load factor is proved ({energy.reason}{hint})"
@@ -250,6 +254,8 @@ def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
 
 
 def _proved_from_everywhere(universal: UniversalBound) -> str:
+    if universal.status == Status.UNDECIDED:
+        return f"from every initial state it is open what is proved ({universal.reason})"
     if np.isnan(universal.load_factor):
         return ""
     more = ARGUMENTS.get(universal.argument)
@@ -407,9 +413,13 @@ def _against_energy(energy: EnergyBound | None) -> str:
     return f"; from {start} shakedown is not proved there"
 
 
-def _reservations(bounds: ShakedownBounds) -> list[str]:
+def _reservations(
+    bounds: ShakedownBounds, energy: EnergyBound | None, universal: UniversalBound | None
+) -> list[str]:
     """What keeps a number from being certified or fully accurate, where something does."""
-    sentences = []
+    sentences = [f"{missing} (no number is touched by it)." for missing in _missing(bounds, universal)]
+    if energy is not None and energy.uncertified:
+        sentences.append(f"λ_E is not certified: {energy.uncertified}.")
     for name, bound in (("λ_1", bounds.lower), ("λ_max", bounds.upper)):
         if bound.uncertified:
             sentences.append(f"{name} is not certified: {bound.uncertified}.")
@@ -418,6 +428,16 @@ def _reservations(bounds: ShakedownBounds) -> list[str]:
                 f"{name} has reduced accuracy (1e-7): the data are at the end of double precision."
             )
     return sentences
+
+
+def _missing(bounds: ShakedownBounds, universal: UniversalBound | None) -> Iterator[str]:
+    """Evidence that a solver failed to give, and why."""
+    yield from (f"λ_max: no {missing}" for missing in bounds.upper.missing)
+    if universal is None:
+        return
+    yield from (f"λ_U: no {missing}" for missing in universal.missing)
+    if universal.swing is not None and universal.swing.uncertified:
+        yield f"λ_U: no certificate of the swing bound: {universal.swing.uncertified}"
 
 
 def coupling_in_words(ratio: float) -> str:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.upper import upper_bound
+from shakedown.evidence import Missing, sought
 from shakedown.model.arguments import checked
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
@@ -51,6 +52,8 @@ class SwingBound(Result):
         where a node can be brought to both its limits; then nothing is certified.
     programs
         How many linear programs in two states were needed, because a bound by multipliers was not sharp.
+    uncertified
+        Why the proof in exact arithmetic failed where it was tried; else empty.
     """
 
     status: str
@@ -61,6 +64,7 @@ class SwingBound(Result):
     multipliers: FloatArray
     certified: bool
     programs: int
+    uncertified: str = ""
 
     def gaps(self, problem: Problem, load_factor: float) -> FloatArray:
         """By how much (A v)_i is larger in backward than in forward slip at least, (n,) [force].
@@ -182,10 +186,14 @@ def _completed(
 def _result(
     problem: Problem, found: _Found, lines: SwingLines, certify: bool | None, tolerances: Tolerances
 ) -> SwingBound:
-    load_factor, proved = found.load_factor, None
+    load_factor, proved, uncertified = found.load_factor, None, ""
     certify = problem.n <= CERTIFIED_UP_TO if certify is None else certify
     if certify and 0.0 < load_factor < inf and found.node >= 0:
-        proved = proved_swing(problem, lines)
+        found_exactly = sought(proved_swing, problem, lines)
+        if isinstance(found_exactly, Missing):
+            uncertified = found_exactly.reason
+        else:
+            proved = found_exactly
         if proved is not None and proved < load_factor * (1.0 - tolerances.feasibility):
             proved = None  # the lines leave a gap, which the program in two states has closed
     return SwingBound(
@@ -196,5 +204,6 @@ def _result(
         backward_slip=found.backward,
         multipliers=-lines.multipliers,
         certified=proved is not None,
+        uncertified=uncertified,
         programs=found.programs,
     )

@@ -1,6 +1,6 @@
 """The largest load factor up to which shakedown from every initial state is proved."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -9,6 +9,7 @@ from shakedown.bounds.coupling import WEAK, coupling
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.errors import UsageError
+from shakedown.evidence import Missing, sought
 from shakedown.model.arguments import checked, require_problem
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
@@ -41,7 +42,7 @@ class UniversalBound(Result):
     ----------
     status
         ``"optimal"``; ``"infeasible"`` (no safe slip under the mean load); ``"unbounded"``
-        (every load factor is proved).
+        (every load factor is proved); ``"undecided"`` (a linear program ended without an answer).
     load_factor
         λ_U ≤ λ_1; 0 where nothing is proved, NaN where infeasible, inf where unbounded.
     node
@@ -52,7 +53,7 @@ class UniversalBound(Result):
     limited_by
         What the argument ends at: ``"first collapse"``, ``"swing"``, ``"closing box"``, ``"lift-off"``,
         ``"uniqueness"``, ``"mean load"``, or for the swing with box ``"gain"`` (a further step would add too
-        little) or ``"effort"`` (as many as allowed were made).
+        little) or ``"effort"`` (as many as allowed were made); ``"solver"`` where undecided.
     reason
         The same in words.
     first_collapse
@@ -64,6 +65,8 @@ class UniversalBound(Result):
     after_transient
         Whether the problem has transient load steps: then nothing is said of a motion
         before they are over.
+    missing
+        Arguments that might have reached further, had their solver come to an end, and why it did not.
     """
 
     status: str
@@ -78,6 +81,7 @@ class UniversalBound(Result):
     swing: SwingBound | None
     sharpened: SharpenedSwing | None
     after_transient: bool = False
+    missing: tuple[str, ...] = ()
 
     def document(self) -> dict[str, dict[str, Any]]:
         """What is written as JSON: the number, what limits it, and the closing box beside it."""
@@ -127,7 +131,7 @@ def universal_bound(
     UsageError
         If an argument is out of range.
     SolverError
-        If a linear program ends without an answer.
+        If λ_1 was not given, and a linear program of it ends without an answer.
 
     Examples
     --------
@@ -147,23 +151,37 @@ def universal_bound(
     if lower.load_factor == 0.0:
         reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
         return _without(lower, closing, 0.0, "first collapse", reason)
-    uniqueness = unique_in_contact(problem, tolerances=tolerances)
+    known = sought(unique_in_contact, problem, tolerances=tolerances)
+    uniqueness = Uniqueness(None, known.reason) if isinstance(known, Missing) else known
     complete = complete_argument(problem, uniqueness)
     if not (uniqueness or complete):
         reason = f"the motion is not proved to be unique: {uniqueness.argument}"
         return _without(lower, closing, 0.0, "uniqueness", reason)
-    lift = inf if complete == "Melan" else lift_off_bound(problem, lower.load_factor, tolerances=tolerances)
+    lift = _lift_off(problem, lower, complete, tolerances)
+    if isinstance(lift, Missing):
+        return _undecided(lower, closing, f"the lift-off bound is missing: {lift.reason}")
     if complete:
         found = _Found(lower.load_factor, lower.node, complete, "first collapse")
         return _result(lower, closing, found, lift)
-    swing = swing_bound(problem, certify=certify, tolerances=tolerances)
+    swing = sought(swing_bound, problem, certify=certify, tolerances=tolerances)
+    if isinstance(swing, Missing):
+        return _undecided(lower, closing, f"the swing bound is missing: {swing.reason}")
     found = _Found(swing.load_factor, swing.node, "swing", "swing")
     if closing.load_factor > swing.load_factor:
         found = _Found(closing.load_factor, closing.node, "closing box", "closing box")
-    sharpened = _sharpened(problem, found, min(lower.load_factor, lift), intervals, tolerances)
+    climb = sought(_sharpened, problem, found, min(lower.load_factor, lift), intervals, tolerances)
+    missing = (f"swing with box: {climb.reason}",) if isinstance(climb, Missing) else ()
+    sharpened = None if isinstance(climb, Missing) else climb
     if sharpened is not None and sharpened.load_factor > found.load_factor:
         found = _Found(sharpened.load_factor, -1, "swing with box", sharpened.limited_by)
-    return _result(lower, closing, found, lift, swing, sharpened)
+    return replace(_result(lower, closing, found, lift, swing, sharpened), missing=missing)
+
+
+def _lift_off(problem: Problem, lower: LowerBound, complete: str, tolerances: Tolerances) -> float | Missing:
+    """The lift-off bound; inf where the argument does not need it."""
+    if complete == "Melan":
+        return inf
+    return sought(lift_off_bound, problem, lower.load_factor, tolerances=tolerances)
 
 
 def _effort(problem: Problem, intervals: int | None) -> int:
@@ -217,6 +235,11 @@ def _without(
         sharpened=None,
         after_transient=lower.problem.q_transient is not None,
     )
+
+
+def _undecided(lower: LowerBound, closing: ClosingBox, reason: str) -> UniversalBound:
+    """The answer where a program on which it rests came to no end."""
+    return replace(_without(lower, closing, nan, "solver", reason), status=Status.UNDECIDED)
 
 
 def _result(

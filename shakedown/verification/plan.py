@@ -11,6 +11,7 @@ from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.upper import UpperBound
 from shakedown.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.evidence import Missing, sought
 from shakedown.model.loading import slip_reach, transient_path
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.status import Status
@@ -95,8 +96,8 @@ def planned_cases(
         states |= given_states(problem)
         half_width = slip_reach(problem, load_factor)
         states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
-        ball = energy_ball(problem, load_factor, tolerances=tolerances)
-        if 0 < ball.radius < np.inf:
+        ball = sought(energy_ball, problem, load_factor, tolerances=tolerances)
+        if not isinstance(ball, Missing) and 0 < ball.radius < np.inf:
             away = np.random.default_rng(seed).normal(size=(ON_SURFACE, ball.metric.inverse.shape[1]))
             states |= {f"ball {k}": state for k, state in enumerate(ball.at(away, JUST_INSIDE))}
         for name, state in states.items():
@@ -105,11 +106,12 @@ def planned_cases(
             if name == "safe" and (safe.open_nodes or safe.after_transient):
                 yield Case(region, load_factor, name, state, False, safe.open_nodes, safe.after_transient)
             else:
-                yield _case(problem, region, ball, name, state, tolerances)
+                yield _case(problem, load_factor, region, ball, name, state, tolerances)
     if AS_GIVEN not in chosen:
-        ball = energy_ball(problem, AS_GIVEN, tolerances=tolerances)
+        ball = sought(energy_ball, problem, AS_GIVEN, tolerances=tolerances)
         name, state = next(iter(({**given_states(problem), "zero": np.zeros(problem.n)}).items()))
-        yield _case(problem, region_of(AS_GIVEN, lower, upper, universal), ball, name, state, tolerances)
+        region = region_of(AS_GIVEN, lower, upper, universal)
+        yield _case(problem, AS_GIVEN, region, ball, name, state, tolerances)
 
 
 class _SafeStart(NamedTuple):
@@ -137,17 +139,23 @@ def _safe_start(
 
 
 def _case(
-    problem: Problem, region: str, ball: EnergyBall, name: str, state: FloatArray, tolerances: Tolerances
+    problem: Problem,
+    load_factor: float,
+    region: str,
+    ball: EnergyBall | Missing,
+    name: str,
+    state: FloatArray,
+    tolerances: Tolerances,
 ) -> Case:
     """A case that begins before the transient, with all nodes closed."""
     judged = region in (BELOW, PROVED)
     return Case(
         region=region,
-        load_factor=ball.load_factor,
+        load_factor=load_factor,
         initial=name,
         start=state,
-        in_ball=_in_ball(problem, ball, name, state, tolerances),
-        arrives_closed=not judged or arrives_closed(problem, ball.load_factor, state, tolerances),
+        in_ball=not isinstance(ball, Missing) and _in_ball(problem, ball, name, state, tolerances),
+        arrives_closed=not judged or arrives_closed(problem, load_factor, state, tolerances),
     )
 
 
@@ -159,7 +167,8 @@ def _in_ball(
         return bool(ball.contains(state))
     if not name.startswith(("zero", "given")):
         return False
-    return bool(energy_ball(problem, ball.load_factor, around=state, tolerances=tolerances).contains(state))
+    own = sought(energy_ball, problem, ball.load_factor, around=state, tolerances=tolerances)
+    return not isinstance(own, Missing) and bool(own.contains(state))
 
 
 def given_states(problem: Problem) -> dict[str, FloatArray]:

@@ -15,6 +15,7 @@ from shakedown.bounds.upper import UpperBound
 from shakedown.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.errors import UsageError
+from shakedown.evidence import Missing, present, sought
 from shakedown.friction.thresholds import FrictionThresholds, friction_thresholds
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
@@ -26,6 +27,7 @@ from shakedown.programs.blas_threads import on_one_thread
 from shakedown.shown_values import plain, short
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import UniversalBound, universal_bound
+from shakedown.verification.open_ends import open_ends
 from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
 from shakedown.verification.second_road import road_findings, second_road
 
@@ -146,7 +148,8 @@ class Verification(Result):
         One sentence each; empty where prediction and simulation agree, and both
         roads to the bounds.
     open_questions
-        One sentence for each simulation without an outcome.
+        One sentence for each simulation without an outcome, each bound without an answer, and each
+        that exact arithmetic disputes.
     notes
         What limits the evidence without touching an answer: one sentence for each bound
         that the second road does not reach, or not to full accuracy.
@@ -299,16 +302,17 @@ def verify(
     roads = list(road_findings(bounds, second, tolerances))
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
-    curve = (
-        guarantee_curve(problem, CURVE_RADII, tolerances=tolerances)
-        if bounds.have_gap and not problem.is_domain
-        else None
-    )
+    curve, transient = _curve(problem, bounds, tolerances), _transient(problem, upper, tolerances)
+    missing = [
+        f"{name} is missing: {found.reason}"
+        for name, found in (("the guarantee curve", curve), ("λ_T", transient))
+        if isinstance(found, Missing)
+    ]
     subsets = subset_count(problem.n)
     return Verification(
         problem=problem,
         energy=work.done(energy),
-        curve=work.done(curve),
+        curve=work.done(present(curve)),
         universal=universal,
         bounds=bounds,
         second_lower=second.lower,
@@ -316,13 +320,22 @@ def verify(
         critical=work.done(critical_load_factors(problem) if subsets <= budget else None),
         subsets=subsets,
         friction=work.done(friction_thresholds(problem, tolerances=tolerances)),
-        transient=work.done(_transient(problem, upper, tolerances)),
+        transient=work.done(present(transient)),
         runs=runs,
         disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
-        open_questions=tuple(_open_questions(runs)),
-        notes=tuple(text for agrees, text in roads if agrees is None),
+        open_questions=(*open_ends(lower, upper, energy, universal), *_open_questions(runs)),
+        notes=(*(text for agrees, text in roads if agrees is None), *missing),
         settings=Settings(random_states, seed, cycles, method),
     )
+
+
+def _curve(
+    problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances
+) -> GuaranteeCurve | Missing | None:
+    """λ_1(R); None where there is no gap between the bounds to close."""
+    if not bounds.have_gap or problem.is_domain:
+        return None
+    return sought(guarantee_curve, problem, CURVE_RADII, tolerances=tolerances)
 
 
 def _check(random_states: int, seed: int, load_factors: Sequence[float] | None) -> None:
@@ -348,13 +361,15 @@ class _Work:
         return result
 
 
-def _transient(problem: Problem, upper: UpperBound, tolerances: Tolerances) -> TransientLimit | None:
+def _transient(
+    problem: Problem, upper: UpperBound, tolerances: Tolerances
+) -> TransientLimit | Missing | None:
     if not 0 < upper.load_factor < np.inf:
         return None
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     largest = SCAN_ABOVE * upper.load_factor
-    return transient_limit(
-        problem, start, largest=largest, steps=SCANNED, accuracy=1e-6, tolerances=tolerances
+    return sought(
+        transient_limit, problem, start, largest=largest, steps=SCANNED, accuracy=1e-6, tolerances=tolerances
     )
 
 

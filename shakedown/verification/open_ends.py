@@ -1,0 +1,27 @@
+"""What a computation leaves open: answers without a number, and numbers that exact arithmetic disputes."""
+
+from collections.abc import Iterator
+
+from shakedown.bounds.lower import LowerBound
+from shakedown.bounds.upper import UpperBound
+from shakedown.energy.energy_bound import EnergyBound
+from shakedown.model.status import Status
+from shakedown.universal.universal_bound import UniversalBound
+
+
+def open_ends(*results: LowerBound | UpperBound | EnergyBound | UniversalBound) -> Iterator[str]:
+    """One sentence for each result without an answer, or whose answer is disputed.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> list(open_ends(shakedown.upper_bound(shakedown.example("two-node"))))
+    []
+    """
+    names = {LowerBound: "λ_1", UpperBound: "λ_max", EnergyBound: "λ_E", UniversalBound: "λ_U"}
+    for result in results:
+        name = names[type(result)]
+        if result.status == Status.UNDECIDED:
+            yield f"{name} is open: {result.reason}"
+        elif isinstance(result, LowerBound | UpperBound) and result.disputed:
+            yield f"{name} is disputed: {result.uncertified}"
