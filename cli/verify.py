@@ -151,11 +151,13 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
 
 def _kind_of_findings(result: shakedown.Verification) -> str:
     """What the findings are, in capitals; a body that slides away leaves nothing open."""
-    if result.disagreements:
-        return "DISAGREEMENT"
     sliding = sum(run.simulation.slides_away for run in result.runs)
-    kinds = ["SLIDES AWAY"] * (sliding > 0) + ["OPEN"] * (sliding < len(result.open_questions))
-    return ", ".join(kinds)
+    kinds = (
+        (len(result.disagreements), "DISAGREEMENT"),
+        (sliding, "SLIDES AWAY"),
+        (len(result.open_questions) - sliding, "OPEN"),
+    )
+    return ", ".join(name for number, name in kinds if number > 0)
 
 
 def _largest_slip(problem: Problem, run: shakedown.Simulation) -> float:

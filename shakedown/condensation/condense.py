@@ -1,6 +1,6 @@
 """Static condensation of an elastic model to its contact nodes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from shakedown.condensation.contact_frame import (
     checked_dofs,
     contact_frame,
     guided_nodes,
+    out_of_plane_notes,
 )
 from shakedown.condensation.factorised_interior import Interior, interior_of
 from shakedown.condensation.load_case import LoadCase, histories
@@ -261,6 +262,7 @@ def condensed_stiffness(
     axes: tuple[int, int] = (1, 2),
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
+    places: Mapping[int, Sequence[float]] | None = None,
 ) -> Condensation:
     """Condense a stiffness matrix to the contact nodes, κ = K_cc − K_ci K_ii⁻¹ K_ic.
 
@@ -294,6 +296,8 @@ def condensed_stiffness(
         because friction acts along one tangent only; true condenses it instead.
     allow_sparse
         Accept a matrix that holds contact nodes only and yet couples few of them.
+    places
+        Node → (x, y, z) [length]; only for the message about an interior that can move.
 
     Raises
     ------
@@ -312,7 +316,7 @@ def condensed_stiffness(
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
         check_condensed(matrix[~held][:, ~held], table[~held, 0])
     empty = ~held & (np.diff(matrix.indptr) == 0)
-    interior = interior_of(matrix, frame, held | empty, guided)
+    interior = interior_of(matrix, table, frame, held | empty, guided, places)
     stiffness, residual = interior.schur()
     error = asymmetry(stiffness)
     if error > DEFAULT.symmetry:
@@ -329,7 +333,10 @@ def condensed_stiffness(
         zero_modes=modes,
         asymmetry=error,
         residual=residual,
-        notes=_notes(frame, guided, constrained, empty, modes),
+        notes=(
+            *_notes(frame, guided, constrained, empty, modes),
+            *out_of_plane_notes(frame, table, held, axes),
+        ),
         _model=interior,
     )
 

@@ -190,6 +190,27 @@ def check_out_of_plane(
         )
 
 
+def out_of_plane_notes(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> tuple[str, ...]:
+    """What becomes of the friction of contact nodes that have a direction across the plane."""
+    across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & (table[:, 1] >= 1)
+    across &= ~np.isin(table[:, 1], axes)
+    free = across & ~held
+    if not across.any():
+        return ()
+    what = "moves without friction" if free.any() else "is held"
+    return (friction_left_out(int(table[np.argmax(across), 1]), what),)
+
+
+def friction_left_out(direction: int, what: str) -> str:
+    """A note on the one direction of contact nodes in which no friction acts."""
+    return (
+        f"direction {direction} of the contact nodes {what}: friction across the plane of slip and normal is "
+        "left out"
+    )
+
+
 def checked_dofs(dofs: ArrayLike) -> IntArray:
     """A (node, direction) map as an (N, 2) integer array without repetition, or ``ProblemError``."""
     table = np.asarray(dofs)
@@ -216,7 +237,9 @@ def _check_unique(labels: IntArray) -> None:
 def _unit_normals(normals: ArrayLike, n: int) -> FloatArray:
     vectors = np.asarray(normals, dtype=np.float64)
     if vectors.shape not in ((2,), (n, 2)):
-        raise ProblemError(f"normals: expected shape (2,) or ({n}, 2), found {vectors.shape}")
+        raise ProblemError(
+            f"normals: expected shape (2,) or ({n}, 2), components along the two axes, found {vectors.shape}"
+        )
     vectors = np.broadcast_to(vectors, (n, 2))
     length = np.hypot(vectors[:, 0], vectors[:, 1])
     if not np.all(np.isfinite(length) & (length > 0)):

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
 from shakedown.condensation.contact_frame import ContactFrame
 from shakedown.condensation.load_case import LoadCase
+from shakedown.condensation.loose_motion import Places, loose_motion
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 from shakedown.tolerances import DEFAULT
@@ -77,32 +78,47 @@ class Interior:
 
 
 def interior_of(
-    matrix: sparse.csr_array, frame: ContactFrame, held: NDArray[np.bool_], guided: NDArray[np.bool_]
+    matrix: sparse.csr_array,
+    dofs: NDArray[np.intp],
+    frame: ContactFrame,
+    held: NDArray[np.bool_],
+    guided: NDArray[np.bool_],
+    places: Places | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
 
     Raises
     ------
     ProblemError
-        If the interior can move without resistance.
+        If the interior can move without resistance; the message says which nodes, and how.
     """
     T_c, T_r, rest = frame.transformation(matrix.shape[0])
     T_c = T_c @ sparse.diags_array(np.concatenate([~guided, np.ones(frame.n, bool)]).astype(float))
     T_i, T_h = T_r[:, ~held[rest]], T_r[:, held[rest]]
-    return Interior(matrix, T_c, T_i, T_h, rest[held[rest]], _factorised((T_i.T @ matrix @ T_i).tocsc()))
+    lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), dofs[rest[~held[rest]]], places)
+    return Interior(matrix, T_c, T_i, T_h, rest[held[rest]], lu)
 
 
-def _factorised(K_ii: sparse.csc_array) -> SuperLU | None:
+def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> SuperLU | None:
     if K_ii.shape[0] == 0:
         return None
-    loose = "K: expected an interior that the supports and the welded contact hold, found that it can move"
     try:
         lu = splu(K_ii, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
     except RuntimeError as error:
         if "singular" not in str(error):
             raise
-        raise ProblemError(loose) from None
+        raise ProblemError(_loose(K_ii, dofs, places)) from None
     pivots = np.abs(lu.U.diagonal())
     if pivots.min() < DEFAULT.singular_pivot * pivots.max():
-        raise ProblemError(f"{loose} (pivot ratio {pivots.min() / pivots.max():.1e})")
+        ratio = pivots.min() / pivots.max()
+        raise ProblemError(f"{_loose(K_ii, dofs, places)} (pivot ratio {ratio:.1e})")
     return lu
+
+
+def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:
+    """What a message says of an interior that is not held."""
+    expected = "K: expected an interior that the supports and the welded contact hold, found that it can move"
+    try:
+        return f"{expected}: {loose_motion(K_ii, dofs, places)}"
+    except (ArpackError, RuntimeError, np.linalg.LinAlgError):  # no help, but no worse than none
+        return expected

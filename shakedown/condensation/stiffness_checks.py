@@ -30,7 +30,13 @@ def checked_matrix(K: Any, dofs: NDArray[np.intp]) -> tuple[sparse.csr_array, ND
         raise ProblemError(f"K: expected real numbers, found dtype {matrix.dtype}")
     matrix = matrix.astype(np.float64)
     if not np.isfinite(matrix.data).all():
-        raise ProblemError("K: expected finite numbers, found an entry that is not")
+        entries = matrix.tocoo()
+        k = int(np.argmin(np.isfinite(entries.data)))
+        (node, direction), (other, along) = dofs[entries.coords[0][k]], dofs[entries.coords[1][k]]
+        raise ProblemError(
+            f"K: expected finite numbers, found {entries.data[k]} at row ({node}, {direction}), column "
+            f"({other}, {along})"
+        )
     constrained = matrix.diagonal() >= DEFAULT.constrained_diagonal
     matrix = (matrix - sparse.diags_array(np.where(constrained, matrix.diagonal(), 0.0))).tocsr()
     matrix.eliminate_zeros()

@@ -1,5 +1,6 @@
 """``[contact]``: nodes or pairs, normals into the first body, axes of the plane, positions."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,7 +112,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
                 f"{rotated[0]} in a "
                 "*TRANSFORM"
             )
-    return _with_gap(_placed(contact, sort=from_sets), points, table.where)
+    return _with_gap(_placed(contact, table.where, sort=from_sets), points, table.where)
 
 
 def _check_axisymmetric(axes: list[int], model: Model, where: str) -> None:
@@ -145,8 +146,13 @@ def _gap(table: Table, files: InputFiles) -> tuple[FloatArray, FloatArray | None
         return files.read(name, lambda path: read_table(path).column(column)), None
     source.done()
     found = np.array(points, dtype=float)
-    if np.any(np.diff(found[:, 0]) <= 0):
-        raise ProblemError(f"{source.where}: key 'points': expected [x, gap] with x ascending, found others")
+    down = np.flatnonzero(np.diff(found[:, 0]) <= 0)
+    if down.size:
+        before, after = found[down[0] : down[0] + 2, 0]
+        raise ProblemError(
+            f"{source.where}: key 'points': expected [x, gap] with x ascending, found {after:g} after "
+            f"{before:g}"
+        )
     return np.array(0.0), found
 
 
@@ -179,7 +185,8 @@ def _positions(table: Table) -> FloatArray | None:
 def _labels(table: Table, model: Model) -> tuple[NDArray[np.intp], bool]:
     """Contact nodes or pairs, and whether sets named them."""
     if table.has("nodes") == table.has("pairs"):
-        raise ProblemError(f"{table.where}: expected one of 'nodes' and 'pairs', found both or none")
+        found = "both" if table.has("nodes") else "neither"
+        raise ProblemError(f"{table.where}: expected one of the keys 'nodes' and 'pairs', found {found}")
     if table.has("nodes"):
         if isinstance(table.content["nodes"], str):
             return model.nodes(str(table.text("nodes")), f"{table.where}: key 'nodes'"), True
@@ -197,35 +204,56 @@ def _labels(table: Table, model: Model) -> tuple[NDArray[np.intp], bool]:
 def _matched(mesh: Mesh, first: NDArray[np.intp], second: NDArray[np.intp], where: str) -> NDArray[np.intp]:
     """Pairs of the nodes of two sets that lie on each other."""
     if len(first) != len(second):
+        more, fewer = (first, second) if len(first) > len(second) else (second, first)
+        alone = more[int(np.argmax(cKDTree(mesh.at(fewer)).query(mesh.at(more))[0]))]
         raise ProblemError(
-            f"{where}: expected sets of equally many nodes, found {len(first)} and {len(second)}"
+            f"{where}: expected sets of equally many nodes, found {len(first)} and {len(second)}, node "
+            f"{alone} farthest from a partner"
         )
     one, two = mesh.at(first), mesh.at(second)
     distance, partner = cKDTree(two).query(one)
-    spacing = min(float(cKDTree(one).query(one, k=2)[0][:, 1].min()) if len(one) > 1 else np.inf, np.inf)
+    spacing = _spacing(one, mesh)
     far = np.flatnonzero(distance > _NEAR * spacing)
-    if far.size or len(set(partner.tolist())) < len(first):
-        k = int(far[0]) if far.size else 0
+    if far.size:
+        k = int(far[0])
         raise ProblemError(
             f"{where}: expected nodes that lie on each other (nearer than {_NEAR:g} of the spacing "
             f"{spacing:.3g}), "
             f"found node {first[k]} at a distance of {distance[k]:.3g} from the nearest; give pairs of labels"
         )
+    (shared, count), *_ = Counter(partner.tolist()).most_common(1)
+    if count > 1:
+        rivals = first[partner == shared]
+        raise ProblemError(
+            f"{where}: expected one partner for each node, found node {second[shared]} nearest to both "
+            f"{rivals[0]} and {rivals[1]}; give pairs of labels"
+        )
     return np.column_stack([first, second[partner]])
+
+
+def _spacing(places: FloatArray, mesh: Mesh) -> float:
+    """The smallest distance between some nodes; of a single one, that to a node elsewhere in the model."""
+    if len(places) > 1:
+        return float(cKDTree(places).query(places, k=2)[0][:, 1].min())
+    others = np.linalg.norm(mesh.coordinates - places[0], axis=1)
+    return float(np.sort(others)[2]) if len(others) > 2 else 0.0  # beyond itself and its partner
 
 
 def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[int, int]) -> FloatArray:
     """Normals as given, or from the faces of the model."""
-    normal = table.array("normal", float, (2,), required=False)
-    normals = table.array("normals", float, (None, 2), required=False)
+    normal = _vectors(table, "normal", False, axes)
+    normals = _vectors(table, "normals", True, axes)
     surface = table.text("surface", required=False)
-    given = [value for value in (normal, normals, surface) if value is not None]
+    named = {"normal": normal, "normals": normals, "surface": surface}
+    given = [f"'{key}'" for key, value in named.items() if value is not None]
     if len(given) > 1:
         raise ProblemError(
-            f"{table.where}: expected one of 'normal' and 'normals' (or 'surface'), found both"
+            f"{table.where}: expected one of the keys 'normal', 'normals' and 'surface', found "
+            f"{' and '.join(given)}"
         )
     if normal is not None or normals is not None:
-        values = np.array(normal if normals is None else normals, dtype=float)
+        values = normals if normal is None else normal
+        assert values is not None
         if values.ndim == 2 and len(values) != len(first):
             raise ProblemError(
                 f"{table.where}: key 'normals': expected one for each of {len(first)} nodes, found "
@@ -242,6 +270,28 @@ def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[in
         return model.mesh.normals(first, axes, surface)
     except ProblemError as error:
         raise ProblemError(f"{table.where}: {error}") from None
+
+
+def _vectors(table: Table, key: str, many: bool, axes: tuple[int, int]) -> FloatArray | None:
+    """Components along the axes, or along x, y, z where that across their plane is zero."""
+    value = table.content.get(key)
+    first = value[0] if many and isinstance(value, list) and value else value
+    width = 3 if isinstance(first, list) and len(first) == 3 else 2
+    given = table.array(key, float, (None, width) if many else (width,), required=False)
+    if given is None:
+        return None
+    vectors, (across,) = np.array(given, dtype=float), {1, 2, 3} - set(axes)
+    if width == 2:
+        return vectors
+    wrong = vectors.reshape(-1, 3)[vectors.reshape(-1, 3)[:, across - 1] != 0]
+    if len(wrong):
+        raise ProblemError(
+            f"{table.where}: key '{key}': expected 2 numbers, along directions {axes[0]} and {axes[1]}, or "
+            f"3 of which that in direction {across} is 0, found {wrong[0].tolist()}; of a solid model, "
+            f"'axes' names the two directions of slip and normal ([1, 3] for x and z), and the third one "
+            "is held ([supports] fixed) or moves without friction (free_out_of_plane)"
+        )
+    return vectors[..., [axis - 1 for axis in axes]]
 
 
 def _areas(table: Table, model: Model, labels: NDArray[np.intp]) -> FloatArray | None:
@@ -277,7 +327,7 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
                 )
 
 
-def _placed(contact: ContactSection, *, sort: bool) -> ContactSection:
+def _placed(contact: ContactSection, where: str, *, sort: bool) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
     if contact.coordinates is None:
         return contact
@@ -287,8 +337,10 @@ def _placed(contact: ContactSection, *, sort: bool) -> ContactSection:
     along = plane @ tangent
     order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
     if sort and (contact.x is not None or contact.gap.ndim):
+        key, given = ("gap", contact.gap) if contact.x is None else ("x", contact.x)
         raise ProblemError(
-            "expected no list of 'x' or 'gap' beside sets of nodes, whose order they cannot know"
+            f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, found "
+            f"one of length {len(given)}; name the nodes one by one"
         )
     size = np.hypot(*tangent)
     x = along[order] / size if contact.x is None and size > 0 else contact.x

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation, condensed_stiffness
+from shakedown.condensation.contact_frame import friction_left_out
 from shakedown.errors import ProblemError
 from shakedown.importing.contact_section import ContactSection, contact_section
 from shakedown.importing.evidence import LoadEvidence, load_evidence, rigid_residual
@@ -28,6 +29,7 @@ from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.readers import Mesh, Stiffness
 from shakedown.readers.circumference import circumference_notes
+from shakedown.readers.mesh import SOLIDS
 from shakedown.shown_values import plain
 
 
@@ -244,7 +246,10 @@ def import_model(
     loads = [load_section(table, context) for table in tables]
     if kept is None:
         held = held_rows(sections["supports"], context, loads)
-        reduced = _condensed(stiffness, contact, held)
+        try:
+            reduced = _condensed(stiffness, contact, held, model.mesh)
+        except ProblemError as error:
+            raise ProblemError(f"{root.where}: {error}") from None
         difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     else:
         reduced, difference = kept.condensation, kept.static_run
@@ -277,6 +282,7 @@ def import_model(
             *reduced.notes,
             *_relative(contact, model.mesh),
             *circumference_notes(stiffness, model.mesh),
+            *_solid(stiffness, contact, model.mesh),
             *without,
             *_tension(problem),
         ),
@@ -297,7 +303,9 @@ def _keeps_stiffness(key: str) -> bool:
     return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
 
 
-def _condensed(stiffness: Stiffness, contact: ContactSection, held: NDArray[np.intp]) -> Condensation:
+def _condensed(
+    stiffness: Stiffness, contact: ContactSection, held: NDArray[np.intp], mesh: Mesh | None
+) -> Condensation:
     return condensed_stiffness(
         stiffness.K,
         stiffness.dofs,
@@ -307,6 +315,9 @@ def _condensed(stiffness: Stiffness, contact: ContactSection, held: NDArray[np.i
         axes=contact.axes,
         free_out_of_plane=contact.free_out_of_plane,
         allow_sparse=stiffness.superelement,  # checked as a whole when it was read
+        places=None
+        if mesh is None
+        else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
     )
 
 
@@ -325,6 +336,17 @@ def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
     if mesh is not None and mesh.elements:
         return ("the contact displacements are relative, u1 - u2, as the equations of the deck say",)
     return ("the contact displacements are relative, u1 - u2: stated, not checked (no deck in [model])",)
+
+
+def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
+    """A word on solid models whose matrix has no rows across the plane of the contact."""
+    (across,) = {1, 2, 3} - set(contact.axes)
+    if mesh is None or [contact.first[0], across] in stiffness.dofs.tolist():
+        return ()  # said by the condensation
+    solid = {node for shape, nodes in mesh.elements.values() if shape in SOLIDS for node in nodes}
+    if solid.isdisjoint(contact.first.tolist()):
+        return ()
+    return (friction_left_out(across, "has no rows in the matrix"),)
 
 
 def _tension(problem: Problem) -> tuple[str, ...]:

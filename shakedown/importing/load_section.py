@@ -25,7 +25,7 @@ from shakedown.readers import (
 )
 from shakedown.readers.circumference import HOOP
 from shakedown.readers.nastran_op4 import is_op4
-from shakedown.readers.text import read_lines
+from shakedown.readers.text import quoted, read_lines
 
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 
@@ -111,20 +111,26 @@ def _nodal_loads(path: Path, case: str | None) -> Values:
     if any(line.strip().upper().startswith("*USER ELEMENT") for line in read_lines(path)):
         return read_substructure_load(path, case)
     if case is not None:
-        raise ProblemError(f"{path}: expected no key 'case', because the file is no substructure")
+        raise ProblemError(
+            f"{path}: expected no key 'case', because the file is no substructure, found {quoted(case)}"
+        )
     return read_nodal_loads(path)
 
 
 def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> FloatArray:
     """One column of a matrix of loads on the rows of the stiffness."""
     if not is_op4(path.read_bytes()[:256]):
-        raise ProblemError(f"{path}: expected an OUTPUT4 file beside the key 'matrix'")
+        raise ProblemError(
+            f"{path}: expected an OUTPUT4 file beside the key 'matrix', found "
+            f"{quoted(path.read_bytes()[:60].decode('ascii', 'replace'))}"
+        )
     values = read_op4_columns(path, matrix)
     count = values.shape[1]
     if len(values) != size:
         raise ProblemError(f"{path}: expected {matrix} of {size} rows, found {len(values)}")
+    chosen = "none" if column is None else column
     if (column is None and count > 1) or not 1 <= (column or 1) <= count:
-        raise ProblemError(f"{path}: key 'column': expected 1 to {count}, found {column}")
+        raise ProblemError(f"{path}: key 'column': expected 1 to {count}, found {chosen}")
     return values[:, (column or 1) - 1]
 
 
@@ -166,7 +172,8 @@ def _check_circumference(table: Table, context: ImportContext) -> None:
 
 def _run(runs: list[Reactions], step: int | None, where: str) -> Reactions:
     if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
-        raise ProblemError(f"{where}: key 'step': expected 1 to {len(runs)}, found {step}")
+        found = "none" if step is None else step
+        raise ProblemError(f"{where}: key 'step': expected 1 to {len(runs)}, found {found}")
     return runs[(step or 1) - 1]
 
 
@@ -182,6 +189,16 @@ def held_rows(supports: Table, context: ImportContext, loads: list[LoadSection])
     supports.done()
     own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})
     return np.concatenate([own, *(load.prescribed for load in loads)])
+
+
+def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values | None) -> str:
+    """Which keys a check has, for a message."""
+    if clamped is not None:
+        return "reactions of both bodies, clamped"
+    there = [
+        f"'{key}'" for key, value in (("displacements", moved), ("reactions", reactions)) if value is not None
+    ]
+    return f"{there[0]} alone" if there else "neither"
 
 
 def static_run(table: Table, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
@@ -208,7 +225,7 @@ def static_run(table: Table, reduced: Condensation, context: ImportContext, stif
     if moved is None or reactions is None or clamped is not None:
         raise ProblemError(
             f"{table.where}: expected the keys 'displacements' and 'reactions' (of the first body), found "
-            f"{'none' if moved is None else 'others'}"
+            f"{_found(moved, reactions, clamped)}"
         )
     labels = contact.first.tolist()
     displacement = np.zeros((reduced.n, 2))

@@ -14,7 +14,7 @@ from shakedown.model.problem import FloatArray
 from shakedown.readers import Mesh, read_coordinates, read_deck, read_grids
 from shakedown.readers.deck import is_deck
 from shakedown.readers.nastran_bulk import is_bulk_data
-from shakedown.readers.text import read_lines
+from shakedown.readers.text import quoted, read_lines
 
 _LARGEST_LABEL = 2**62
 
@@ -49,7 +49,10 @@ class Model:
             If there is no model, or no such set.
         """
         if self.mesh is None:
-            raise ProblemError(f"{where}: expected node labels, or [model] with a deck that names sets")
+            raise ProblemError(
+                f"{where}: expected node labels, or [model] with a deck that names sets, found "
+                f"{quoted(name)} and no [model]"
+            )
         try:
             return self.mesh.nodes(name)
         except ProblemError as error:

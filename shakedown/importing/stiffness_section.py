@@ -42,7 +42,8 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
     order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
     table.done()
     if not scale > 0 or amplitude == 0:
-        raise ProblemError(f"{table.where}: expected scale > 0 and an amplitude other than 0")
+        found = f"'scale' = {scale:g} and 'amplitude' = {amplitude:g}"
+        raise ProblemError(f"{table.where}: expected 'scale' > 0 and 'amplitude' other than 0, found {found}")
     found = files.read(name, stiffness_format)
     if found == "reactions":
         stiffness = files.read(

@@ -73,7 +73,8 @@ def _steps(table: Table, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
     if steps is None or not 1 <= steps <= MOST_STEPS:
         raise ProblemError(
-            f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, found {steps}"
+            f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, found "
+            f"{'none' if steps is None else steps}"
         )
     return np.arange(steps) / steps
 
@@ -94,9 +95,13 @@ def _harmonics(table: Table, t: FloatArray) -> FloatArray:
 def _points(table: Table, t: FloatArray) -> FloatArray:
     points = np.array(table.array("points", float, (None, 2)), dtype=float)
     times = points[:, 0]
-    if times.min() < 0 or times.max() > 1 or np.any(np.diff(times) < 0):
+    down = np.flatnonzero(np.diff(times) < 0)
+    if times.min() < 0 or times.max() > 1 or down.size:
+        found = f"t from {times.min():g} to {times.max():g}"
+        if down.size:
+            found = f"t = {times[down[0] + 1]:g} after {times[down[0]]:g}"
         raise ProblemError(
-            f"{table.where}: expected points with 0 <= t <= 1 in ascending order, found {times}"
+            f"{table.where}: expected points with 0 <= t <= 1 in ascending order, found {found}"
         )
     return np.interp(t, times, points[:, 1], period=None if times[-1] == 1 and times[0] == 0 else 1.0)
 
@@ -114,7 +119,10 @@ def _from_file(table: Table, steps: int | None, files: InputFiles) -> FloatArray
         column = 1 if width == 1 or not np.array_equal(rows.column(time or 1), rows.column(1)) else 2
     values = scale * rows.column(column)
     if (time is None) != (period is None):
-        raise ProblemError(f"{table.where}: expected 'time' and 'period' together, found one of them")
+        found = "'time'" if period is None else "'period'"
+        raise ProblemError(
+            f"{table.where}: expected the keys 'time' and 'period' together, found {found} alone"
+        )
     if time is None or period is None:
         return values
     return _resampled(rows, values, rows.column(time), period, _steps(table, steps))
@@ -124,10 +132,13 @@ def _resampled(
     rows: NumberTable, values: FloatArray, times: FloatArray, period: float, t: FloatArray
 ) -> FloatArray:
     """Values at the load steps of the period that begins with the first row."""
-    if not period > 0 or np.any(np.diff(times) < 0) or times[-1] - times[0] > period * (1 + _ROUNDED):
+    down = np.flatnonzero(np.diff(times) < 0)
+    if not period > 0 or down.size or times[-1] - times[0] > period * (1 + _ROUNDED):
+        found = f"{times.min():g} to {times.max():g}"
+        if down.size:
+            found = f"{times[down[0] + 1]:g} after {times[down[0]]:g} in line {rows.lines[down[0] + 1]}"
         raise ProblemError(
-            f"{rows.name}: expected times in ascending order within one period of {period:g}, found "
-            f"{times.min():g} to {times.max():g}"
+            f"{rows.name}: expected times in ascending order within one period of {period:g}, found {found}"
         )
     passed = (times - times[0]) / period
     whole = abs(passed[-1] - 1.0) <= _ROUNDED

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from shakedown.errors import ProblemError
 from shakedown.readers.row_map import Rows, read_row_map, row_map
-from shakedown.readers.stiffness import Stiffness, checked, completed
+from shakedown.readers.stiffness import Stiffness, check_entries_once, checked, completed
 from shakedown.readers.text import integers, number, quoted, read_lines
 
 NUMBERED = "numbered (CalculiX .sti, Abaqus COORDINATE)"
@@ -55,8 +55,7 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     if table.min() < 0 or table.max() >= N:
         raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
     half = sparse.coo_array((np.array(values), (table[:, 0], table[:, 1])), shape=(N, N))
-    if len(np.unique(table[:, 0] * N + table[:, 1])) < len(table):
-        raise ProblemError(f"{name}: expected every entry once, found one twice")
+    check_entries_once(table[:, 0], table[:, 1], name)
     return checked(completed(half), dofs, NUMBERED)
 
 

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from shakedown.errors import ProblemError
 from shakedown.readers.row_map import Rows, row_map
-from shakedown.readers.stiffness import Stiffness, checked
+from shakedown.readers.stiffness import Stiffness, check_entries_once, checked
 from shakedown.readers.text import integers, numbers, quoted, read_lines
 
 _TYPE = re.compile(r"[RCP][SUHZR][AE]$", re.IGNORECASE)
@@ -71,12 +71,16 @@ def read_harwell_boeing(path: str | os.PathLike[str], rows: Rows = None) -> Stif
     pointers, index = (np.array(integers(fields, name), dtype=np.intp) - 1 for fields in sections[:2])
     values = np.array(numbers(sections[2], name))
     if pointers[0] != 0 or pointers[-1] != count or (np.diff(pointers) < 0).any():
-        raise ProblemError(f"{name}: expected column pointers from 1 to {count + 1} in order, found others")
+        down = np.flatnonzero(np.diff(pointers) < 0)
+        found = f"{pointers[0] + 1} to {pointers[-1] + 1}"
+        if down.size:
+            found = f"{pointers[down[0] + 1] + 1} after {pointers[down[0]] + 1} at column {down[0] + 2}"
+        raise ProblemError(f"{name}: expected column pointers from 1 to {count + 1} in order, found {found}")
     if count and (index.min() < 0 or index.max() >= N):
         raise ProblemError(f"{name}: expected rows 1 to {N}, found {index.max() + 1}")
     matrix = sparse.csc_array((values, index, pointers), shape=(N, N))
-    if not matrix.has_canonical_format and len({*zip(index, _columns(pointers), strict=True)}) < count:
-        raise ProblemError(f"{name}: expected every entry once, found one twice")
+    if not matrix.has_canonical_format:
+        check_entries_once(index, _columns(pointers), name)
     return checked(_completed(matrix, kind), row_map(rows, N, name, "Harwell-Boeing"), "Harwell-Boeing")
 
 

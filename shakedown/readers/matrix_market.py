@@ -8,7 +8,7 @@ from scipy import sparse
 
 from shakedown.errors import ProblemError
 from shakedown.readers.row_map import Rows, row_map
-from shakedown.readers.stiffness import Stiffness, checked
+from shakedown.readers.stiffness import Stiffness, check_entries_once, checked
 from shakedown.readers.text import integers, number, numbers, quoted, read_lines
 
 _Line = tuple[str, list[str]]
@@ -74,9 +74,8 @@ def _coordinate(body: Iterator[_Line], shape: list[int], symmetric: bool, name: 
         values.append(number(fields[2], where))
     if len(values) != shape[2]:
         raise ProblemError(f"{name}: expected {shape[2]} entries, found {len(values)}")
-    if len(set(keys)) < len(keys):
-        raise ProblemError(f"{name}: expected every entry once, found one twice")
     i, j = np.array(keys, dtype=np.intp).reshape(-1, 2).T
+    check_entries_once(i, j, name)
     if symmetric:
         off = i != j
         keys_i, keys_j = np.concatenate([i, j[off]]), np.concatenate([j, i[off]])

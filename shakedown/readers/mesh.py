@@ -31,6 +31,7 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": (*_RING[3], (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": (*_RING[4], (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
+SOLIDS = ("tetrahedron", "wedge", "hexahedron")
 CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
 _IN_PLANE = (

@@ -5,6 +5,7 @@ import os
 import re
 import struct
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from io import StringIO
 from types import ModuleType
@@ -121,7 +122,11 @@ def read_analysis_set(path: str | os.PathLike[str]) -> NDArray[np.intp]:
 
 def _unique(rows: list[list[int]], name: str) -> NDArray[np.intp]:
     if len({tuple(row) for row in rows}) < len(rows):
-        raise ProblemError(f"{name}: expected every point and component once, found one twice")
+        (point, component), _ = Counter(map(tuple, rows)).most_common(1)[0]
+        raise ProblemError(
+            f"{name}: expected every point and component once, found component {component} of point {point} "
+            "twice"
+        )
     return np.array(rows, dtype=np.intp)
 
 
@@ -208,8 +213,12 @@ def read_grids(path: str | os.PathLike[str]) -> tuple[Mesh, dict[int, FloatArray
         raise ProblemError(
             f"{name}: expected GRID and CORD2 cards that pyYeti can read, found {quoted(str(error))}"
         ) from None
-    if not (np.isfinite(xyz).all() and np.isfinite(rigid).all()):
-        raise ProblemError(f"{name}: expected finite coordinates, found others")
+    finite = np.isfinite(xyz).all(axis=1) & np.isfinite(rigid.reshape(len(labels), -1)).all(axis=1)
+    if not finite.all():
+        k = int(np.argmin(finite))
+        raise ProblemError(
+            f"{name}: expected finite coordinates, found {xyz[k].tolist()} of point {labels[k]}"
+        )
     frames = {int(label): rigid[6 * k : 6 * k + 3, :3] for k, label in enumerate(labels)}
     turned = {label: R for label, R in frames.items() if not np.array_equal(R, np.eye(3))}
     return Mesh.of_nodes(labels, xyz, name), turned

@@ -152,7 +152,9 @@ def _loaded(path: str | os.PathLike[str], chosen: Heading, name: str) -> FloatAr
         )
     data = values.data if sparse.issparse(values) else values
     if not np.isfinite(data).all():
-        raise ProblemError(f"{name}: expected finite numbers in {chosen.name}, found one that is not")
+        raise ProblemError(
+            f"{name}: expected finite numbers in {chosen.name}, found {data[~np.isfinite(data)][0]}"
+        )
     if large:
         return sparse.coo_array(values)
     return np.asarray(values, dtype=float)
@@ -200,7 +202,8 @@ class _Records:
                 f"{self.name}: byte {self.at}: expected a whole record, found it cut off or damaged"
             )
         if struct.unpack_from(f"{self.order}i", self.raw, end)[0] != length:
-            raise ProblemError(f"{self.name}: byte {end}: expected the length {length} again, found another")
+            again = struct.unpack_from(f"{self.order}i", self.raw, end)[0]
+            raise ProblemError(f"{self.name}: byte {end}: expected the length {length} again, found {again}")
         self.at = end + 4
         return start, length
 

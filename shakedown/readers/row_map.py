@@ -127,8 +127,12 @@ def _listed(lines: list[str], size: int | None, name: str) -> NDArray[np.intp]:
         return _implied(found[:, 0], size, name)
     if width == 3:
         order = np.argsort(found[:, 0], kind="stable")
-        if not np.array_equal(found[order, 0], np.arange(1, len(found) + 1)):
-            raise ProblemError(f"{name}: expected equations 1 to {len(found)}, each once, found others")
+        wrong = np.flatnonzero(found[order, 0] != np.arange(1, len(found) + 1))
+        if wrong.size:
+            raise ProblemError(
+                f"{name}: expected equations 1 to {len(found)}, each once, found {found[order[wrong[0]], 0]} "
+                f"in the place of {wrong[0] + 1}"
+            )
         found = found[order, 1:]
     return found
 

@@ -131,7 +131,8 @@ def read_stiffness(
         )
     if matrix is not None and found not in ("dmig", "op4"):
         raise ProblemError(
-            f"{os.fspath(path)}: expected no matrix name, because a {found} file holds one matrix"
+            f"{os.fspath(path)}: expected no matrix name, because a {found} file holds one matrix, found "
+            f"{quoted(matrix)}"
         )
     return _read(found, path, dof_map, matrix)
 

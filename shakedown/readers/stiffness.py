@@ -112,15 +112,37 @@ def from_entries(
     dofs, index = np.unique(np.vstack([rows, columns]), axis=0, return_inverse=True)
     i, j = np.split(index.ravel(), 2)
     N = len(dofs)
-    place = i * N + j
-    if len(np.unique(place)) < len(place):
-        first, count = np.unique(place, return_counts=True)
-        a, b = divmod(int(first[np.argmax(count > 1)]), N)
+    if (twice := repeated_entry(i, j)) is not None:
+        a, b = twice
         raise ProblemError(
             f"{where}: expected every entry once, found row {tuple(dofs[a].tolist())}, "
             f"column {tuple(dofs[b].tolist())} twice"
         )
     return Stiffness(completed(sparse.coo_array((values, (i, j)), shape=(N, N))), checked_dofs(dofs), format)
+
+
+def repeated_entry(i: NDArray[np.intp], j: NDArray[np.intp]) -> tuple[int, int] | None:
+    """The first row and column (i, j) that occurs twice, or None.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> repeated_entry(np.array([0, 1, 1]), np.array([0, 0, 0])), repeated_entry(np.arange(2), np.arange(2))
+    ((1, 0), None)
+    """
+    width = int(j.max(initial=0)) + 1
+    place, count = np.unique(i * width + j, return_counts=True)
+    if len(place) == len(i):
+        return None
+    return divmod(int(place[np.argmax(count > 1)]), width)
+
+
+def check_entries_once(i: NDArray[np.intp], j: NDArray[np.intp], where: str) -> None:
+    """Raise ``ProblemError`` if an entry (i, j), counted from 0, occurs twice; the message counts from 1."""
+    if (twice := repeated_entry(i, j)) is not None:
+        raise ProblemError(
+            f"{where}: expected every entry once, found row {twice[0] + 1}, column {twice[1] + 1} twice"
+        )
 
 
 def completed(half: sparse.coo_array) -> sparse.csr_array:

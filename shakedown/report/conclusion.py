@@ -26,15 +26,16 @@ def banner_class(v: Verification) -> str:
 
 
 def roads_in_words(v: Verification) -> str:
-    """Whether prediction and simulation agree, and both roads to the bounds."""
+    """Whether prediction and simulation agree, and both roads to the bounds; every finding is counted."""
     judged = sum(run.agrees is not None for run in v.runs)
-    if v.disagreements:
-        return f"DISAGREEMENT: {count(len(v.disagreements), 'finding')}."
-    if v.open_questions:
-        sliding = sum(run.simulation.slides_away for run in v.runs)
-        found = f"In {count(sliding, 'run')} the joint does not hold: the body slides away."
-        asked = f"Open: {count(len(v.open_questions) - sliding, 'question')}."
-        return " ".join([found] * (sliding > 0) + [asked] * (sliding < len(v.open_questions)))
+    if v.disagreements or v.open_questions:
+        wrong, sliding = len(v.disagreements), sum(run.simulation.slides_away for run in v.runs)
+        said = (
+            (wrong, f"DISAGREEMENT: {count(wrong, 'finding')}."),
+            (sliding, f"In {count(sliding, 'run')} the joint does not hold: the body slides away."),
+            (asked := len(v.open_questions) - sliding, f"Open: {count(asked, 'question')}."),
+        )
+        return " ".join(text for number, text in said if number > 0)
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
         f"an outcome ({len(v.runs)} runs in all)."

@@ -138,8 +138,8 @@ def test_a_gap_and_an_interference(punch):
         np.testing.assert_allclose(found.p_w, expected.p_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
         np.testing.assert_allclose(found.q_w, expected.q_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
     for text, message in (
-        ("gap = [0.1]", "no list of 'x' or 'gap' beside sets"),
-        ("gap = { points = [[1, 0], [0, 1]] }", "with x ascending"),
+        ("gap = [0.1]", "key 'gap': expected no list beside sets of nodes, .* found one of length 1"),
+        ("gap = { points = [[1, 0], [0, 1]] }", "with x ascending, found 0 after 1"),
         ("gap = nan", "a finite number, found nan"),
     ):
         with pytest.raises(ProblemError, match=message):
@@ -363,7 +363,7 @@ history = 1
     np.testing.assert_array_equal(made.problem.kappa, expected.kappa)
     assert set(made.sources) == {"c.toml", "job.op4", "job.pch"}
     for old, new, message in (
-        (", column = 2", "", "key 'column': expected 1 to 2, found None"),
+        (", column = 2", "", "key 'column': expected 1 to 2, found none"),
         ("column = 2", "column = 3", "expected 1 to 2, found 3"),
         ('"PX"', '"PY"', "expected the matrix 'PY', found KXX, MXX, PX"),
     ):

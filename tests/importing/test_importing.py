@@ -198,6 +198,66 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
     assert "pulls the welded contact open" in "".join(sum(notes, ()))
 
 
+def solid(tmp_path, **more):
+    """The two contact nodes as those of a solid model, whose slip is along x and whose normal is z."""
+    dofs = [(node, d) for node in (11, 12, 21) for d in (1, 2, 3)]
+    matrix = writers.abaqus_matrix(writers.symmetric_matrix(9, seed=3), dofs)
+    text = TAIL.replace("[0.0, 1.0]", "[0.0, 0.0, 1.0]\naxes = [1, 3]")
+    text = text.replace("[[31, 1], [31, 2]]", "[[11, 2], [12, 2]]").replace(", [22, 2, -7.0]", "")
+    for old, new in more.items():
+        assert old in text
+        text = text.replace(old, new)
+    return configured(tmp_path, 'file = "k"', text, k=matrix)
+
+
+def test_friction_across_the_plane_is_said_to_be_left_out(tmp_path):
+    left_out = "friction across the plane of slip and normal is left out"
+    held = import_model(solid(tmp_path))
+    assert f"direction 2 of the contact nodes is held: {left_out}" in held.notes
+    np.testing.assert_array_equal(held.problem.normal, [[0.0, 0.0, 1.0]] * 2)
+    free = import_model(
+        solid(
+            tmp_path,
+            **{"axes = [1, 3]": "axes = [1, 3]\nfree_out_of_plane = true", "[11, 2], [12, 2]": "[21, 2]"},
+        )
+    )
+    assert f"direction 2 of the contact nodes moves without friction: {left_out}" in free.notes
+    plane = import_model(configured(tmp_path, 'file = "k"', k=writers.abaqus_matrix(K, DOFS)))
+    assert not any("left out" in note for note in plane.notes)
+
+
+def test_a_solid_whose_deck_holds_the_third_direction_says_so_too(tmp_path):
+    """The matrix then has no rows across the plane, but the deck has solids at the contact."""
+    nodes = [(11, 0, 0, 0), (12, 1, 0, 0), (21, 0, 1, 0), (22, 1, 1, 0)]
+    nodes += [(31 if label == 11 else label + 50, x, y, 1) for label, x, y, _ in nodes]
+    listed = "".join(f"{n}, {x}, {y}, {z}\n" for n, x, y, z in nodes)
+    element = "*ELEMENT, TYPE=C3D8\n1, 11, 12, 22, 21, 31, 62, 72, 71\n"
+    matrix = writers.abaqus_matrix(K, DOFS)
+    for kind, expected in (("C3D8", True), ("CPE8", False)):
+        deck = f"*NODE\n{listed}{element.replace('C3D8', kind)}"
+        tail = TAIL + '[model]\nfile = "deck"\n'
+        notes = import_model(configured(tmp_path, 'file = "k"', tail, k=matrix, deck=deck)).notes
+        assert (
+            any("direction 3 of the contact nodes has no rows in the matrix" in n for n in notes) == expected
+        )
+
+
+def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
+    """Without its support the model floats in both directions; places tell turning."""
+    chain = np.zeros((10, 10))
+    for a, b in ((0, 4), (2, 6)):  # contact nodes on springs to nodes 21 and 22; node 31 held by nothing
+        for d in (0, 1):
+            chain[np.ix_([a + d, b + d], [a + d, b + d])] += [[1, -1], [-1, 1]]
+    chain[8, 8] = chain[9, 9] = 0.0
+    chain[8:, 8:] = [[1.0, 1.0], [1.0, 1.0]]
+    tail = TAIL.replace("[supports]\nfixed = [[31, 1], [31, 2]]\n", "")
+    path = configured(tmp_path, 'file = "k"', tail, k=writers.abaqus_matrix(chain, DOFS))
+    with pytest.raises(
+        ProblemError, match=r"c.toml: K: .* can move: node 31 in 1 other way.*node 31 in direction"
+    ):
+        import_model(path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -205,15 +265,34 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
         ("friction = 0.4", "friction = 'rough'", "key 'friction': expected a finite number, found 'rough'"),
         ("friction = 0.4", "friction = inf", "key 'friction': expected a finite number, found inf"),
         ("friction = 0.4", "friction = [0.4]", r"key 'f': expected shape \(2,\)"),
-        ("steps = 4", "", "expected 'steps' from 1 to 1000000 .* found None"),
+        ("steps = 4", "", "expected 'steps' from 1 to 1000000 .* found none"),
         ("steps = 4", "steps = 99999999999999", "expected 'steps' from 1"),
         ("steps = 4", "step = 4", "unknown key 'step'; expected keys are .*steps"),
         ("[0.0, 1.0]", "[0.0, 0.0]", "length > 0"),
         ("nodes = [11, 12]", "nodes = [11, 13]", r"found none for 2 of 4, first .* \(13, 1\)"),
         ("nodes = [11, 12]", "nodes = [11, 12.5]", "key 'nodes': expected a list of n whole numbers"),
-        ("nodes = [11, 12]", "", "one of 'nodes' and 'pairs'"),
+        ("nodes = [11, 12]", "", "one of the keys 'nodes' and 'pairs', found neither"),
         ("normal = [0.0, 1.0]", "", "one of 'normal' and 'normals'"),
         ("normal = [0.0, 1.0]", "normal = [0.0, 1.0]\naxes = [1, 1]", "two of 1, 2, 3"),
+        (
+            "normal = [0.0, 1.0]",
+            "normal = [0.0, 0.0, 1.0]",
+            r"2 numbers, along directions 1 and 2, or 3 of which that in direction 3 is 0, found \[0.0, 0.0, 1.0\]; "
+            r"of a solid model, 'axes' names .* third one is held \(\[supports\] fixed\)",
+        ),
+        ("normal = [0.0, 1.0]", "normals = [[0.0, 1.0], [0.0, 1.0, 0.0]]", "a list of n x 2 numbers"),
+        ("normal = [0.0, 1.0]", "normal = [0, 1]\nsurface = 'S'", "found 'normal' and 'surface'"),
+        ("nodes = [11, 12]", "nodes = [11, 12]\npairs = [[11, 12]]", "'nodes' and 'pairs', found both"),
+        (
+            "nodes = [11, 12]",
+            "nodes = 'CONTACT'",
+            r"a deck that names sets, found 'CONTACT' and no \[model\]",
+        ),
+        (
+            "fixed = [[31, 1], [31, 2]]",
+            "fixed = [[31, 1], [31, 2], [11, 2]]",
+            r"c.toml: contact: expected free contact nodes, found direction 2 of node 11 held",
+        ),
         (
             "fixed = [[31, 1], [31, 2]]",
             "fixed = [[31, 7]]",
@@ -222,7 +301,7 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
         ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
         ("harmonics", "harmonic", "expected one of harmonics, points and file"),
         ('file = "k"', 'file = "absent"', "absent: no such file"),
-        ('file = "k"', 'file = "k"\nscale = -1', "scale > 0"),
+        ('file = "k"', 'file = "k"\nscale = -1', "'scale' > 0 .* found 'scale' = -1"),
         ('file = "k"', 'file = "k"\nmap = "k"', "expected no map file"),
         ('file = "k"', 'file = "k"\nmatrix = "KAAX"', "expected no matrix name"),
         ("[stiffness]", "[stifness]", "expected the key 'stiffness'"),

@@ -59,6 +59,18 @@ def test_a_body_that_slides_away_is_a_negative_answer() -> None:
     assert not v.agrees
 
 
+def test_the_verdict_counts_every_finding_that_stands_below_it() -> None:
+    v = shakedown.verify(sliding(), load_factors=[1.0], random_states=0)
+    found = replace(v, disagreements=("one",), open_questions=(*v.open_questions, "two", "three"))
+    runs = len(v.open_questions)
+    sliding_runs = "1 run" if runs == 1 else f"{runs} runs"
+    assert roads_in_words(found) == (
+        f"DISAGREEMENT: 1 finding. In {sliding_runs} the joint does not hold: the body slides away. "
+        "Open: 2 questions."
+    )
+    assert roads_in_words(replace(found, open_questions=v.open_questions)).count("Open") == 0
+
+
 def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> None:
     joint = half_load()
     v = shakedown.verify(joint, load_factors=[1.0], random_states=0)
