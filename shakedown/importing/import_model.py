@@ -161,7 +161,9 @@ def import_model(
         [map]                      rows of Matrix Market, Harwell-Boeing, COORDINATE, OUTPUT4:
                                    'node direction' lines, Ansys' node vector or .mapping,
                                    the deck, Nastran's EXTRN or ASET cards
-        [matrix]                   which matrix of a Nastran file
+        [matrix]                   which matrix of a Nastran file; "KXX(2)" is the second of a name
+        [superelement]             which one of Nastran files that hold several (BEGIN SUPER n,
+                                   SECONCT), here, in [model] and in the map
         [scale]                    factor on the stiffness (a thickness, a unit)
         [angle]                    axisymmetric models: degrees of the circumference that the
                                    matrix stands for, where the deck does not say it
@@ -235,7 +237,10 @@ def import_model(
     tables = root.tables("load")
     root.done()
     stiffness_file = sections["stiffness"].content.get("file")
-    model = model_section(sections["model"], files) if kept is None else Model(kept.mesh)
+    if kept is None:
+        model = model_section(sections["model"], files, _superelement(sections["stiffness"]))
+    else:
+        model = Model(kept.mesh)
     contact = contact_section(sections["contact"], model, files)
     if kept is None:
         stiffness = stiffness_section(sections["stiffness"], contact, model, files)
@@ -319,6 +324,11 @@ def _condensed(
         if mesh is None
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
     )
+
+
+def _superelement(stiffness: Table) -> int | None:
+    """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
+    return Table(dict(stiffness.content), stiffness.where).integer("superelement")
 
 
 def _friction(root: Table) -> FloatArray:

@@ -105,20 +105,23 @@ def _is_label(item: Any) -> bool:
     return abs(item) < _LARGEST_LABEL and item == int(item)
 
 
-def model_section(table: Table, files: InputFiles) -> Model:
-    """Read the section; an absent one is a model of which nothing is known."""
+def model_section(table: Table, files: InputFiles, superelement: int | None = None) -> Model:
+    """Read the section; an absent one is a model of which nothing is known.
+
+    ``superelement`` picks one of a Nastran file with several, as in ``[stiffness]``.
+    """
     if not table.content:
         return Model()
     name = str(table.text("file"))
     table.done()
-    return files.read(name, read_model)
+    return files.read(name, lambda path: read_model(path, superelement))
 
 
-def read_model(path: Path) -> Model:
+def read_model(path: Path, superelement: int | None = None) -> Model:
     """A deck, Nastran bulk data or a list of nodes; its content decides."""
     lines = read_lines(path)
     if is_deck(lines):
         return Model(read_deck(path))
     if is_bulk_data(lines):
-        return Model(*read_grids(path))
+        return Model(*read_grids(path, superelement))
     return Model(read_coordinates(path))

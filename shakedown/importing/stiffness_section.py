@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import NamedTuple, cast
 
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.errors import ProblemError
@@ -13,6 +13,7 @@ from shakedown.importing.toml_table import Table
 from shakedown.model.problem import FloatArray
 from shakedown.readers import (
     Stiffness,
+    read_analysis_set,
     read_grids,
     read_reactions,
     read_stiffness,
@@ -21,10 +22,19 @@ from shakedown.readers import (
 )
 from shakedown.readers.calculix_reactions import Order
 from shakedown.readers.circumference import HOOP, circumference_factor
-from shakedown.readers.nastran_bulk import cards, is_bulk_data
+from shakedown.readers.nastran_bulk import is_bulk_data
+from shakedown.readers.nastran_cards import cards, of_superelement
+from shakedown.readers.row_map import Rows
 from shakedown.readers.text import read_lines
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
+
+
+class Pick(NamedTuple):
+    """What to take of a Nastran file that holds several: the matrix, the superelement."""
+
+    matrix: str | None
+    superelement: int | None
 
 
 def stiffness_section(table: Table, contact: ContactSection, model: Model, files: InputFiles) -> Stiffness:
@@ -36,7 +46,8 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
         If it is malformed or a file cannot be read.
     """
     name, map_name = str(table.text("file")), table.text("map", required=False)
-    matrix, scale = table.text("matrix", required=False), table.number("scale", 1.0) or 0.0
+    pick = Pick(table.text("matrix", required=False), table.integer("superelement"))
+    scale = table.number("scale", 1.0) or 0.0
     allow_sparse = table.flag("allow_sparse")
     angle = table.number("angle")
     order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
@@ -50,7 +61,7 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
             name, lambda path: _unit_displacements(path, contact, str(order), amplitude, model.axisymmetric)
         )
     else:
-        stiffness = _matrix(name, map_name or _beside(name, found, files), matrix, model, files)
+        stiffness = _matrix(name, map_name or _beside(name, found, files), pick, model, files)
     factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
         try:
@@ -74,32 +85,54 @@ def _beside(name: str, found: str, files: InputFiles) -> str | None:
     return None
 
 
-def _matrix(
-    name: str, map_name: str | None, matrix: str | None, model: Model, files: InputFiles
-) -> Stiffness:
+def _matrix(name: str, map_name: str | None, pick: Pick, model: Model, files: InputFiles) -> Stiffness:
     """The matrix of a file, its rows in the directions of the model."""
     frames = model.frames
     if map_name is None:
-        stiffness = files.read(name, lambda path: read_stiffness(path, matrix=matrix))
+        stiffness = files.read(
+            name, lambda path: read_stiffness(path, matrix=pick.matrix, superelement=pick.superelement)
+        )
     else:
         stiffness = files.read(
             map_name,
-            lambda rows: files.read(name, lambda path: read_stiffness(path, dof_map=rows, matrix=matrix)),
+            lambda rows: files.read(
+                name,
+                lambda path: read_stiffness(
+                    path,
+                    dof_map=_rows(rows, pick.superelement),
+                    matrix=pick.matrix,
+                    superelement=pick.superelement,
+                ),
+            ),
         )
         if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
-            frames = files.read(map_name, _frames)
+            frames = files.read(map_name, lambda path: _frames(path, pick.superelement))
     try:
         return stiffness.in_basic_directions(frames)
     except ProblemError as error:
         raise ProblemError(f"{files.path(name)}: {error}") from None
 
 
-def _frames(path: Path) -> dict[int, FloatArray]:
+def _rows(path: Path, superelement: int | None) -> Rows:
+    """A map, or the rows of one superelement of a punch file."""
+    if is_bulk_data(read_lines(path)):
+        return read_analysis_set(path, superelement)
+    if superelement is not None:
+        raise ProblemError(
+            f"{path}: expected a punch file beside the key 'superelement', found a map without superelements"
+        )
+    return path
+
+
+def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
     """Directions of the grid points of a punch file, where it holds any."""
     lines = read_lines(path)
-    if not is_bulk_data(lines) or not any(card == "GRID" for _, card, _ in cards(lines)):
+    if not is_bulk_data(lines):
         return {}
-    return read_grids(path)[1]
+    lines = of_superelement(lines, superelement, str(path))
+    if not any(card == "GRID" for _, card, _ in cards(lines)):
+        return {}
+    return read_grids(path, superelement)[1]
 
 
 def _unit_displacements(

@@ -7,7 +7,7 @@ files that the codes write beside the matrix. A deck, bulk data or a list of nod
 becomes a :class:`Mesh`: coordinates, sets and normals.
 
 Reading order: ``text`` and ``table`` (lines and columns of numbers), ``stiffness``;
-with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig``; with a
+with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (``nastran_cards``); with a
 ``row_map`` ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
 ``harwell_boeing``, ``nastran_op4``; ``calculix_reactions`` and ``reactions_table``;
 ``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;

@@ -1,4 +1,4 @@
-"""Nastran bulk data: cards in any field format, the analysis set, grid points and their directions."""
+"""Nastran bulk data: the analysis set, grid points and their directions."""
 
 import importlib
 import os
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 from shakedown.readers.mesh import Mesh
+from shakedown.readers.nastran_cards import Card, card_fields, cards, of_superelement
 from shakedown.readers.text import integers, quoted, read_lines
 
-Card = tuple[int, str, list[str]]  # line number, name, data fields
 _PAIRS = ("ASET", "BSET", "CSET", "QSET")  # id, components, id, components, …
 _LISTS = tuple(f"{name}1" for name in _PAIRS)  # components, id, id, … or id THRU id
 _ROWS = (*_PAIRS, *_LISTS, "EXTRN", "USET", "USET1", "SECONCT")
@@ -44,45 +44,14 @@ def is_bulk_data(lines: list[str]) -> bool:
     return any(_CARD.match(line.upper()) for line in lines)
 
 
-def cards(lines: list[str]) -> Iterator[Card]:
-    """Every card: its line, name and data fields, in small, large or free fields, continuations joined."""
-    card: Card | None = None
-    for k, line in enumerate(lines, start=1):
-        text = line.split("$")[0].rstrip()
-        if not text:
-            continue
-        first, fields = _fields(text)
-        if first[:1] in ("", "*", "+"):  # a continuation, named or not
-            if card is not None:
-                card[2].extend(fields)
-            continue
-        if card is not None:
-            yield card
-        card = k, first.rstrip("*").strip().upper(), fields
-    if card is not None:
-        yield card
-
-
-def _fields(text: str) -> tuple[str, list[str]]:
-    """First field and data fields of one line, sliced by columns unless it has commas."""
-    if "," in text:
-        first, *rest = [field.strip() for field in text.split(",")]
-        width = 4 if "*" in first else 8
-        return first, [*rest, *[""] * (width - len(rest))][:width]
-    text = text.expandtabs(8)
-    first = text[:8].strip()
-    width, count = (16, 4) if "*" in first else (8, 8)
-    padded = text.ljust(8 + width * count)
-    return first, [padded[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
-
-
-def read_analysis_set(path: str | os.PathLike[str]) -> NDArray[np.intp]:
+def read_analysis_set(path: str | os.PathLike[str], superelement: int | None = None) -> NDArray[np.intp]:
     """(point, component) of every row of a matrix of the analysis set, (N, 2).
 
     EXTRN gives the order itself. ASET, BSET, CSET, QSET (also ASET1 …) and, where
     there are none of these, USET and USET1 give the members, which Nastran orders
     by point and component. SECONCT (the ``.asm`` file) gives the points: six
-    components for a GRID, one (0) for an SPOINT. Scalar points have component 0.
+    components for a GRID, one (0) for an SPOINT. Scalar points have component 0. Of a
+    file with several superelements the one to take must be named.
 
     Raises
     ------
@@ -98,7 +67,8 @@ def read_analysis_set(path: str | os.PathLike[str]) -> NDArray[np.intp]:
     [[3, 1], [3, 2], [9, 0]]
     """
     name = os.fspath(path)
-    found = [card for card in cards(read_lines(path)) if card[1] in (*_ROWS, "GRID", "SPOINT")]
+    lines = of_superelement(read_lines(path), superelement, name)
+    found = [card for card in cards(lines) if card[1] in (*_ROWS, "GRID", "SPOINT")]
     by_name: dict[str, list[Card]] = {}
     for card in found:
         by_name.setdefault(card[1], []).append(card)
@@ -178,10 +148,13 @@ def _connected(by_name: dict[str, list[Card]], name: str) -> NDArray[np.intp]:
     return _unique(rows, name)
 
 
-def read_grids(path: str | os.PathLike[str]) -> tuple[Mesh, dict[int, FloatArray]]:
+def read_grids(
+    path: str | os.PathLike[str], superelement: int | None = None
+) -> tuple[Mesh, dict[int, FloatArray]]:
     """Grid points in the basic system, and the output directions of those that have their own.
 
-    Read by pyYeti (the extra ``nastran``): GRID with CORD2R, CORD2C and CORD2S.
+    Read by pyYeti (the extra ``nastran``): GRID with CORD2R, CORD2C and CORD2S. Of a file
+    with several superelements the one to take must be named.
 
     Returns
     -------
@@ -197,7 +170,7 @@ def read_grids(path: str | os.PathLike[str]) -> tuple[Mesh, dict[int, FloatArray
         If pyYeti is not installed or cannot read the cards, or there are none.
     """
     name = os.fspath(path)
-    lines = read_lines(path)
+    lines = of_superelement(read_lines(path), superelement, name)
     own = [line for _, line in _lines_of(lines, ("GRID", "CORD2R", "CORD2C", "CORD2S"))]
     if not any(line.upper().startswith("GRID") for line in own):
         raise ProblemError(f"{name}: expected GRID cards, found none")
@@ -231,7 +204,7 @@ def _lines_of(lines: list[str], names: tuple[str, ...]) -> Iterator[tuple[int, s
         text = line.split("$")[0].rstrip()
         if not text:
             continue
-        first = _fields(text)[0]
+        first = card_fields(text)[0]
         if first[:1] not in ("", "*", "+"):
             inside = first.rstrip("*").strip().upper() in names
         if inside:

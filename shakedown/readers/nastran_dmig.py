@@ -9,7 +9,7 @@ import os
 import numpy as np
 
 from shakedown.errors import ProblemError
-from shakedown.readers.nastran_bulk import cards
+from shakedown.readers.nastran_cards import cards, of_superelement
 from shakedown.readers.stiffness import Stiffness, from_entries
 from shakedown.readers.text import integers, listed, number, read_lines
 
@@ -17,7 +17,9 @@ _SYMMETRIC, _SQUARE = 6, 1
 _REAL = (1, 2)
 
 
-def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -> Stiffness:
+def read_nastran_dmig(
+    path: str | os.PathLike[str], matrix: str | None = None, superelement: int | None = None
+) -> Stiffness:
     """Read one matrix of a punch file.
 
     Parameters
@@ -27,6 +29,8 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
     matrix
         Its name, for instance ``KAAX``; by default the only one, or the only one
         whose name starts with K.
+    superelement
+        Which one of a file with several (``BEGIN SUPER n``).
 
     Raises
     ------
@@ -34,13 +38,15 @@ def read_nastran_dmig(path: str | os.PathLike[str], matrix: str | None = None) -
         If there is no such matrix, it is complex or rectangular, or a card is malformed.
     """
     name = os.fspath(path)
-    found = [(k, fields) for k, card, fields in cards(read_lines(path)) if card == "DMIG"]
+    lines = of_superelement(read_lines(path), superelement, name)
+    found = [(k, fields) for k, card, fields in cards(lines) if card == "DMIG"]
     chosen = _chosen({fields[0] for _, fields in found}, matrix, name)
     own = [(k, fields) for k, fields in found if fields[0] == chosen]
     header = [(k, fields) for k, fields in own if fields[1] == "0"]
     if len(header) != 1:
+        where = f" (lines {', '.join(str(k) for k, _ in header[:4])})" if header else ""
         raise ProblemError(
-            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}"
+            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}{where}"
         )
     shown = listed([chosen])
     form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")

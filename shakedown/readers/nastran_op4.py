@@ -9,8 +9,9 @@ import os
 import re
 import struct
 import warnings
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -33,13 +34,14 @@ _DENSE_SHARE = 64  # a dense array may be so many times as large as its file
 
 @dataclass(frozen=True)
 class Heading:
-    """What the header of one matrix says."""
+    """What the header of one matrix says, and the how-manieth of its name it is."""
 
     name: str
     rows: int
     columns: int
     form: int
     type: int
+    place: int = 1
 
 
 def is_op4(raw: bytes) -> bool:
@@ -62,9 +64,11 @@ def op4_headings(path: str | os.PathLike[str]) -> list[Heading]:
     if not is_op4(raw):
         raise ProblemError(f"{name}: expected an OUTPUT4 file, found no header of one")
     walk = _binary(raw, name) if b"\0" in raw[:4] else _text(read_lines(path), name)
-    found = list(walk)
-    if len({heading.name.lower() for heading in found}) < len(found):
-        raise ProblemError(f"{name}: expected every matrix once, found a name twice")
+    found: list[Heading] = []
+    seen: Counter[str] = Counter()
+    for heading in walk:
+        seen[heading.name.lower()] += 1
+        found.append(replace(heading, place=seen[heading.name.lower()]))
     return found
 
 
@@ -80,7 +84,8 @@ def read_nastran_op4(path: str | os.PathLike[str], rows: Rows = None, matrix: st
         EXTRN or ASET cards of the punch file beside it.
     matrix
         Its name; by default the only one larger than 1 × 1 whose name begins
-        with K, or the only one at all.
+        with K, or the only one at all. ``"KXX(2)"`` is the second of a name that
+        occurs several times, as of several superelements.
 
     Raises
     ------
@@ -116,7 +121,14 @@ def _chosen(found: list[Heading], matrix: str | None, name: str) -> Heading:
         stiff = [h for h in found if h.name.upper().startswith("K") and (h.rows, h.columns) != (1, 1)]
         candidates = found if len(found) == 1 else stiff
     else:
-        candidates = [heading for heading in found if heading.name.lower() == matrix.strip().lower()]
+        candidates = _of_name(found, matrix, name)
+    if len({heading.name.lower() for heading in candidates}) < len(candidates):
+        (repeated, count), *_ = Counter(heading.name for heading in candidates).most_common(1)
+        ways = " or ".join(f"'{repeated}({k})'" for k in range(1, min(count, 3) + 1))
+        raise ProblemError(
+            f"{name}: expected every matrix once, found {repeated} {count} times (several superelements?); "
+            f"name the one to take: matrix = {ways}"
+        )
     if len(candidates) != 1:
         what = "one stiffness matrix" if matrix is None else f"the matrix {quoted(matrix)}"
         raise ProblemError(
@@ -130,6 +142,21 @@ def _chosen(found: list[Heading], matrix: str | None, name: str) -> Heading:
     return chosen
 
 
+def _of_name(found: list[Heading], matrix: str, name: str) -> list[Heading]:
+    """The matrices of a name, or the k-th of them where the name ends in (k)."""
+    wanted = matrix.strip().lower()
+    counted = re.fullmatch(r"(.+)\((\d{1,9})\)", wanted)
+    same = [heading for heading in found if heading.name.lower() == (counted[1] if counted else wanted)]
+    if counted is None or not same:
+        return same
+    place = int(counted[2])
+    if not 1 <= place <= len(same):
+        raise ProblemError(
+            f"{name}: expected {same[0].name}(1) to {same[0].name}({len(same)}), found {quoted(matrix)}"
+        )
+    return [same[place - 1]]
+
+
 def _loaded(path: str | os.PathLike[str], chosen: Heading, name: str) -> FloatArray | sparse.coo_array:
     """The numbers, by pyYeti; sparse where the header claims far more than the file holds."""
     op4 = pyyeti_module("op4", name)
@@ -139,9 +166,10 @@ def _loaded(path: str | os.PathLike[str], chosen: Heading, name: str) -> FloatAr
             warnings.simplefilter("error")
             reader = op4.OP4()
             try:
-                ((values, _, _),) = reader.load(
-                    os.fspath(path), namelist=[chosen.name.lower()], into="dct", sparse=large
-                ).values()
+                _, same, _, _ = reader.load(
+                    os.fspath(path), namelist=[chosen.name.lower()], into="list", sparse=large
+                )
+                values = same[chosen.place - 1]
             finally:
                 reader._op4close()
     except UNREADABLE as error:

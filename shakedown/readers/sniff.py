@@ -97,6 +97,7 @@ def read_stiffness(
     *,
     dof_map: Rows = None,
     matrix: str | None = None,
+    superelement: int | None = None,
 ) -> Stiffness:
     """Read a stiffness matrix from a file of any format that carries one.
 
@@ -109,6 +110,8 @@ def read_stiffness(
         :func:`shakedown.readers.row_map.row_map` lists, or its content.
     matrix
         Which matrix of a Nastran file.
+    superelement
+        Which superelement of a Nastran punch file that holds several.
 
     Raises
     ------
@@ -134,6 +137,13 @@ def read_stiffness(
             f"{os.fspath(path)}: expected no matrix name, because a {found} file holds one matrix, found "
             f"{quoted(matrix)}"
         )
+    if superelement is not None and found not in ("dmig", "op4"):
+        raise ProblemError(
+            f"{os.fspath(path)}: expected no superelement, because a {found} file is not Nastran's, found "
+            f"{superelement}"
+        )
+    if found == "dmig":
+        return read_nastran_dmig(path, matrix, superelement)
     return _read(found, path, dof_map, matrix)
 
 
@@ -145,8 +155,6 @@ def _read(found: str, path: str | os.PathLike[str], rows: Rows, matrix: str | No
             return read_harwell_boeing(path, rows)
         case "op4":
             return read_nastran_op4(path, rows, matrix)
-        case "dmig":
-            return read_nastran_dmig(path, matrix)
         case "substructure":
             return read_abaqus_substructure(path)
         case "abaqus-matrix":
