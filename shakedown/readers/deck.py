@@ -30,6 +30,8 @@ _SHAPES = {
 _TYPE = re.compile(r"(C3D|CPEG|CPE|CPS|CGAX|CAX)(\d+)")
 _REVOLVED = re.compile(r"(CG?|S|MG?|R|SFMG?)AX\d")  # element types of bodies of revolution
 _DEEPEST = 8  # files included in one another
+_TAKEN = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "EQUATION")
+_MAKERS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")  # of nodes and elements
 
 _Card = tuple[str, dict[str, str], list[tuple[str, str]]]  # keyword, parameters, (where, line) of its data
 
@@ -83,16 +85,25 @@ def _cards(path: Path, depth: int) -> Iterator[_Card]:
             if card is not None:
                 yield card
             card, pending = _keyword(pending), ""
+            name = card[1].get("INPUT", "")
             if card[0] == "INCLUDE":
-                name = card[1].get("INPUT", "")
                 if not name:
                     raise ProblemError(f"{path}: line {k}: expected *INCLUDE, INPUT=file, found none")
                 yield from _cards(path.parent / name, depth + 1)
                 card = None
+            elif name and card[0] in _TAKEN:  # its data lines stand in a file of their own
+                card[2].extend(_data_lines(path.parent / name))
         elif card is not None:
             card[2].append((f"{path}: line {k}", text))
     if card is not None:
         yield card
+
+
+def _data_lines(path: Path) -> Iterator[tuple[str, str]]:
+    """(where, line) of the data in the file of ``*NODE, INPUT=file`` and the like."""
+    for k, line in enumerate(read_lines(path), start=1):
+        if (text := line.strip()) and not text.startswith("*"):
+            yield f"{path}: line {k}", text
 
 
 def _keyword(line: str) -> _Card:
@@ -114,11 +125,13 @@ class _Deck:
     matrix_by: str = ""
     element_labels: list[int] = field(default_factory=list)  # of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
+    nodes_of_elements: list[tuple[str, str]] = field(default_factory=list)  # (node set, element set)
     element_lists: dict[str, list[Members]] = field(default_factory=dict)
     sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
     surface_nodes: dict[str, list[Members]] = field(default_factory=dict)
     rotated: list[tuple[str, str]] = field(default_factory=list)
     equations: list[tuple[str, list[str]]] = field(default_factory=list)
+    parts: int = 0
     instances: int = 0
     shift: FloatArray = field(default_factory=lambda: np.zeros(3))
 
@@ -131,6 +144,10 @@ class _Deck:
                 self._elements(parameters, data)
             case "NSET":
                 self._members(self.node_lists, parameters, "NSET", data)
+                if "ELSET" in parameters:
+                    self.nodes_of_elements.append(
+                        (parameters.get("NSET", "").upper(), parameters["ELSET"].upper())
+                    )
             case "ELSET":
                 self._members(self.element_lists, parameters, "ELSET", data)
             case "SURFACE":
@@ -141,6 +158,18 @@ class _Deck:
                 self._equation(data)
             case "INSTANCE":
                 self._instance(data)
+            case "PART":
+                self.parts += 1
+                self._check_one(self.parts)
+            case "SYSTEM" if data:
+                raise ProblemError(
+                    f"{data[0][0]}: expected coordinates x, y, z, found *SYSTEM; write a flat deck"
+                )
+            case _ if keyword in _MAKERS:
+                raise ProblemError(
+                    f"{self.name}: expected every node and element to be listed, found *{keyword}, which "
+                    "makes some; let the code write a flat deck"
+                )
             case "MATRIX GENERATE" | "MATRIX OUTPUT":
                 self.matrix_by = ABAQUS
             case _ if parameters.get("SOLVER", "").upper() == "MATRIXSTORAGE":  # of *FREQUENCY or *STATIC
@@ -148,24 +177,35 @@ class _Deck:
 
     def _instance(self, data: list[tuple[str, str]]) -> None:
         self.instances += 1
-        if self.instances > 1:
-            raise ProblemError(
-                f"{self.name}: expected one part instance, found several, whose labels are not those of the "
-                "matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
-            )
+        self._check_one(self.instances)
         if len(data) > 1:
             raise ProblemError(f"{data[1][0]}: expected an instance that is moved only, found it turned")
         if data:
             self.shift = np.array([number(field, data[0][0]) for field in data[0][1].split(",")[:3]])
 
+    def _check_one(self, count: int) -> None:
+        if count > 1:
+            raise ProblemError(
+                f"{self.name}: expected one part instance, found several, whose labels are not those of the "
+                "matrix; write a flat deck (*PREPRINT, or no parts and assemblies)"
+            )
+
     def _nodes(self, parameters: dict[str, str], data: list[tuple[str, str]]) -> None:
         labels = []
+        system = parameters.get("SYSTEM", "R").upper()
+        if system not in ("R", "C") and data:
+            raise ProblemError(
+                f"{data[0][0]}: expected coordinates of SYSTEM=R or C, found {quoted(system)}; write x, y, z"
+            )
         for where, text in data:
             fields = [field.strip() for field in text.split(",")]
             label = integers(fields[:1], where)[0]
             if label in self.nodes:
                 raise ProblemError(f"{where}: expected every node once, found node {label} twice")
             point = [number(field, where) for field in fields[1:4] if field]
+            if system == "C":
+                radius, angle, height = [*point, 0.0, 0.0, 0.0][:3]
+                point = [radius * np.cos(np.radians(angle)), radius * np.sin(np.radians(angle)), height]
             self.nodes[label] = np.array([*point, 0.0, 0.0, 0.0][:3]) + self.shift
             labels.append(fields[0])
         if "NSET" in parameters and data:
@@ -190,6 +230,8 @@ class _Deck:
                 own = integers(fields, where)
                 if len(own) != count + 1:
                     raise ProblemError(f"{where}: expected {count} nodes of an element, found {len(own) - 1}")
+                if own[0] in self.elements:
+                    raise ProblemError(f"{where}: expected every element once, found element {own[0]} twice")
                 self.elements[own[0]] = (shape, tuple(own[1:]))
             labels.append(fields[0])
             self.element_labels += integers(fields[:1], where)
@@ -247,13 +289,15 @@ class _Deck:
                 f"and {quoted(self.flat)}"
             )
         labels = np.array(list(self.nodes), dtype=np.intp)
-        node_sets = resolved(self.node_lists, labels)
-        node_sets |= resolved(self.surface_nodes, labels, node_sets)
         element_sets = resolved(self.element_lists, np.array(self.element_labels, dtype=np.intp))
+        node_sets = resolved(self.node_lists, labels)
+        for name, elements in self.nodes_of_elements:
+            node_sets[name] = np.union1d(node_sets[name], self._nodes_of(elements, element_sets))
+        node_sets |= resolved(self.surface_nodes, labels, node_sets)
         rotated: set[int] = set()
         for name, where in self.rotated:
             if name.upper() not in node_sets:
-                raise ProblemError(f"{where}: expected the node set of *TRANSFORM, found none")
+                raise ProblemError(f"{where}: expected the node set {quoted(name)} of *TRANSFORM, found none")
             rotated |= set(node_sets[name.upper()].tolist())
         return Mesh(
             self.name,
@@ -267,6 +311,13 @@ class _Deck:
             bool(self.revolved),
             self.matrix_by,
         )
+
+    def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:
+        """Nodes of the elements of a set (``*NSET, ELSET=``)."""
+        if name not in element_sets:
+            raise ProblemError(f"{self.name}: expected the element set {quoted(name)} of *NSET, found none")
+        members = element_sets[name].tolist()
+        return [node for element in members if element in self.elements for node in self.elements[element][1]]
 
     def _faces(
         self, sides: list[tuple[str, str, int]], element_sets: dict[str, NDArray[np.intp]]

@@ -26,10 +26,16 @@ def resolved(
                 members += _generated(fields, known, where)
                 continue
             for text in fields:
-                if text.upper() in found:
+                if text.upper() in found and not text.isdigit():  # a label is no name
                     members += found[text.upper()].tolist()
                     continue
-                label = integers([text.split(".")[-1]], where)[0]  # 'instance.label'
+                own = text.split(".")[-1]  # 'instance.label'
+                if not own.isdigit():
+                    raise ProblemError(
+                        f"{where}: expected labels or earlier sets as members of {quoted(name)}, found "
+                        f"{quoted(text)}"
+                    )
+                label = integers([own], where)[0]
                 if label not in there:
                     raise ProblemError(
                         f"{where}: expected a member of {quoted(name)}, found {label}, which is none"

@@ -125,6 +125,48 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
             assert abs((mesh.at([node])[0] - place[0]) @ inward) < 1e-14
 
 
+SQUARE = "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n*ELEMENT, TYPE=CPE4, ELSET=E\n1, 1, 2, 3, 4\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SQUARE.replace("\n", "\r\n") + "*NSET, NSET=S\r\n1, 2\r\n",
+        SQUARE.lower().replace(", ", ",\t") + "*nset,\n  nset=s\n\t1,\n2,\n",
+        "\ufeff" + SQUARE + '*NSET, NSET="s", GENERATE\n 1 , 2 , 1 ,\n',
+        SQUARE + "*NSET, NSET=1\n3\n*NSET, NSET=S\n1\n*NSET, NSET=S\n2\n",  # a number is a label first
+        "*NODE, INPUT=nodes.txt\n" + SQUARE.partition("0., 1.\n")[2] + "*NSET, NSET=S\n1, 2\n",
+        SQUARE + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 1, 2\n*SURFACE, NAME=S\nE, S1\n",
+    ],
+    ids=[
+        "crlf",
+        "lower, tabs, continued",
+        "mark, quoted, generated",
+        "numbered, extended",
+        "input",
+        "surface",
+    ],
+)
+def test_decks_in_other_dress(tmp_path, text):
+    (tmp_path / "nodes.txt").write_text("** nodes\n" + SQUARE.partition("\n")[2].partition("*")[0])
+    (tmp_path / "job.inp").write_bytes(text.encode())
+    mesh = read_deck(tmp_path / "job.inp")
+    assert mesh.nodes("S").tolist() == [1, 2]
+    np.testing.assert_array_equal(mesh.at([2, 3]), [[1, 0, 0], [1, 1, 0]])
+    assert mesh.elements[1] == ("quadrilateral", (1, 2, 3, 4))
+
+
+def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
+    text = "*NODE, SYSTEM=C\n1, 2., 0., 5.\n2, 2., 90., 5.\n3, 1., 180.\n*ELEMENT, TYPE=CPE3, ELSET=E\n8, 1, 2, 3\n"
+    mesh = deck(tmp_path, text + "*NODE\n4, 7., 8.\n*NSET, NSET=ALL, ELSET=E\n")
+    np.testing.assert_allclose(
+        mesh.at([1, 2, 3, 4]), [[2, 0, 5], [0, 2, 5], [-1, 0, 0], [7, 8, 0]], atol=1e-15
+    )
+    assert mesh.nodes("all").tolist() == [1, 2, 3]
+    with pytest.raises(ProblemError, match="line 8: expected every element once, found element 8 twice"):
+        deck(tmp_path, text + "*ELEMENT, TYPE=CPE3\n8, 3, 2, 1\n")
+
+
 def test_equations_say_what_is_relative(tmp_path):
     text = "*NODE\n1, 0., 0.\n2, 0., 0.\n9, 0., 0.\n*EQUATION\n3\n1, 1, 1., 2, 1, -1., 9, 1, -1.\n3\n"
     mesh = deck(tmp_path, text + "1, 2, -2., 2, 2, 2.,\n9, 2, 2.\n2\n1, 3, 1., 2, 3, -1.\n")
@@ -147,6 +189,12 @@ def test_equations_say_what_is_relative(tmp_path):
         ("10., 0., 0.\n*NODE", "10., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n*NODE", "found it turned"),
         ("*HEADING", "*INCLUDE, INPUT=none.inp", "none.inp: no such file"),
         ("*HEADING", "*INCLUDE, INPUT=job.inp", "at most 8 deep"),
+        ("base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
+        ("*HEADING", "*PART, NAME=A\n*PART, NAME=B", "expected one part instance, found several"),
+        ("*HEADING", "*SYSTEM\n1., 0., 0.", "expected coordinates x, y, z, found \\*SYSTEM"),
+        ("*HEADING", "*NGEN, NSET=MORE\n1, 4", "every node and element to be listed, found \\*NGEN"),
+        ("*HEADING", "*NODE, SYSTEM=S\n90, 1., 2., 3.", "expected coordinates of SYSTEM=R or C, found 'S'"),
+        ("*HEADING", "*NSET, NSET=W, ELSET=NONE\n*HEADING", "expected the element set 'NONE' of \\*NSET"),
     ],
 )
 def test_one_thing_wrong_in_a_deck_is_named(tmp_path, old, new, message):
