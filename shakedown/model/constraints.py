@@ -1,6 +1,6 @@
 """The 2n frictional constraints in slip space and load factor."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -154,7 +154,8 @@ def through_transient(problem: Problem) -> Constraints:
     reach = problem.f * problem.p_transient
     room = np.stack([reach - problem.q_transient, reach + problem.q_transient], axis=2)
     room = room.reshape(len(room), -1)
-    return Constraints(
+    return replace(
+        rows,
         G=np.vstack([rows.G, rows.G]),
         d=np.append(rows.d, np.zeros_like(rows.d)),
         g=np.append(rows.g, room.min(axis=0)),

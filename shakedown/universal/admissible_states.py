@@ -15,10 +15,10 @@ from shakedown.programs.linear_program import INF, LinearProgram, Solution
 
 @dataclass(frozen=True)
 class AdmissibleStates:
-    """Slips within the limits of some load of the loop: G v + S α ≤ g, α ≥ 0, Σ α ≤ λ.
+    """Slips within the limits of some load of the loop: G v + S α ≤ g, α ≥ 0, Σ α = λ.
 
-    The load is r⁰ + Σ α_k r¹_k: anywhere in the convex hull of the mean load and of λ
-    times the periodic part, so that these sets grow with λ.
+    The load is r⁰ + Σ α_k r¹_k: anywhere in the convex hull of the load steps at λ. Where the
+    mean load is in that hull, as their sample mean is, these sets grow with λ.
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class AdmissibleStates:
 class Extreme(NamedTuple):
     """The least value of a linear function of the slip, and how fast it changes with the load factor.
 
-    ``value`` is inf where there is no state, −inf where it is unbounded; ``slope`` (≤ 0 where the sets
-    are nested) is NaN there, ``slip`` and ``multipliers`` (of the 2n limits) too.
+    ``value`` is inf where there is no state, −inf where it is unbounded; ``slope``, ``slip`` and
+    ``multipliers`` (of the 2n limits) are NaN there.
     """
 
     value: float
@@ -119,12 +119,9 @@ class StateProgram:
     ----------
     states
         What is admissible.
-    nested
-        Whether the load runs over the hull of the mean load and the loop (Σ α ≤ λ), or over
-        that of the loop alone (Σ α = λ).
     """
 
-    def __init__(self, states: AdmissibleStates, *, nested: bool) -> None:
+    def __init__(self, states: AdmissibleStates) -> None:
         n, k = states.n, states.loads.shape[1]
         self.states, self._n, self._k = states, n, k
         self._force, self._length = states.units
@@ -134,7 +131,7 @@ class StateProgram:
         self._program = LinearProgram(
             np.vstack([half, share]),
             cost=np.append(np.zeros(n + k), 1.0),
-            lower=np.append(np.full(2 * n, -INF), -INF if nested else 0.0),
+            lower=np.append(np.full(2 * n, -INF), 0.0),
             upper=np.append(self._g, 0.0),
             column_lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
             column_upper=np.full(n + k + 1, INF),
@@ -225,6 +222,7 @@ def first_overlap(
     )
     lower = np.append(np.full(4 * n + 2, -INF), 0.0)
     lower[2 * node + 1], lower[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
+    lower[4 * n : 4 * n + 2] = 0.0  # Σ α = λ
     least = np.append(np.full(n, -INF), np.zeros(k))
     program = LinearProgram(
         matrix,

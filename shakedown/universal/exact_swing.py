@@ -90,7 +90,7 @@ class ExactStates:
             -sum((weight * self.S[i, k] for i, weight in zip(rows, y, strict=True)), self._zero)
             for k in range(self.S.shape[1])
         ]
-        return value, max([self._zero, *adds])
+        return value, max(adds)
 
     def _balancing(
         self, rows: NDArray[np.intp], target: np.ndarray, floats: FloatArray

@@ -52,7 +52,7 @@ def _tangents(
     problem: Problem, states: AdmissibleStates, lines: SwingLines, load_factor: float
 ) -> SwingLines:
     """The lines with those replaced that a tangent at a load factor undercuts there."""
-    half = StateProgram(states, nested=True)
+    half = StateProgram(states)
     half.set_load_factors(load_factor, load_factor)
     multipliers, resisting = lines.multipliers.copy(), rigid_slips(problem).columns(problem.A)
     for i in range(problem.n):
@@ -80,7 +80,10 @@ def _held_rigidly(lines: SwingLines, rigid: FloatArray, most: float) -> float:
     rows = np.zeros((len(node), len(rigid) + 1))
     rows[np.arange(len(node)), node] = np.where(side == 0, -1.0, 1.0)
     rows[:, -1] = lines.slopes[node, side]
-    return _largest_load_factor(rows, -lines.values[node, side], rigid, most)
+    right = -lines.values[node, side]
+    if np.any(rows[:, -1] < 0) and _largest_load_factor(rows, right, rigid, 0.0) < 0:
+        return 0.0  # not at the mean load: nothing is proved from λ = 0 on
+    return max(_largest_load_factor(rows, right, rigid, most), 0.0)
 
 
 def _largest_load_factor(rows: FloatArray, right: FloatArray, rigid: FloatArray, most: float) -> float:
@@ -94,4 +97,4 @@ def _largest_load_factor(rows: FloatArray, right: FloatArray, rigid: FloatArray,
         column_upper=np.append(np.full(n, INF), most),
     )
     vertex = program.solve().vertex
-    return 0.0 if vertex is None else float(vertex.x[-1])
+    return -INF if vertex is None else float(vertex.x[-1])

@@ -60,8 +60,8 @@ class BoxShrinker:
 
     def __init__(self, states: AdmissibleStates, tolerances: Tolerances) -> None:
         self.states, self._tolerances = states, tolerances
-        self.anywhere = StateProgram(states, nested=False)
-        self._at_step = StateProgram(states, nested=False)
+        self.anywhere = StateProgram(states)
+        self._at_step = StateProgram(states)
 
     def shrink(self, box: LimitBox, rounds: int) -> LimitBox:
         """Shrink a box so many times, or until its sides move little."""

@@ -73,7 +73,7 @@ class SwingBound(Result):
         throughout proves shakedown from every initial state, as long as all nodes stay closed.
         """
         states = admissible_states(problem)
-        worst = np.minimum(np.min(-self.multipliers @ states.loads, axis=2), 0.0)
+        worst = np.min(-self.multipliers @ states.loads, axis=2)
         return np.sum(self.multipliers @ states.g + load_factor * worst, axis=1)
 
 
@@ -156,7 +156,7 @@ def _first(problem: Problem, states: AdmissibleStates, lines: SwingLines, tolera
         if pair is not None:
             return found._replace(load_factor=meeting, node=i, forward=pair[0], backward=pair[1])
         if meeting == -inf and found.load_factor < inf:
-            half = half or StateProgram(states, nested=True)
+            half = half or StateProgram(states)
             half.set_load_factors(found.load_factor, found.load_factor)
             if half.swing(i, stiffness[i]).apart(tolerances.feasibility):
                 continue
@@ -171,7 +171,7 @@ def _completed(
     problem: Problem, states: AdmissibleStates, lines: SwingLines, load_factor: float
 ) -> SwingLines:
     """Lines that are missing, from linear programs: tangents at one load factor."""
-    half = StateProgram(states, nested=True)
+    half = StateProgram(states)
     if load_factor < inf:
         half.set_load_factors(load_factor, load_factor)
     stiffness = rigid_slips(problem).columns(problem.A)

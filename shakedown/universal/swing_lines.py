@@ -11,8 +11,6 @@ from shakedown.tolerances import Tolerances
 from shakedown.universal.admissible_states import AdmissibleStates
 from shakedown.universal.limit_multipliers import limits_used
 
-AT_MEAN = -1  # in place of a load step
-
 
 @dataclass(frozen=True)
 class SwingLines:
@@ -23,9 +21,10 @@ class SwingLines:
     multipliers : (n, 2, 2n)
         Y with Yᵀ G = ± A_i, ≥ 0 but in the active row, from which the lines follow.
     values, slopes : (n, 2)
-        Y · g, and the most that a load of the loop adds to it [force]; NaN where not known.
+        Y · g, and the most that a load of the loop adds to it, negative where each takes
+        something away [force]; NaN where not known.
     steps : (n, 2)
-        The column of the loads that adds most; :data:`AT_MEAN` where none adds anything.
+        The column of the loads that adds most.
     """
 
     multipliers: FloatArray
@@ -43,9 +42,7 @@ class SwingLines:
 def known_lines(states: AdmissibleStates, multipliers: FloatArray) -> SwingLines:
     """The lines that follow from multipliers."""
     adds = -multipliers @ states.loads
-    slopes = adds.max(axis=2)
-    steps = np.where(slopes > 0, adds.argmax(axis=2), AT_MEAN)
-    return SwingLines(multipliers, multipliers @ states.g, np.maximum(slopes, 0.0), steps)
+    return SwingLines(multipliers, multipliers @ states.g, adds.max(axis=2), adds.argmax(axis=2))
 
 
 def meeting_states(
@@ -62,8 +59,7 @@ def meeting_states(
     for side in (0, 1):
         rows = limits_used(lines.multipliers[node, side])
         rows[node] = 2 * node + 1 - side
-        step = int(lines.steps[node, side])
-        room = states.g if step == AT_MEAN else states.g - load_factor * states.loads[:, step]
+        room = states.g - load_factor * states.loads[:, lines.steps[node, side]]
         try:
             slip = np.asarray(np.linalg.solve(states.G[rows], room[rows]), dtype=float)
         except np.linalg.LinAlgError:

@@ -415,3 +415,49 @@ def test_what_the_multipliers_do_not_prove_is_not_certified():
         swing = shakedown.swing_bound(shakedown.example(name), certify=True)
         assert swing.load_factor == pytest.approx(expected, rel=1e-12)
         assert not swing.certified
+
+
+def test_melan_where_the_given_mean_lies_outside_the_loop():
+    """The mean load is no load of the loop then: the hull of the load steps alone is what counts."""
+    slip = {"A": [[1.0]], "B": [[0.0]], "f": 0.5}
+    one = shakedown.Problem(**slip, q_w=[[1.0], [2.0]], p_w=[[4.0], [4.0]], q_mean=[0.0], p_mean=[4.0])
+    assert shakedown.swing_bound(one).load_factor == pytest.approx(4.0, rel=1e-12)
+    for seed in range(12):
+        rng, n = np.random.default_rng(seed), 1 + seed % 4
+        root = rng.normal(size=(n, n))
+        A = root @ root.T + np.eye(n)
+        if seed % 3 == 0 and n > 1:
+            rigid = np.ones((n, n)) / n
+            A = (np.eye(n) - rigid) @ A @ (np.eye(n) - rigid)
+        q, p = 2.0 * rng.normal(size=n) + rng.normal(size=(4, n)), 4.0 + rng.normal(size=(4, n))
+        problem = shakedown.Problem(
+            A=A,
+            B=np.zeros((n, n)),
+            f=0.5,
+            q_w=q,
+            p_w=p,
+            q_mean=0.1 * rng.normal(size=n),
+            p_mean=np.full(n, 4.0),
+        )
+        upper = shakedown.upper_bound(problem).load_factor
+        assert shakedown.swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-8)
+
+
+def test_means_of_their_own_keep_the_swing_bound_a_bound():
+    """Just below it nothing cycles, and it is the first overlap that SciPy finds."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        base = joint(seed, n=3, m=4)
+        problem = replace(
+            base, q_mean=base.q_w.mean(axis=0) + 0.3 * rng.normal(size=3), p_mean=base.p_w.mean(axis=0)
+        )
+        bound = shakedown.universal_bound(problem).load_factor
+        swing = shakedown.swing_bound(problem, certify=False).load_factor
+        for i in range(3):
+            forward = greatest(problem, 0.999 * swing, problem.A[i], 3 + i, nested=False)
+            backward = greatest(problem, 0.999 * swing, -problem.A[i], i, nested=False)
+            assert None in (forward, backward) or -backward > forward
+        if 0 < bound < np.inf:
+            for _ in range(3):
+                state = shakedown.long_term_state(problem, 0.999 * bound, 3 * rng.normal(size=3))
+                assert state.outcome == "shakedown"
