@@ -50,7 +50,8 @@ class TransientLimit(Result):
         where everything scanned shakes down, ``low`` NaN where nothing does.
     proved
         The largest load factor at or below ``low`` at which shakedown was proved (the
-        motion comes into the energy ball); NaN where no proof was found.
+        motion comes into the energy ball); NaN where no proof was found. The proof is for
+        this load factor: of smaller ones it says nothing.
     cycling
         The smallest simulated load factor above ``low`` at which a long-term state
         other than shakedown was found: cyclic slip, ratchetting, or separation, where nodes
@@ -88,7 +89,10 @@ class TransientLimit(Result):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The interval in which λ_T lies: proved to shake down below, found not to above."""
+        """Next to λ_T: shakedown is proved *at* the first, a cycle was found at the second.
+
+        Nothing is proved of load factors below the first: outcomes need not be monotone in λ.
+        """
         return self.proved, self.cycling
 
 
@@ -109,8 +113,9 @@ def transient_limit(
     Outcomes need not be monotone in λ. Therefore the range is scanned in equal
     steps and the last change from shakedown to another outcome is bisected, both
     with exact long-term states; everything simulated is reported. A little below the
-    limit the shakedown is then proved (:func:`energy_ball`): the nearer to it, the
-    later the motion comes into the ball.
+    limit the shakedown is then proved (:func:`energy_ball`), at that load factor: the nearer to
+    the limit, the later the motion comes into the ball. Of a load domain the corners are
+    followed in the order given, which is one path of many.
 
     Parameters
     ----------

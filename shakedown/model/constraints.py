@@ -162,7 +162,6 @@ def through_transient(problem: Problem) -> Constraints:
         node=np.tile(rows.node, 2),
         side=np.tile(rows.side, 2),
         step=np.append(rows.step, room.argmin(axis=0) - len(room)),
-        rigid=rows.rigid,
     )
 
 
