@@ -7,6 +7,7 @@ import json
 import os
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -53,10 +54,10 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         problem, page = Path(folder) / "joint.npz", Path(folder) / "report.html"
         shakedown.save_problem(problem, joint(case["joint"]))
-        for _ in range(2):  # the first run of all compiles
-            wall, own, memory = timed(
-                [sys.executable, "-m", "shakedown", "verify", str(problem), "-o", str(page)]
-            )
+        compiled()
+        wall, own, memory = timed(
+            [sys.executable, "-m", "shakedown", "verify", str(problem), "-o", str(page)]
+        )
         text = page.read_text()
         found = json.loads(page.with_suffix(".json").read_text())
     return {
@@ -69,6 +70,13 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
         "pictures": text.count(PICTURES),
         "small_enough": len(text.encode()) < LARGEST_PAGE,
     }
+
+
+@cache
+def compiled() -> None:
+    """What a verification compiles is on disk when the first one is timed."""
+    for name in ("two-node", "jump"):
+        shakedown.verify(shakedown.example(name))
 
 
 def timed(words: list[str]) -> tuple[float, float, float]:

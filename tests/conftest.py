@@ -1,5 +1,11 @@
 """The whole suite is shared among the cores, file by file; no kernel is compiled in two processes at once."""
 
+import os
+
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS", "1"
+)  # before NumPy: threads that wait for each other waste the cores
+
 import hypothesis
 import pytest
 from compiled_once import one_compiler_at_a_time

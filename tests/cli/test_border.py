@@ -100,7 +100,7 @@ def on_a_terminal(columns, *words):
     return data.decode().replace("\r\n", "\n")
 
 
-@pytest.mark.parametrize("columns", [60, 80, 150])
+@pytest.mark.parametrize("columns", [60, 150])  # 80 is what every other test has
 def test_text_is_as_wide_as_the_terminal(columns):
     lines = on_a_terminal(columns, "solve", "three-node", "-q").splitlines()
     prose = [line for line in lines if line and not line.startswith(" ")]
@@ -275,7 +275,7 @@ def bomb(path, method, size):
     [(zipfile.ZIP_BZIP2, "compression type 12"), (zipfile.ZIP_DEFLATED, "100 times the file's size")],
 )
 def test_a_bomb_is_refused_by_its_headers(tmp_path, method, message):
-    bomb(tmp_path / "p.npz", method, 60 << 20)
+    bomb(tmp_path / "p.npz", method, 60 << 20 if method == zipfile.ZIP_DEFLATED else 1 << 20)
     before = time.monotonic()
     refused("solve", "p.npz", cwd=tmp_path, message=message)
     assert time.monotonic() - before < 2

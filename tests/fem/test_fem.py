@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import cache
 
 import meshio
 import numpy as np
@@ -31,6 +32,8 @@ from shakedown.fem import (
     welded_corner,
 )
 from shakedown.readers import read_calculix_reactions
+
+BLOCKS = cache(shipped_blocks)
 
 
 def distorted(nx=4, ny=3, seed=0):
@@ -350,7 +353,7 @@ def test_half_a_receding_block_is_half_of_the_whole():
 
 @pytest.mark.parametrize("name", ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat"])
 def test_shipped_blocks_are_made_again(name):
-    shipped, made = shakedown.example(name), shipped_blocks()[name]
+    shipped, made = shakedown.example(name), BLOCKS()[name]
     assert (shipped.name, shipped.units) == (made.name, made.units)
     for key in ("A", "B", "C", "f", "q_w", "p_w", "q_transient", "p_transient", "x"):
         found, expected = getattr(shipped, key), getattr(made, key)

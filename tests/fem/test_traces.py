@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from shakedown.fem import (
 from shakedown.fem.blocks import shipped_blocks
 
 STEEL = Material(200e3, 0.3)
+BLOCKS = cache(shipped_blocks)
 TRACES = ("label", "coordinates", "normal", "tangent", "node_area", "load_names")
 
 
@@ -72,7 +74,7 @@ def test_labels_are_the_nodes_of_both_meshes():
 
 @pytest.mark.parametrize("name", ["press-fit", "receding-block", "cantilevered-block", "cylinder-on-flat"])
 def test_the_shipped_blocks_carry_them(name):
-    fresh, shipped = shipped_blocks()[name], shakedown.example(name)
+    fresh, shipped = BLOCKS()[name], shakedown.example(name)
     for key in TRACES:
         found, expected = getattr(shipped, key), getattr(fresh, key)
         assert (

@@ -2,11 +2,6 @@
 
 import hashlib
 import io
-import os
-import signal
-import subprocess
-import sys
-import time
 import zipfile
 
 import numpy as np
@@ -164,24 +159,30 @@ def small_pieces(monkeypatch):
     monkeypatch.setattr("shakedown.maps.map_pieces.MapPieces.size", 16)
 
 
+class Stopped(Exception):
+    """The run ends here."""
+
+
+def stopped_after(patch, last):
+    """A run ends as soon as its piece ``last`` is recorded."""
+    add = Journal.add
+
+    def stop(journal, number, piece):
+        add(journal, number, piece)
+        if number == last:
+            raise Stopped
+
+    patch.setattr(Journal, "add", stop)
+
+
 @pytest.mark.usefixtures("small_pieces")
 def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatch):
     mapped(tmp_path / "whole.npz", 64)
-    expected, add = digest(tmp_path / "whole.npz"), Journal.add
-
-    class Stopped(Exception):
-        pass
-
+    expected = digest(tmp_path / "whole.npz")
     for last in range(4):
-
-        def stop(journal, number, piece, last=last):
-            add(journal, number, piece)
-            if number == last:
-                raise Stopped
-
         path = tmp_path / f"{last}.npz"
         with monkeypatch.context() as patch:
-            patch.setattr(Journal, "add", stop)
+            stopped_after(patch, last)
             with pytest.raises(Stopped):
                 mapped(path, 64)
         assert not path.exists()
@@ -189,38 +190,33 @@ def test_interrupted_after_any_piece_the_bytes_are_the_same(tmp_path, monkeypatc
         assert digest(path) == expected
 
 
-def test_another_map_is_not_gone_on_with(tmp_path):
+@pytest.mark.usefixtures("small_pieces")
+def test_another_map_is_not_gone_on_with(tmp_path, monkeypatch):
     path, partial = tmp_path / "map.npz", tmp_path / "map.npz.partial"
-    script = f"import shakedown; shakedown.initial_state_map(shakedown.example('two-node'), 0.7, states=120000, path={str(path)!r})"
-    run = subprocess.Popen([sys.executable, "-c", script])
-    while not partial.exists() and run.poll() is None:
-        time.sleep(0.01)
-    time.sleep(0.3)
-    os.kill(run.pid, signal.SIGKILL)
-    run.wait()
+    with monkeypatch.context() as patch:
+        stopped_after(patch, 1)
+        with pytest.raises(Stopped):
+            mapped(path, 64)
     assert partial.exists()
     with pytest.raises(shakedown.UsageError, match="unfinished run is recorded there; resume it, or remove"):
-        mapped(path, 120000)
+        mapped(path, 64)
     with pytest.raises(shakedown.UsageError, match="recorded with seed = 0, not 1"):
-        mapped(path, 120000, seed=1, resume=True)
-    with pytest.raises(shakedown.UsageError, match="recorded with states = 120000, not 64"):
-        mapped(path, 64, resume=True)
+        mapped(path, 64, seed=1, resume=True)
+    with pytest.raises(shakedown.UsageError, match="recorded with states = 64, not 80"):
+        mapped(path, 80, resume=True)
     assert not path.exists()
 
 
-def test_on_a_cluster_with_a_worker_killed_the_bytes_are_the_same(tmp_path):
+@pytest.mark.usefixtures("small_pieces")
+def test_on_a_cluster_the_bytes_are_the_same(tmp_path):
+    """Its worker is a thread of this process; those that die are in ``tests/campaign/test_cluster.py``."""
     distributed = pytest.importorskip("distributed")
-    states, killed = 40_000, []
-    mapped(tmp_path / "whole.npz", states)
+    calls = []
+    mapped(tmp_path / "whole.npz", 64)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, silence_logs=50
     ) as cluster:
-
-        def kill_one(done, _):
-            if done == 1 and not killed:
-                killed.append(next(iter(cluster.workers.values())).process.pid)
-                os.kill(killed[0], signal.SIGKILL)
-
-        mapped(tmp_path / "cluster.npz", states, scheduler=cluster.scheduler_address, progress=kill_one)
-    assert killed
+        address = cluster.scheduler_address
+        mapped(tmp_path / "cluster.npz", 64, scheduler=address, progress=lambda *done: calls.append(done))
+    assert calls[-1] == (4, 4)
     assert digest(tmp_path / "cluster.npz") == digest(tmp_path / "whole.npz")
