@@ -6,6 +6,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.errors import UsageError
 from shakedown.kernels.moving_state import (
     CLOSES,
     JUMPS,
@@ -114,9 +115,26 @@ class EventHistory(Result):
     def at(self, cycle: FloatArray) -> "EventHistory":
         """The exact states at given times in cycles, by linear interpolation between events.
 
-        At a jump the state after it counts.
+        At a jump the state after it counts. The last load step of m begins at 1 − 1/m of a
+        cycle: the end of a cycle is the beginning of the next one.
+
+        Raises
+        ------
+        UsageError
+            If a time lies before the first event or after the last.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=2).history.at([0.0, 1.0]).v.round(4)
+        array([[0.    , 0.    ],
+               [0.    , 0.7132]])
         """
         cycle = np.asarray(cycle, dtype=float)
+        first, last = self.cycle[[0, -1]]
+        outside = cycle[~((cycle >= first - SHORT) & (cycle <= last + SHORT))]
+        if outside.size:
+            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
         right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)
         left = right - 1
         span = self.cycle[right] - self.cycle[left]

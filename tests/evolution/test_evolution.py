@@ -85,6 +85,14 @@ def split(problem, parts):
     return replace(problem, q_w=cut(problem.q_w), p_w=cut(problem.p_w), **means)
 
 
+@pytest.mark.parametrize("time", [2.0, -0.5, np.nan])
+def test_no_state_is_made_up_beyond_the_path(time):
+    history = shakedown.evolve(shakedown.example("two-node"), 1.2, cycles=2).history
+    assert np.array_equal(history.at(history.cycle[[0, -1]]).v, history.v[[0, -1]])
+    with pytest.raises(shakedown.UsageError, match=r"^cycle: expected times from -0.02 to 1.98, found"):
+        history.at(np.array([1.0, time]))
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_path_does_not_depend_on_the_load_steps(seed):
     rng = np.random.default_rng(100 + seed)
