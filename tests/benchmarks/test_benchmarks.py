@@ -24,6 +24,7 @@ FEWEST = {
     "bounds": [{"n": 10}],
     "complete_contact": [{"elements": 16}],
     "enumeration": [{"n": 6}],
+    "evolution": [{"scene": "two-node", "parts": 1}],
     "growth": [{"task": "upper bound", "grows": "n", "value": size} for size in (8, 16)],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
