@@ -1,11 +1,13 @@
 """Elastic blocks above λ_max: one exact cycle against one Gauss–Seidel pass over the same load steps."""
 
+from collections.abc import Callable
+
 import numpy as np
 from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.refinement import block_on_plane
-from benchmarks.timing import median_time
+from benchmarks.timing import in_turn
 from shakedown import Evolution, loading, scales
 from shakedown.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.report.text_table import table
@@ -34,8 +36,8 @@ def measure(case: dict) -> dict:
         exact.state = start
         return exact.cycle()
 
-    seconds, record = median_time(cycle)
-    pass_seconds, sweeps, v = _gauss_seidel(problem, load_factor, start.u)
+    steps = _gauss_seidel(problem, load_factor, start.u)
+    (seconds, record), (pass_seconds, (sweeps, v)) = in_turn(cycle, steps, runs=5)
     end = exact.state.u[: problem.n]
     return {
         "n": problem.n,
@@ -52,21 +54,20 @@ def measure(case: dict) -> dict:
 
 def _gauss_seidel(
     problem: shakedown.Problem, load_factor: float, u: np.ndarray
-) -> tuple[float, int, np.ndarray]:
-    """Time of one pass from the state u = (v, w), its sweeps and the slip at its end."""
+) -> Callable[[], tuple[int, np.ndarray]]:
+    """One pass from the state u = (v, w), which gives its sweeps and the slip at its end."""
     scale, n = scales(problem, load_factor), problem.n
     tension = 16 * np.finfo(float).eps * scale.force
     stiffness = Stiffness(problem.A, problem.B, problem.C, problem.f, True, tension)
     q_w, p_w = loading(problem).at(load_factor)
     rows = [np.empty_like(q_w) for _ in range(3)]
 
-    def run():
+    def run() -> tuple[int, np.ndarray]:
         v, w = u[:n].copy(), u[n:].copy()
         sweeps, *_ = load_steps(stiffness, q_w, p_w, v, w, TOLERANCE * scale.length, MAX_SWEEPS, *rows)
-        return sweeps, v
+        return int(sweeps), v
 
-    seconds, (sweeps, v) = median_time(run)
-    return seconds, int(sweeps), v
+    return run
 
 
 def tables(rows: list[dict]) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable
 from functools import cache
-from time import perf_counter
 
 import cvxpy as cp
 import highspy
@@ -12,7 +11,7 @@ from scipy.optimize import linprog
 
 import shakedown
 from benchmarks.problems import chain
-from benchmarks.timing import median_time
+from benchmarks.timing import in_turn
 from shakedown import Constraints, Problem, constraints
 from shakedown.report.text_table import table
 
@@ -94,17 +93,22 @@ def cases(short: bool) -> list[dict]:
 def measure(case: dict) -> dict:
     n, bound, road = case["n"], case["bound"], case["road"]
     problem, programs = chain(n), 1 if bound == "upper" else n
+    solve = shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
+
+    def own() -> Value:
+        return float(solve(problem, certify=False).load_factor)
+
     if road in PEERS:
-        seconds, value, timed = _by_peer(problem, bound, PEERS[road])
+        peer, timed = _by_peer(problem, bound, PEERS[road])
     else:
-        solve = shakedown.upper_bound if bound == "upper" else shakedown.lower_bound
         certify, timed = road == "shakedown, certified", programs
-        seconds, found = median_time(lambda: solve(problem, certify=certify))
-        value = found.load_factor
+        peer = lambda: float(solve(problem, certify=certify).load_factor)  # noqa: E731
+    (seconds, value), (own_seconds, _) = in_turn(peer, own, runs=3)
     low, high, against = reference(n, bound)
     solved = bool(np.isfinite(value))
     return {
         "seconds": seconds * programs / timed,
+        "relative": seconds * programs / timed / own_seconds,
         "programs_timed": timed,
         "load_factor": value if solved else None,
         "solved": float(solved),
@@ -113,18 +117,20 @@ def measure(case: dict) -> dict:
     }
 
 
-def _by_peer(problem: Problem, bound: str, peer: Peer) -> tuple[float, Value, int]:
-    """Seconds of the programs that were timed, the load factor, and how many they were."""
+def _by_peer(problem: Problem, bound: str, peer: Peer) -> tuple[Callable[[], Value], int]:
+    """The load factor from the programs that are timed, and how many they are."""
     rows = constraints(problem)
     if bound == "upper":
-        seconds, value = median_time(lambda: -peer(*upper_program(rows)))
-        return seconds, value, 1
+        return lambda: -peer(*upper_program(rows)), 1
     nodes = [shakedown.lower_bound(problem, certify=False).node]
     sample = np.linspace(0, problem.n - 1, min(problem.n, NODES_SAMPLED))
     nodes += [int(j) for j in sample if j not in nodes]
-    start = perf_counter()
-    values = [peer(*collapse_program(rows, node)) for node in nodes]
-    return perf_counter() - start, values[0], len(nodes)
+
+    def collapses() -> Value:
+        values = [peer(*collapse_program(rows, node)) for node in nodes]
+        return values[0]
+
+    return collapses, len(nodes)
 
 
 @cache
@@ -169,13 +175,9 @@ def tables(rows: list[dict]) -> str:
     for bound in ("upper", "lower"):
         times, errors = [], []
         for n in sizes:
-            own = by[n, bound, "shakedown"]
             cells = [by.get((n, bound, road)) for road in ROADS]
-            shown = [
-                f"{c['seconds']:.3g} (x{c['seconds'] / own['seconds']:.3g})" if c else "-" for c in cells
-            ]
-            times.append([str(n), *shown])
-            errors.append([str(n), own["against"], *map(_error, cells)])
+            times.append([str(n), *map(_time, cells)])
+            errors.append([str(n), by[n, bound, "shakedown"]["against"], *map(_error, cells)])
         parts.append(f"{bound} bound: time [s]\n" + table(["n", *ROADS], times))
         parts.append(f"{bound} bound: relative error\n" + table(["n", "against", *ROADS], errors))
     parts.append(
@@ -186,8 +188,9 @@ def tables(rows: list[dict]) -> str:
     return "\n\n".join(parts)
 
 
-def _time(row: dict | None, own: float) -> str:
-    return "-" if row is None else f"{row['seconds']:.3g} (x{row['seconds'] / own:.3g})"
+def _time(row: dict | None) -> str:
+    """Seconds, and how many times what the toolkit takes in turn with it."""
+    return "-" if row is None else f"{row['seconds']:.3g} (x{row['relative']:.3g})"
 
 
 def _error(row: dict | None) -> str:

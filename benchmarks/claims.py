@@ -35,22 +35,22 @@ def rows(study: str) -> list[dict]:
     return json.loads((RESULTS / f"{study}.json").read_text())["rows"]
 
 
-def _road_times(bound: str, n: int) -> dict[str, float]:
-    return {row["road"]: row["seconds"] for row in rows("bounds") if (row["bound"], row["n"]) == (bound, n)}
+def _roads(bound: str, n: int) -> dict[str, dict]:
+    return {row["road"]: row for row in rows("bounds") if (row["bound"], row["n"]) == (bound, n)}
 
 
 def _lower_bound() -> list[str]:
-    small, large = _road_times("lower", 30), _road_times("lower", 250)
-    own, peers = large["shakedown"], ("scipy linprog", "highspy")
+    small, large = _roads("lower", 30), _roads("lower", 250)
+    own, peers = large["shakedown"]["seconds"], ("scipy linprog", "highspy")
     timed = max(row["programs_timed"] for row in rows("bounds") if row["road"] in peers and row["n"] == 250)
     at_large, at_small = (
-        " and ".join(f"{_ratio(times[peer] / times['shakedown'])} times that with {peer}" for peer in peers)
-        for times in (large, small)
+        " and ".join(f"{_ratio(roads[peer]['relative'])} times that with {peer}" for peer in peers)
+        for roads in (large, small)
     )
     return [
-        f"The lower bound of a joint with 250 nodes takes {own:.1f} s in floats; one program per node costs "
-        f"{at_large}. With 30 nodes it takes {small['shakedown']:.2f} s, certified in exact arithmetic "
-        f"{small['shakedown, certified']:.2f} s; one program per node costs {at_small}. The peers were timed on "
+        f"The lower bound of a joint with 250 nodes takes {own:.2g} s in floats; one program per node costs "
+        f"{at_large}. With 30 nodes it takes {small['shakedown']['seconds']:.2g} s, certified in exact "
+        f"arithmetic {small['shakedown, certified']['seconds']:.2g} s; one program per node costs {at_small}. The peers were timed on "
         f"up to {timed} of the n programs and scaled up (`bounds`)."
     ]
 
@@ -60,12 +60,12 @@ def _ratio(value: float) -> str:
 
 
 def _upper_bound() -> list[str]:
-    times = _road_times("upper", 250)
+    roads = _roads("upper", 250)
     return [
-        f"The upper bound of the same joint takes {times['shakedown']:.2f} s: "
-        f"{times['shakedown'] / times['highspy']:.2f} of the time of HiGHS called directly, "
-        f"{times['shakedown'] / times['scipy linprog']:.2f} of scipy's, "
-        f"{times['shakedown'] / times['cvxpy + Clarabel']:.2f} of cvxpy's with Clarabel (`bounds`)."
+        f"The upper bound of the same joint takes {roads['shakedown']['seconds']:.2g} s: "
+        f"{1 / roads['highspy']['relative']:.2f} of the time of HiGHS called directly, "
+        f"{1 / roads['scipy linprog']['relative']:.2f} of scipy's, "
+        f"{1 / roads['cvxpy + Clarabel']['relative']:.2f} of cvxpy's with Clarabel (`bounds`)."
     ]
 
 
@@ -150,14 +150,13 @@ def _exact_cycle() -> list[str]:
 
 def _peers() -> list[str]:
     found = rows("evolution")
-    event = {row["scene"]: row for row in found if row["method"] == "event"}
-    exact = max(row["error"] for row in event.values())
+    exact = max(row["error"] for row in found if row["method"] == "event")
 
     def against(method: str) -> str:
         chosen = [
             r for r in found if r["method"] == method and r["parts"] == 1 and r["tolerance"] in (1e-13, 1e-12)
         ]
-        ratios = [r["seconds_per_cycle"] / event[r["scene"]]["seconds_per_cycle"] for r in chosen]
+        ratios = [r["relative"] for r in chosen]
         return f"{min(ratios):.1f} to {max(ratios):.1f}"
 
     text = (
