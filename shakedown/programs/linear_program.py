@@ -237,9 +237,9 @@ class LinearProgram:
 
     def _dense(self) -> Solution | None:
         """The vertex that dense interior points lead to, where that is quicker than the first simplex."""
-        if self._told() is not None or self.matrix.shape[1] < DENSE_FROM:
-            return None
         rows, columns = self.matrix.shape
+        if self._told() is not None or not DENSE_FROM <= columns <= rows:  # a wide one is square in memory
+            return None
         bounds = np.eye(columns)
         parts = (
             (self.matrix, self.upper, np.arange(rows)),
