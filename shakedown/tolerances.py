@@ -1,8 +1,8 @@
 """How close is close enough: the tolerances that decide answers. Guards of one algorithm stand with it."""
 
 from dataclasses import dataclass, fields
-from numbers import Integral, Real
 
+from shakedown.argument_kinds import check_fields
 from shakedown.errors import UsageError
 from shakedown.shown_values import short
 
@@ -103,15 +103,12 @@ class Tolerances:
     equilibration_sweeps: int = 4
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for each in fields(self):
-            value: object = getattr(self, each.name)
-            whole = each.name == "equilibration_sweeps"
-            kind = Integral if whole else Real
-            # an int above all floats compares all the same
-            if isinstance(value, kind) and not isinstance(value, bool) and 0 <= value <= LARGEST:  # type: ignore[operator]
-                continue
-            expected = "a whole number" if whole else "a number"
-            raise UsageError(f"tolerances: {each.name}: expected {expected} >= 0, found {short(value)}")
+            value = getattr(self, each.name)
+            if not 0 <= value <= LARGEST:
+                whole = "a whole number" if isinstance(value, int) else "a number"
+                raise UsageError(f"Tolerances: {each.name}: expected {whole} >= 0, found {short(value)}")
 
     def __repr__(self) -> str:
         changed = [

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from shakedown.argument_kinds import check_fields
 from shakedown.errors import SolverError, UsageError
 from shakedown.model.arguments import check_count
 from shakedown.programs.blas_threads import all_cores
@@ -29,6 +30,7 @@ class Crew:
     scheduler: str | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.workers is not None:
             check_count("workers", self.workers)
         if self.scheduler is not None and not (isinstance(self.scheduler, str) and self.scheduler):

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import pickle
 import signal
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -13,8 +14,11 @@ from threading import Thread
 from threadpoolctl import threadpool_limits
 
 from shakedown.campaign.crew import Losses, Work
+from shakedown.errors import UsageError
 
-_work: Work  # of this process, where it is a worker
+WANTED = "expected functions that other processes can import (of a module, no lambda)"
+_pickled: bytes  # the work of this process, where it is a worker
+_work: Work | None = None  # the same, once there is a piece of it to do
 
 
 def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
@@ -25,13 +29,19 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
 
     Raises
     ------
+    UsageError
+        If the work is none that other processes can import.
     SolverError
         If processes die again and again with nothing done.
     """
+    try:
+        pickled = pickle.dumps(work)
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise UsageError(f"workers: {WANTED}, found one that cannot be sent there ({error})") from None
     todo, losses = dict.fromkeys(numbers), Losses()
     while todo:
         try:
-            for number, piece in _by_one_pool(work, list(todo), workers):
+            for number, piece in _by_one_pool(pickled, list(todo), workers):
                 losses.progress()
                 del todo[number]
                 yield number, piece
@@ -39,14 +49,14 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
             losses.another()
 
 
-def _by_one_pool(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
+def _by_one_pool(pickled: bytes, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
     """The same from one pool, until a process of it dies."""
     _start_tracker()
     pool = ProcessPoolExecutor(
         min(workers, len(numbers)),
         mp_context=multiprocessing.get_context("spawn"),  # a fork would copy locks of compiled threads
         initializer=_begin,
-        initargs=(work,),
+        initargs=(pickled,),
     )
     running: dict[Future[bytes], int] = {}
     waiting = iter(numbers)
@@ -77,10 +87,10 @@ def _start_tracker() -> None:
             os.environ["PYTHONWARNINGS"] = before
 
 
-def _begin(work: Work) -> None:
+def _begin(pickled: bytes) -> None:
     """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
-    global _work
-    _work = work
+    global _pickled
+    _pickled = pickled
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends us
     threadpool_limits(1)
     parent = multiprocessing.parent_process()
@@ -95,4 +105,10 @@ def _leave_with(parent: int) -> None:
 
 
 def _one_piece(number: int) -> bytes:
+    global _work
+    if _work is None:
+        try:
+            _work = pickle.loads(_pickled)
+        except Exception as error:  # whatever its modules raise
+            raise UsageError(f"workers: {WANTED}, found one that cannot be read there ({error})") from None
     return _work(number)

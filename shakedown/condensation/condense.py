@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
+from shakedown.argument_kinds import checked
 from shakedown.condensation.contact_frame import (
     ContactFrame,
     check_out_of_plane,
@@ -188,6 +189,7 @@ class Condensation(Result):
         return with_initial_gap(touching, initial) if initial.any() else touching
 
 
+@checked
 def condense(
     K: sparse.sparray | sparse.spmatrix | FloatArray,
     dofs: ArrayLike,
@@ -252,6 +254,7 @@ def condense(
     return reduced.problem(loads, f, x=x, gap=gap, name=name, units=units)
 
 
+@checked
 def condensed_stiffness(
     K: sparse.sparray | sparse.spmatrix | FloatArray,
     dofs: ArrayLike,

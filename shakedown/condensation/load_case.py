@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.argument_kinds import check_fields
 from shakedown.errors import ProblemError
+from shakedown.given_numbers import real_values
 from shakedown.model.problem import FloatArray
 from shakedown.model.result import Result
 
@@ -84,6 +87,9 @@ class LoadCase(Result):
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        check_fields(self, ProblemError, only=("mean", "name"))
+        if self.mean is not None and not isfinite(self.mean):
+            raise ProblemError(f"{self.name}: mean: expected a finite number, found {self.mean}")
         if self.force is None and self.displacement is None and self.reactions is None:
             raise ProblemError(
                 f"{self.name}: expected a force, a displacement or clamped reactions, found none"
@@ -195,9 +201,13 @@ def _columns(key: str, factors: Sequence[FloatArray]) -> FloatArray:
 
 def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ProblemError(f"{label}: expected real numbers, found {type(value).__name__}") from None
+        array = real_values(value)
+    except ValueError:  # ragged
+        array = np.array(None)
+    if array.dtype.kind not in "fiu":
+        raise ProblemError(f"{label}: expected real numbers, found {type(value).__name__}")
+    with np.errstate(over="ignore"):  # what overflows is not finite
+        array = array.astype(np.float64)
     if array.ndim not in dimensions:
         raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
     if not np.isfinite(array).all():

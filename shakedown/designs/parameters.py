@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.model.arguments import is_finite, require_problem
 from shakedown.model.loading import Loading, loading
@@ -38,6 +39,7 @@ def parameter_of(name: str) -> str:
     return name if name in PARAMETERS else bare if bare in FACTORS else ""
 
 
+@checked
 def with_parameter(problem: Problem, name: str, value: float) -> Problem:
     """The joint with one named parameter changed.
 

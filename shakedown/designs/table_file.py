@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from os import PathLike
 from typing import Any
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write, check_target
 from shakedown.model.result import frame
@@ -39,6 +40,7 @@ def _cell(entry: float | str) -> str:
     return visible(str(entry))
 
 
+@checked
 def check_table(path: str | PathLike[str]) -> None:
     """Raise ``UsageError`` unless a .csv, or with pandas and pyarrow a .parquet, can be written there."""
     ending = str(path).rpartition(".")[2].lower()

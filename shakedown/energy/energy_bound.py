@@ -209,6 +209,7 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
     )
 
 
+@checked
 def energy_document(bound: EnergyBound) -> dict[str, Any]:
     """The energy bound with the field names that other programs rely on."""
     return bound.to_dict()

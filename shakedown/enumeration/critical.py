@@ -75,6 +75,7 @@ class CriticalLoadFactors(Result):
         return super().to_dict() | listed
 
 
+@checked
 def subset_count(n: int) -> int:
     """Number of (n+1)-subsets of 2n rows.
 

@@ -73,6 +73,7 @@ def reactions(
     return q, p
 
 
+@checked
 def law_violation(
     f: FloatArray, q: FloatArray, p: FloatArray, w: FloatArray, slip: FloatArray, scale: Scales
 ) -> FloatArray:

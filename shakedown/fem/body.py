@@ -22,6 +22,7 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from shakedown.argument_kinds import check_fields
 from shakedown.condensation.load_case import LoadCase
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
@@ -48,6 +49,7 @@ class Material:
     poisson: float
 
     def __post_init__(self) -> None:
+        check_fields(self, ProblemError)
         if not (self.young > 0 and -1 < self.poisson < 0.5):
             raise ProblemError(
                 "material: expected Young's modulus > 0 and -1 < Poisson's ratio < 0.5, "
@@ -67,6 +69,9 @@ class Support:
     boundary: str
     x: bool = True
     y: bool = True
+
+    def __post_init__(self) -> None:
+        check_fields(self, ProblemError)
 
 
 class BodyLoad(Protocol):
@@ -120,6 +125,7 @@ class ElasticBody:
     order: int = 1
 
     def __post_init__(self) -> None:
+        check_fields(self, ProblemError)
         if self.plane not in ("strain", "stress"):
             raise ProblemError(f"plane: expected 'strain' or 'stress', found '{self.plane}'")
         if self.order not in (1, 2):

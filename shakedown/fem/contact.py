@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
+from shakedown.argument_kinds import checked
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import node_names
 from shakedown.errors import ProblemError
@@ -17,6 +18,7 @@ from shakedown.model.initial_gap import with_initial_gap
 from shakedown.model.problem import FloatArray, Problem
 
 
+@checked
 def contact_problem(
     body: ElasticBody,
     boundary: str,
@@ -95,6 +97,7 @@ def contact_problem(
     return with_initial_gap(made, initial) if initial.any() else made
 
 
+@checked
 def contact_condensation(
     body: ElasticBody, boundary: str, *, against: tuple[ElasticBody, str] | None = None
 ) -> Condensation:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.model.problem import FloatArray
 
@@ -27,6 +28,7 @@ class WeldedCorner:
     shear_ratio: float
 
 
+@checked
 def welded_corner(angle: float, poisson: float, plane: str = "strain") -> WeldedCorner:
     """Tractions near the end of a contact, for a body that meets the plane at an angle.
 

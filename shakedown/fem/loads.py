@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from skfem import LinearForm
 from skfem.helpers import dot
 
+from shakedown.argument_kinds import check_fields
 from shakedown.condensation.load_case import LoadCase
 from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, Support
@@ -35,6 +36,9 @@ class Load(ABC):
     mean: float | None = None
     transient: ArrayLike | None = None
     range: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self, ProblemError)
 
     @abstractmethod
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:

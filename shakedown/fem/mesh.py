@@ -66,6 +66,7 @@ def block_mesh(
     return replace(mesh, doflocs=np.ascontiguousarray(rotated))
 
 
+@checked
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """A two-dimensional mesh from a file that meshio reads, with its named sets.
 

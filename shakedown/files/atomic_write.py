@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.files.regular_file import kind_of
 
@@ -31,6 +32,7 @@ class _Part(NamedTuple):
     file: BinaryIO
 
 
+@checked
 def check_target(path: str | os.PathLike[str]) -> Path:
     """The file that a path leads to, symbolic links followed, after a check that it can be written.
 

@@ -6,11 +6,13 @@ from importlib import resources
 
 import numpy as np
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.files.npz import load_problem
 from shakedown.model.problem import Problem
 
 
+@checked
 def example(name: str) -> Problem:
     """A built-in problem by name.
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import ProblemError, UsageError
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
@@ -27,6 +28,7 @@ LONGEST_TEXT = 2**20  # characters
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # what numpy.savez and savez_compressed write
 
 
+@checked
 def load_problem(path: str | os.PathLike[str]) -> Problem:
     """Read a problem from an NPZ file (keys as the fields of :class:`Problem`).
 
@@ -59,6 +61,7 @@ def load_problem(path: str | os.PathLike[str]) -> Problem:
         raise ProblemError(f"{path}: {error}") from None
 
 
+@checked
 def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
     """Write a problem to an NPZ file; an existing file is replaced only by a complete one.
 
@@ -88,6 +91,7 @@ def save_problem(path: str | os.PathLike[str], problem: Problem) -> None:
         raise ProblemError(str(error)) from None
 
 
+@checked
 def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
     """Read an initial slip, or any array of real numbers, from an NPY file.
 
@@ -121,6 +125,7 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
         raise ProblemError(f"{path}: {error}") from None
 
 
+@checked
 def save_initial_slip(path: str | os.PathLike[str], slip: FloatArray) -> None:
     """Write an initial slip, (n,) [length], as an NPY file, whole or not at all.
 

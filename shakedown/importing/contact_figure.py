@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.importing.import_model import Import
 from shakedown.readers.mesh import CORNERS
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@checked
 def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     """Draw the contact nodes of an import with their normals, on the mesh where it is known.
 

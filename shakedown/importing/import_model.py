@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.argument_kinds import checked
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import friction_left_out
 from shakedown.errors import ProblemError
@@ -115,6 +116,7 @@ class Import(Result):
         return self.stiffness.format
 
 
+@checked
 def import_problem(config_path: str | os.PathLike[str]) -> Problem:
     """The problem that a configuration describes; see :func:`import_model` for its keys.
 
@@ -132,6 +134,7 @@ def import_problem(config_path: str | os.PathLike[str]) -> Problem:
     return import_model(config_path).problem
 
 
+@checked
 def import_model(
     config_path: str | os.PathLike[str],
     *,

@@ -4,6 +4,7 @@ import os
 from importlib.resources import files
 from pathlib import Path
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import ProblemError, UsageError
 
 _KINDS = ("abaqus", "ansys", "calculix", "nastran", "reactions")
@@ -20,6 +21,7 @@ def import_template_names() -> tuple[str, ...]:
     return _KINDS
 
 
+@checked
 def import_template(kind: str) -> str:
     """A commented configuration to start from, for :func:`shakedown.import_model`.
 
@@ -38,6 +40,7 @@ def import_template(kind: str) -> str:
     return files("shakedown.importing").joinpath("templates", f"{kind}.toml").read_text(encoding="utf-8")
 
 
+@checked
 def write_import_example(folder: str | os.PathLike[str]) -> list[Path]:
     """Write a whole example: a CalculiX deck, what CalculiX made of it, and the configuration.
 

@@ -6,6 +6,8 @@ from typing import Any, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 
+from shakedown.errors import UsageError
+
 
 def ensure_code_can_be_compiled() -> bool:
     """Let kernels that ask for a cache be compiled also where numba finds no place for one.
@@ -15,11 +17,18 @@ def ensure_code_can_be_compiled() -> bool:
     user has no home, it refuses to define the kernels at all. Then they are defined
     without a cache, and a line of the log says so.
 
+    Raises
+    ------
+    UsageError
+        If ``NUMBA_DISABLE_JIT`` is set: the kernels hold states that only compiled code knows.
+
     Returns
     -------
     bool
         Whether there is a place for compiled code.
     """
+    if cast(Any, numba.config).DISABLE_JIT:
+        raise UsageError("NUMBA_DISABLE_JIT: expected it unset, as the motion is followed by compiled code")
     try:
         numba.njit(cache=True)(_asks_for_a_cache)
     except RuntimeError:  # numba: no locator available

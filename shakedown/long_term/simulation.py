@@ -265,6 +265,7 @@ def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simul
     return Simulation(settled, "gauss-seidel", log, stepping.history, ())
 
 
+@checked
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.argument_kinds import check_fields
 from shakedown.campaign.payload import packed, unpacked
 from shakedown.errors import ProblemError
 from shakedown.long_term.limit_search import LONGEST_PERIOD
@@ -38,6 +39,7 @@ class Search:
     tolerances: Tolerances = DEFAULT
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_count("max_cycles", self.max_cycles)
         check_count("longest_period", self.longest_period)
 

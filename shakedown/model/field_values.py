@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.errors import ProblemError
+from shakedown.given_numbers import real_values
 from shakedown.visible_text import LONGEST_NAME, shortened, visible
 
 # Axis names of every array field; `n` contact nodes, `m` load steps, `k` transient steps, `s` states,
@@ -134,7 +135,7 @@ def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
     if np.ma.is_masked(value):
         raise ProblemError(f"key '{key}': expected every number, found masked ones")
     try:
-        array = np.asarray(value)
+        array = real_values(value)
     except ValueError:  # ragged nested lists
         raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
     if array.dtype.kind not in "fiu":

@@ -43,6 +43,7 @@ def stress_unit(force: str, length: str) -> str:
     return PASCALS.get((force, length), f"{force}/{length}²")
 
 
+@checked
 def work_unit(force: str, length: str) -> str:
     """The unit of a dissipation, empty where force or length has none.
 

@@ -4,13 +4,15 @@ Every function takes ``ax``, the axes to draw on; without it a new figure is mad
 ``plot.save(axes, path)`` writes to a file. Labels carry the units of the problem where they are
 known. The report is drawn by the same functions.
 
-Reading order: ``style`` (axes, colours, units), ``joint`` (nodes and loads), ``loops`` (hysteresis,
-loading), ``contact_line`` (what happens along the contact), ``zone_map`` (where and when it sticks,
-slips, opens), ``planes`` (slip space, reaction space), ``load_factors`` (limits on one scale,
-guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins`` (maps of
-initial states), ``motion`` (one instant, and animations), ``inline_svg`` (pictures inside a page).
+Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (nodes and loads),
+``loops`` (hysteresis, loading), ``contact_line`` (what happens along the contact), ``zone_map``
+(where and when it sticks, slips, opens), ``planes`` (slip space, reaction space), ``load_factors``
+(limits on one scale, guarantee, interaction, slip per cycle), ``regions`` (design diagrams),
+``basins`` (maps of initial states), ``motion`` (one instant, and animations), ``inline_svg``
+(pictures inside a page).
 """
 
+import shakedown.plot.backend  # noqa: F401  before matplotlib
 from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
 from shakedown.plot.joint import contact, loads_along, loads_in_time

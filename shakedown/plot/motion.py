@@ -162,6 +162,7 @@ def _finish(axes: Axes, cycle: float, of: str = "") -> None:
     axes.legend(fontsize="x-small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=4)
 
 
+@checked
 def animate_slip_space(
     result: Recorded,
     problem: Problem,
@@ -204,6 +205,7 @@ def animate_slip_space(
     _animate(path_of(result), draw, path, longest, frames)
 
 
+@checked
 def animate_reactions(
     result: Recorded,
     problem: Problem,

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write, check_target
@@ -51,6 +52,7 @@ def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
     return Figure(figsize=size, layout="constrained").subplots() if ax is None else ax
 
 
+@checked
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     """Write the figure that some axes belong to, whole or not at all; the name's ending says in which format.
 

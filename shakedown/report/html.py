@@ -11,6 +11,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from shakedown.argument_kinds import checked
 from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.model.problem import Problem
@@ -55,6 +56,7 @@ from shakedown.visible_text import shortened, visible
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 
 
+@checked
 @on_one_thread
 def write_report(path: str | os.PathLike[str], verification: Verification) -> None:
     """Write a verification as HTML, and as JSON beside it (same name, suffix .json).
@@ -74,6 +76,7 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
         json_file.write(as_text(document).encode())
 
 
+@checked
 def report_path(path: str | os.PathLike[str]) -> Path:
     """Where a report goes, after a check that it and its JSON can be written there.
 

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from shakedown.argument_kinds import checked
 from shakedown.model.arguments import check_count, check_seed, require_problem
 from shakedown.model.field_values import LOOP
 from shakedown.model.loading import loading
 from shakedown.model.problem import Problem
 
 
+@checked
 def random_paths(problem: Problem, count: int, seed: int = 0) -> Iterator[Problem]:
     """The joint with the samples of its loop in random order, and so on straight ways between any two.
 

@@ -102,13 +102,13 @@ def test_tolerances_are_tolerances(name, value):
 )
 @pytest.mark.parametrize("name", ["feasibility", "limit"])
 def test_a_tolerance_is_a_number(name, value):
-    with pytest.raises(UsageError, match=f"tolerances: {name}: expected a number >= 0, found "):
+    with pytest.raises(UsageError, match=f"Tolerances: {name}: expected a number (>= 0|below 1e308), found "):
         Tolerances(**{name: value})
 
 
 @pytest.mark.parametrize("value", [1.5, -1, None, "4"])
 def test_sweeps_are_counted(value):
-    with pytest.raises(UsageError, match="equilibration_sweeps: expected a whole number >= 0"):
+    with pytest.raises(UsageError, match="equilibration_sweeps: expected a whole number"):
         Tolerances(equilibration_sweeps=value)
 
 
