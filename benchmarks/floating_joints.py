@@ -64,7 +64,7 @@ def rational_joint(seed: int, n: int, free: int) -> RationalJoint:
     """A random joint with so many rigid slips, in fractions."""
     rng = np.random.default_rng([seed, n, free])
     Z = np.ones((n, free), dtype=int)
-    while free and np.linalg.matrix_rank(Z) < free or (Z == 1).all():
+    while (free and np.linalg.matrix_rank(Z) < free) or (Z == 1).all():
         Z = rng.integers(-3, 4, (n, free))
         Z[:, 0] = np.where(rng.random() < 0.5, 1, Z[:, 0] + (Z[:, 0] == 0))
         if free == 1 and (Z == 1).all():

@@ -167,11 +167,12 @@ def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
     count = len(members) if origin is tuple and Ellipsis not in members and members else None
     needed = "__len__" if origin is Sequence else "__iter__"
     each = kinds[0] if kinds else None
-    numbers = each is not None and each.expected in (WHOLE, NUMBER)
-    if each is None or not (numbers or count):
+    if each is None or not (each.expected in (WHOLE, NUMBER, TEXT) or count):
         return Kind(lambda value: _where(_is_listed(value, needed), value), "several values")
 
-    def read(value: Any) -> tuple[Any, ...]:
+    def read(value: Any) -> Any:
+        if isinstance(value, str) and each.expected == TEXT:
+            return value
         _where(_is_listed(value, needed) and not isinstance(value, str | bytes | Mapping), value)
         listed = list(islice(value, MOST_LISTED + 1))
         _where(len(listed) == count if count else len(listed) <= MOST_LISTED, value)
@@ -180,7 +181,9 @@ def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
             item if kind is None else kind.read(item) for kind, item in zip(readers, listed, strict=True)
         )
 
-    said = {WHOLE: "whole numbers below 2^63", NUMBER: "numbers below 1e308"}.get(each.expected, "values")
+    said = {WHOLE: "whole numbers below 2^63", NUMBER: "numbers below 1e308", TEXT: "texts"}.get(
+        each.expected, "values"
+    )
     return Kind(read, f"{count or 'several'} {said}")
 
 
@@ -230,13 +233,13 @@ def _number_or_unfit(read: Callable[[object], Any]) -> Callable[[object], Any]:
     return number
 
 
-WHOLE, NUMBER = "a whole number below 2^63", "a number below 1e308"
+WHOLE, NUMBER, TEXT = "a whole number below 2^63", "a number below 1e308", "text"
 SIMPLE: dict[Any, Kind] = {
     NoneType: Kind(lambda value: _where(value is None, value), "None"),
     bool: Kind(_flag, "true or false"),
     int: Kind(_number_or_unfit(whole_number), WHOLE),
     float: Kind(_number_or_unfit(real_number), NUMBER),
-    str: Kind(lambda value: _where(isinstance(value, str), value), "text"),
+    str: Kind(lambda value: _where(isinstance(value, str), value), TEXT),
     os.PathLike: Kind(lambda value: _where(isinstance(value, os.PathLike), value), "a path"),
     Mapping: Kind(lambda value: _where(isinstance(value, Mapping), value), "a dictionary"),
     Callable: Kind(lambda value: _where(callable(value), value), "a function"),

@@ -97,7 +97,7 @@ def safe_slip(
     >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status.value
     'infeasible'
     """
-    check_load_factor(load_factor)
+    check_load_factor(load_factor, problem)
     zone = chosen_zone(problem, open_nodes, tolerances)
     rows = rows_of(zone, transient)
     room = rows.g - load_factor * rows.d

@@ -17,7 +17,15 @@ from shakedown.errors import UsageError
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
 from shakedown.long_term.outcome import Outcome, numbers
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import check_count, check_seed, checked, is_finite, require_problem
+from shakedown.model.arguments import (
+    MANY,
+    check_count,
+    check_load_factor,
+    check_seed,
+    checked,
+    is_finite,
+    require_problem,
+)
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
@@ -196,8 +204,8 @@ def smallest_cycle(
     (2.4442, (0,), True)
     """
     require_problem(problem)
-    check_count("states", states)
-    check_count("rounds", rounds)
+    check_count("states", states, MANY)
+    check_count("rounds", rounds, MANY)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
     seed = check_seed(seed)
@@ -251,6 +259,7 @@ def _top(joint: Problem, limits: _Limits, largest: float | None, tolerances: Tol
     if largest is not None:
         if not (is_finite(largest) and largest > 0):
             raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
+        check_load_factor(largest, joint)
         return float(largest)
     for found in (limits.upper.load_factor, limits.lower.load_factor):
         if isfinite(found) and found > 0:

@@ -196,7 +196,7 @@ def energy_ball(
     (np.True_, array([ True, False]))
     """
     require_problem(problem)
-    check_load_factor(load_factor)
+    check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
     rows = zone_rows(zone, transient=transient, tolerances=tolerances)

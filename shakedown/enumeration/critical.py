@@ -26,6 +26,7 @@ LISTED = 1000
 SMALL = 20_000  # up to here batches are done before compiled code is loaded
 COUNTABLE = 10**40  # so many subsets and more are not even sampled
 BUDGET = 200_000_000
+MOST_NODES = 10_000  # a number of subsets has no more digits than anyone can write
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -84,8 +85,8 @@ def subset_count(n: int) -> int:
     >>> subset_count(9)
     43758
     """
-    if not isinstance(n, int) or n < 0:
-        raise UsageError(f"n: expected a number of nodes, found {n!r}")
+    if not 0 <= n <= MOST_NODES:
+        raise UsageError(f"n: expected a number of nodes from 0 to {MOST_NODES:,}, found {n}")
     return comb(2 * n, n + 1)
 
 

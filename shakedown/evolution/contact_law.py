@@ -37,7 +37,7 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     >>> scales(shakedown.example("one-node"), 1.0)
     Scales(force=2.8, length=2.8)
     """
-    check_load_factor(load_factor)
+    check_load_factor(load_factor, problem)
     return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
 
 

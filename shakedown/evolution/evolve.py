@@ -99,7 +99,7 @@ def evolve(
     >>> run.stop is None, run.cycles[1].events
     (True, 3)
     """
-    check_arguments(load_factor, cycles)
+    check_arguments(load_factor, cycles, problem)
     damping, opened = checked_damping(problem, damping), tuple(open_nodes)
     if reduce:
         require_closed(opened)

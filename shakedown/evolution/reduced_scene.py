@@ -86,7 +86,7 @@ def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike 
     >>> scene.moving, scene.separable
     (array([ True,  True]), array([ True, False]))
     """
-    check_load_factor(load_factor)
+    check_load_factor(load_factor, problem)
     start = checked_initial_slip(problem, initial_slip)
     states = _States(problem, load_factor, start)
     closed, fixed = np.ones(problem.n, dtype=bool), np.ones(problem.n, dtype=bool)

@@ -10,7 +10,7 @@ from shakedown.evolution.evolve import expanded_history, require_closed
 from shakedown.evolution.reduced_scene import Scene, reduced_scene
 from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import check_arguments, check_count, checked
+from shakedown.model.arguments import MANY, check_arguments, check_count, checked
 from shakedown.model.problem import Problem
 from shakedown.tolerances import DEFAULT, Tolerances
 
@@ -69,8 +69,8 @@ def long_term_state(
     >>> state.outcome.value, state.slip_per_cycle.round(6)
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
-    check_arguments(load_factor, max_cycles)
-    check_count("longest_period", longest_period)
+    check_arguments(load_factor, max_cycles, problem)
+    check_count("longest_period", longest_period, MANY)
     opened = tuple(open_nodes)
     if reduce:
         require_closed(opened)

@@ -18,6 +18,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
 from shakedown.model.arguments import (
+    MANY,
     check_arguments,
     check_count,
     checked,
@@ -148,8 +149,8 @@ def long_term_states(
     >>> states.outcome.tolist(), states.slip_per_cycle.round(6).tolist()
     (['cyclic-slip', 'shakedown'], [[3.854489, 0.0, 0.0], [0.0, 0.0, 0.0]])
     """
-    check_arguments(load_factor, max_cycles)
-    check_count("longest_period", longest_period)
+    check_arguments(load_factor, max_cycles, problem)
+    check_count("longest_period", longest_period, MANY)
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
     states = _room(float(load_factor), starts)

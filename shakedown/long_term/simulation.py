@@ -216,7 +216,7 @@ def simulate(
     >>> run.outcome.value, bool(run.residual < 1e-12)
     ('shakedown', True)
     """
-    check_arguments(load_factor, cycles)
+    check_arguments(load_factor, cycles, problem)
     if method == "event":
         search = LimitSearch(
             problem, load_factor, initial_slip, tolerances, record=record, open_nodes=open_nodes

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from shakedown.errors import UsageError
 from shakedown.long_term.find_state import LongTermState, long_term_state
 from shakedown.long_term.outcome import Outcome
-from shakedown.model.arguments import check_count, checked, checked_initial_slip, is_finite
+from shakedown.model.arguments import MANY, check_count, checked, checked_initial_slip, is_finite
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -154,7 +154,7 @@ def transient_limit(
     top = _top(problem, opened, tolerances) if largest is None else largest
     if not (is_finite(top) and top > 0):
         raise UsageError(f"largest: expected a positive load factor, found {top!r}")
-    check_count("steps", steps)
+    check_count("steps", steps, MANY)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
     histories = _Histories(problem, start, opened, tolerances, {})

@@ -11,7 +11,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.many_states import OUTCOMES, long_term_states
 from shakedown.maps.map_file import Kinds, kinds_of
 from shakedown.maps.samplers import BLOCK, Sampling
-from shakedown.model.arguments import check_count
+from shakedown.model.arguments import MANY, check_count
 from shakedown.tolerances import DEFAULT, Tolerances
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
@@ -41,7 +41,7 @@ class Search:
     def __post_init__(self) -> None:
         check_fields(self)
         check_count("max_cycles", self.max_cycles)
-        check_count("longest_period", self.longest_period)
+        check_count("longest_period", self.longest_period, MANY)
 
 
 @dataclass(frozen=True)

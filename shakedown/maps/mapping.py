@@ -159,7 +159,7 @@ def initial_state_map(
     if not factors:
         raise UsageError("load factor: expected at least one, found none")
     for factor in factors:
-        check_load_factor(factor)
+        check_load_factor(factor, problem)
     target = None if path is None else check_target(path)
     wanted = [
         sampling(

@@ -9,10 +9,12 @@ from numpy.typing import ArrayLike
 from shakedown.argument_kinds import checked as checked
 from shakedown.argument_kinds import written
 from shakedown.errors import ProblemError, UsageError
-from shakedown.given_numbers import real_number, real_values, whole_number
-from shakedown.model.field_values import check_slip
+from shakedown.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
+from shakedown.model.field_values import LARGEST, check_slip
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.shown_values import short
+
+MANY = 1_000_000  # of what is kept in memory, or followed one after the other
 
 
 def is_finite(value: object) -> bool:
@@ -21,19 +23,27 @@ def is_finite(value: object) -> bool:
     return number is not None and isfinite(number)
 
 
-def check_load_factor(load_factor: float) -> None:
-    """Raise ``UsageError`` unless a load factor is a finite number ≥ 0."""
+def check_load_factor(load_factor: float, problem: Problem | None = None) -> None:
+    """Raise ``UsageError`` unless a load factor is a finite number ≥ 0, with forces that are numbers."""
     if not (is_finite(load_factor) and float(load_factor) >= 0):
         raise UsageError(f"load factor: expected a number >= 0, found {written(load_factor)}")
+    loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
+    largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
+    if load_factor > LARGEST or load_factor * largest > LARGEST:
+        raise UsageError(
+            f"load factor: expected one with reactions up to {LARGEST:g}, found {written(load_factor)}"
+        )
 
 
-def check_count(name: str, count: int) -> None:
-    """Raise ``UsageError`` unless a number of cycles, threads, … is whole and at least 1."""
+def check_count(name: str, count: int, most: int = LARGEST_WHOLE) -> None:
+    """Raise ``UsageError`` unless a number of cycles, threads, … is whole, at least 1 and at most so many."""
     whole = whole_number(count)
     if whole is None:
         raise UsageError(f"{name}: expected a whole number, found {written(count)}")
     if whole < 1:
         raise UsageError(f"{name}: expected at least 1, found {whole}")
+    if whole > most:
+        raise UsageError(f"{name}: expected at most {most:,}, found {whole}")
 
 
 def check_seed(seed: int) -> int:
@@ -76,9 +86,9 @@ def node_numbers(name: str, nodes: Iterable[int], n: int) -> tuple[int, ...]:
     return tuple(found)
 
 
-def check_arguments(load_factor: float, cycles: int) -> None:
+def check_arguments(load_factor: float, cycles: int, problem: Problem | None = None) -> None:
     """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
-    check_load_factor(load_factor)
+    check_load_factor(load_factor, problem)
     check_count("cycles", cycles)
 
 

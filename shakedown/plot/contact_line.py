@@ -7,8 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
-from shakedown.model.arguments import checked
+from shakedown.model.arguments import checked, real_array
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import stress_unit, units_of, work_unit
 from shakedown.plot.loops import friction_work
@@ -207,12 +208,19 @@ def dissipation_along(
 def _areas(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
     """The areas that are given, else those of the problem, else none."""
     area = problem.node_area if node_area is None else node_area
-    return None if area is None else np.asarray(area, dtype=float)
+    if area is None:
+        return None
+    array = real_array("node area", area)
+    if array.shape != (problem.n,):
+        raise UsageError(f"node area: expected shape ({problem.n},), found {array.shape}")
+    return array
 
 
 def _over(values: FloatArray, area: FloatArray) -> FloatArray:
     """Values per area; a node without area has none."""
-    return np.asarray(np.where(area > 0, values / np.where(area > 0, area, 1.0), np.nan))
+    with np.errstate(over="ignore"):  # of an area next to nothing
+        found = np.where(area > 0, values / np.where(area > 0, area, 1.0), np.nan)
+    return np.where(np.isfinite(found), found, np.nan)
 
 
 def _instants(path: EventHistory, cycles: Sequence[float] | None) -> list[int]:

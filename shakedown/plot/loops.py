@@ -129,6 +129,8 @@ def _checked(nodes: Iterable[int], n: int) -> list[int]:
     for node in chosen:
         if not 0 <= node < n:
             raise UsageError(f"nodes: expected numbers from 0 to {n - 1}, found {node}")
+    if not chosen:
+        raise UsageError("nodes: expected at least one, found none")
     return chosen
 
 

@@ -12,7 +12,7 @@ from PIL import Image
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write
-from shakedown.model.arguments import check_count, checked
+from shakedown.model.arguments import check_count, checked, is_finite
 from shakedown.model.constraints import BACKWARD, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
@@ -33,7 +33,7 @@ from shakedown.plot.style import (
 from shakedown.programs.polygon import corners
 from shakedown.visible_text import with_unit
 
-FRAMES = 60
+FRAMES, MOST_FRAMES = 60, 10_000
 PER_SECOND = 12
 PALETTE = 64  # colours of an animation: few enough for a small file
 DOTS_PER_INCH = 80
@@ -233,7 +233,9 @@ def _animate(
     longest: float,
     frames: int,
 ) -> None:
-    check_count("frames", frames)
+    check_count("frames", frames, MOST_FRAMES)
+    if not (is_finite(longest) and longest > 0):
+        raise UsageError(f"longest: expected a number of cycles > 0, found {longest:g}")
     first = float(history.cycle[0])
     last = min(float(history.cycle[-1]), first + longest)
     figure = Figure(figsize=INSTANT, dpi=DOTS_PER_INCH, layout="constrained")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.errors import UsageError
 from shakedown.evolution.event_history import EventHistory, EventKind
-from shakedown.model.arguments import checked
+from shakedown.model.arguments import check_load_factor, checked
 from shakedown.model.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import units_of
@@ -78,6 +78,7 @@ def slip_space(
     if problem.n != 2:
         raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
     rows, axes = constraints(problem), axes_for(ax, (6.0, 5.0))
+    check_load_factor(load_factor, problem)
     region = safe_polygon(rows, load_factor)
     if len(region):
         axes.add_patch(Polygon(region, closed=True, fc=GREEN, alpha=0.25, lw=0, label="safe region"))

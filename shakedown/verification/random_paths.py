@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown.argument_kinds import checked
-from shakedown.model.arguments import check_count, check_seed, require_problem
+from shakedown.model.arguments import MANY, check_count, check_seed, require_problem
 from shakedown.model.field_values import LOOP
 from shakedown.model.loading import loading
 from shakedown.model.problem import Problem
@@ -43,7 +43,7 @@ def random_paths(problem: Problem, count: int, seed: int = 0) -> Iterator[Proble
     [0.739146, 0.739146, 0.739146]
     """
     require_problem(problem)
-    check_count("paths", count)
+    check_count("paths", count, MANY)
     seed = check_seed(seed)
     return _paths(problem, count, seed)
 

@@ -20,7 +20,7 @@ from shakedown.friction.thresholds import FrictionThresholds, friction_threshold
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.long_term.transient_limit import TransientLimit, transient_limit
-from shakedown.model.arguments import check_seed, checked
+from shakedown.model.arguments import MANY, check_load_factor, check_seed, checked
 from shakedown.model.problem import Problem
 from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
@@ -288,7 +288,9 @@ def verify(
     >>> report.agrees, len(report.runs)
     (True, 17)
     """
-    _check(random_states, seed, load_factors)
+    _check(random_states, seed)
+    for load_factor in load_factors or ():
+        check_load_factor(load_factor, problem)
     bounds = shakedown_bounds(problem, open_nodes=open_nodes, tolerances=tolerances)
     lower, upper = bounds.lower, bounds.upper
     universal = universal_bound(problem, first_collapse=lower, tolerances=tolerances)
@@ -338,13 +340,13 @@ def _curve(
     return sought(guarantee_curve, problem, CURVE_RADII, tolerances=tolerances)
 
 
-def _check(random_states: int, seed: int, load_factors: Sequence[float] | None) -> None:
+def _check(random_states: int, seed: int) -> None:
     """Raise ``UsageError`` where an argument of a verification is out of range."""
+    if random_states > MANY:
+        raise UsageError(f"random states: expected at most {MANY:,}, found {random_states}")
     if random_states < 0:
         raise UsageError(f"random states: expected at least 0, found {random_states}")
     check_seed(seed)
-    if load_factors is not None and np.ndim(load_factors) != 1:
-        raise UsageError(f"load_factors: expected a sequence of numbers, found {load_factors!r}")
 
 
 class _Work:

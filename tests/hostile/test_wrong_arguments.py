@@ -2,6 +2,9 @@
 
 import inspect
 import warnings
+from decimal import Decimal
+from fractions import Fraction
+from itertools import count
 
 import numpy as np
 import pytest
@@ -34,7 +37,17 @@ ODD = {
     "ragged": [[1.0], [1.0, 2.0]],
     "flags": np.ones(2, dtype=bool),
     "object": object(),
+    "true": True,
+    "complex": 1j,
+    "infinite": float("inf"),
+    "close to the end": 1e308,
+    "close to the end, listed": [1e308, -1e308],
+    "nothing, listed": [None],
+    "nothing at all": [],
+    "signalling": Decimal("sNaN"),
 }
+NUMBERS = [Fraction(1, 2), Decimal("0.5"), np.float32(0.5), np.array(0.5), np.float64(0.5)]
+WHOLES = [np.int64(1), np.uint8(1), np.array(1)]
 SLOW = {"verify", "sweep", "initial_state_map", "smallest_cycle", "transient_limit", "long_term_states"}
 
 
@@ -126,6 +139,60 @@ def test_flags_are_true_or_false(name, flag, value):
 def test_odd_values_are_answered_or_refused_in_one_line(name, argument):
     for value in ODD.values():
         line_of(FUNCTIONS[name], arguments_of(name) | {argument: value})
+
+
+def of_kind(kind):
+    """Parameters that are one number of a kind, and what one of it is everywhere."""
+    return [pair for pair in parameters_with(lambda p: p.annotation is kind) if pair[0] not in SLOW]
+
+
+@pytest.mark.parametrize(("name", "argument"), of_kind(float))
+def test_what_numpy_takes_for_a_number_is_one(name, argument):
+    plain = repr(outcome(name, argument, 0.5))
+    if inspect.isgeneratorfunction(inspect.unwrap(FUNCTIONS[name])):
+        plain = None  # nothing of it is done yet
+    for number in NUMBERS:
+        found = outcome(name, argument, number)
+        assert plain is None or repr(found) == plain
+
+
+@pytest.mark.parametrize(("name", "argument"), of_kind(int))
+def test_whole_numbers_of_numpy_are_whole_numbers(name, argument):
+    plain = repr(outcome(name, argument, 1))
+    if "seconds on one core" not in plain:  # measured
+        assert all(repr(outcome(name, argument, number)) == plain for number in WHOLES)
+    assert "expected a whole number" in outcome(name, argument, True)
+    assert "expected a whole number" in outcome(name, argument, 1.5)
+
+
+def outcome(name, argument, value):
+    """What a function answers, or the line with which it refuses."""
+    try:
+        return FUNCTIONS[name](**arguments_of(name) | {argument: value})
+    except ShakedownError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: shakedown.verify(JOINT, load_factors=[None]), "load factors: expected several numbers"),
+        (lambda: shakedown.verify(JOINT, random_states=True), "random states: expected a whole number"),
+        (lambda: shakedown.verify(JOINT, random_states=2**62), "random states: expected at most"),
+        (
+            lambda: shakedown.sweep(lambda f: JOINT, {"f": [0.1, 0.2]}, workers=2),
+            "workers: expected functions",
+        ),
+        (lambda: shakedown.initial_state_map(JOINT, 1e308, states=8), "load factor: expected one with react"),
+        (lambda: shakedown.simulate(JOINT, 0.5, tolerances=None), "tolerances: expected a Tolerances, found"),
+        (lambda: shakedown.conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
+    ],
+)
+def test_what_was_no_line(call, said):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(UsageError, match=said):
+            call()
 
 
 PICTURES = functions(plot)
