@@ -4,6 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, cast
 
+import numpy as np
+
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.errors import ProblemError
 from shakedown.importing.contact_section import ContactSection
@@ -61,7 +63,9 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
             name, lambda path: _unit_displacements(path, contact, str(order), amplitude, model.axisymmetric)
         )
     else:
-        stiffness = _matrix(name, map_name or _beside(name, found, files), pick, model, files)
+        map_name = map_name or _beside(name, found, files)
+        stiffness = _matrix(name, map_name, pick, model, files)
+        _check_whole(stiffness, map_name, str(files.path(name)))
     factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
         try:
@@ -74,6 +78,25 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
         superelement=stiffness.superelement or allow_sparse,
         circumference=factor,
     )
+
+
+def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:
+    """Refuse what a file that was cut off leaves behind: rows that lack their diagonal, or have no entry.
+
+    Internal nodes (multipliers) may have zeros on the diagonal. CalculiX names in its ``.dof``
+    file only rows that have entries; other maps may name more.
+    """
+    K, dofs = stiffness.K, stiffness.dofs
+    coupled = abs(K).sum(axis=1) > 0
+    lacking = (K.diagonal() == 0) & coupled & (dofs[:, 0] > 0) & np.isin(dofs[:, 1], (1, 2, 3))
+    if map_name is not None and Path(map_name).suffix == ".dof":
+        lacking |= np.diff(K.indptr) == 0
+    if lacking.any():
+        node, direction = dofs[np.argmax(lacking)].tolist()
+        raise ProblemError(
+            f"{where}: expected an entry on the diagonal of every row, found none in {lacking.sum()} of "
+            f"{len(dofs)} rows, first ({node}, {direction}); is the file cut off?"
+        )
 
 
 def _beside(name: str, found: str, files: InputFiles) -> str | None:

@@ -242,6 +242,29 @@ def test_a_solid_whose_deck_holds_the_third_direction_says_so_too(tmp_path):
         )
 
 
+@pytest.mark.parametrize("kept", [0.97, 0.8, 0.5])
+@pytest.mark.parametrize("kind", ["abaqus", "sti", "dmig"])
+def test_a_matrix_that_was_cut_off_is_refused(tmp_path, kind, kept):
+    """Of formats that do not say how many entries they have; whole lines are missing at the end."""
+    texts = {
+        "abaqus": ("k", writers.abaqus_matrix(K, DOFS)),
+        "sti": ("k.sti", writers.calculix_storage(K, DOFS)[0]),
+        "dmig": ("k", writers.nastran_dmig(K, DOFS)),
+    }
+    name, text = texts[kind]
+    lines = text.splitlines(keepends=True)
+    (tmp_path / "k.dof").write_text(writers.calculix_storage(K, DOFS)[1])
+    (tmp_path / name).write_text(text)
+    path = configured(tmp_path, f'file = "{name}"')
+    import_model(path)
+    (tmp_path / name).write_text("".join(lines[: int(kept * len(lines))]))
+    with pytest.raises(
+        ProblemError,
+        match=r"on the diagonal of every row, found none .* is the file cut off|expected a row for",
+    ):
+        import_model(path)
+
+
 def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
     """Without its support the model floats in both directions; places tell turning."""
     chain = np.zeros((10, 10))
