@@ -68,6 +68,11 @@ def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
         fields = text.rstrip(",").split(",")
         if len(fields) != 3:
             raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
+        if fields[0].strip()[:1].isalpha():
+            raise ProblemError(
+                f"{where}: expected a node label, found the set {quoted(fields[0])} (list sets in the "
+                "configuration: forces = [[set, direction, value]])"
+            )
         node, direction = integers(fields[:2], where)
         if (node, direction) in loads:
             raise ProblemError(f"{where}: expected every (node, dof) once, found ({node}, {direction}) twice")

@@ -270,7 +270,12 @@ def test_broken_maps_are_named(tmp_path, text, message):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"), [("1,2\n", "'node, dof, value'"), ("1,2,3\n1,2,4\n", "found .1, 2. twice")]
+    ("text", "message"),
+    [
+        ("1,2\n", "'node, dof, value'"),
+        ("1,2,3\n1,2,4\n", "found .1, 2. twice"),
+        ("TOP, 2, 5.\n", "expected a node label, found the set 'TOP'"),
+    ],
 )
 def test_broken_nodal_loads_are_named(tmp_path, text, message):
     with pytest.raises(ProblemError, match=message):
