@@ -273,6 +273,7 @@ def import_model(
         normal=in_space(reduced.frame.normals, contact.axes),
         tangent=in_space(reduced.frame.tangents, contact.axes),
         node_area=area,
+        stiffness_accuracy=stiffness.accuracy,
         load_names=load_names(cases, root.where),
         source=source_text(config_path, sources, _with_changes(command, changes)),
     )

@@ -19,6 +19,7 @@ CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is pr
 RESOLVED = (
     100.0  # by how much what resists exceeds the accuracy of the data, or of floats, where that is known
 )
+FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
 NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none
@@ -108,7 +109,9 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     if most == 0.0:
         return _pinned(np.eye(n), lengths, "")
     relative = values[::-1] / most
-    count, doubt = _without_resistance(relative) if accuracy is None else _below(relative, accuracy)
+    count, doubt = (
+        _without_resistance(relative) if accuracy is None else _below(relative, FIRST_DIGIT * accuracy)
+    )
     if not count:
         return replace(held, doubt=doubt)
     return _pinned(directions[n - count :].T, lengths, doubt)

@@ -10,7 +10,7 @@ from scipy import sparse
 from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
 from shakedown.readers.abaqus_matrix import NodalLoads
-from shakedown.readers.stiffness import Stiffness
+from shakedown.readers.stiffness import Stiffness, printed_accuracy
 from shakedown.readers.text import integers, listed, number, numbers, quoted, read_lines
 
 _LOAD = re.compile(r"\*\*\s*SUBSTRUCTURE LOAD\b(?:.*?(?:CASE|VECTOR)\W+(?=\w+\s*$))?(.*)$", re.IGNORECASE)
@@ -34,6 +34,7 @@ def read_abaqus_substructure(path: str | os.PathLike[str]) -> Stiffness:
         checked_dofs(dofs),
         "substructure matrix",
         superelement=True,
+        accuracy=printed_accuracy(np.asarray(data, dtype=float)),
     )
 
 

@@ -16,6 +16,7 @@ from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, number, quoted, read_lines
 from shakedown.tolerances import DEFAULT
 
+SEVEN_DIGITS = 1e-7  # of printed reactions
 HEADING = re.compile(r"^\s*forces \(fx,fy,fz\) for set (\S+) and time\s+(\S+)", re.IGNORECASE)
 Order = Literal["node-by-node", "direction-by-direction"]
 
@@ -202,6 +203,7 @@ def unit_displacement_stiffness(
         dofs,
         "reactions to unit displacements",
         superelement=True,
+        accuracy=SEVEN_DIGITS,
     )
 
 

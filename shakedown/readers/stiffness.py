@@ -11,6 +11,13 @@ from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.errors import ProblemError
 from shakedown.model.problem import FloatArray
 
+FEWEST_DIGITS, MOST_DIGITS = (
+    5,
+    10,
+)  # with fewer digits numbers are round, with more they are as good as floats
+DECIMAL = 1e-13  # round-off of a decimal number between 1 and 10, scaled
+MOST_ENTRIES = 20000  # that are looked at
+
 
 @dataclass(frozen=True, eq=False)
 class Stiffness:
@@ -29,6 +36,8 @@ class Stiffness:
     circumference : float
         What the matrix of an axisymmetric model was multiplied by, so that it stands for the
         whole circumference.
+    accuracy : float, optional
+        Relative accuracy of the entries where the format prints few digits: 1e-7 for seven.
     """
 
     K: sparse.csr_array
@@ -36,6 +45,7 @@ class Stiffness:
     format: str
     superelement: bool = False
     circumference: float = 1.0
+    accuracy: float | None = None
 
     def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
@@ -118,7 +128,8 @@ def from_entries(
             f"{where}: expected every entry once, found row {tuple(dofs[a].tolist())}, "
             f"column {tuple(dofs[b].tolist())} twice"
         )
-    return Stiffness(completed(sparse.coo_array((values, (i, j)), shape=(N, N))), checked_dofs(dofs), format)
+    K = completed(sparse.coo_array((values, (i, j)), shape=(N, N)))
+    return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(values))
 
 
 def repeated_entry(i: NDArray[np.intp], j: NDArray[np.intp]) -> tuple[int, int] | None:
@@ -162,4 +173,26 @@ def completed(half: sparse.coo_array) -> sparse.csr_array:
 
 def checked(matrix: sparse.sparray, dofs: NDArray[np.intp], format: str) -> Stiffness:
     """A matrix together with its map of as many rows, in which no row occurs twice."""
-    return Stiffness(sparse.csr_array(matrix, dtype=float), checked_dofs(dofs), format)
+    K = sparse.csr_array(matrix, dtype=float)
+    return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(K.data))
+
+
+def printed_accuracy(values: FloatArray) -> float | None:
+    """10⁻ᵈ where numbers were printed with d significant digits, and d is less than what floats have.
+
+    None where so few digits are enough for all of them that they are round numbers, exact as they are.
+
+    Examples
+    --------
+    >>> printed_accuracy(np.array([1.234567, -0.07654321, 4.2e5])), printed_accuracy(np.array([1 / 3, 2.0]))
+    (1e-07, None)
+    """
+    size = np.abs(values[values != 0][:MOST_ENTRIES])
+    if not size.size:
+        return None
+    mantissa = size / 10.0 ** np.floor(np.log10(size))
+    for digits in range(1, MOST_DIGITS + 1):
+        printed = np.round(mantissa, digits - 1)
+        if np.all(np.abs(printed - mantissa) <= DECIMAL):
+            return 10.0**-digits if digits >= FEWEST_DIGITS else None
+    return None

@@ -37,12 +37,13 @@ def problem_document(problem: Problem) -> dict[str, Any]:
 
 def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, Any]:
     """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
-    return {"problem": problem.to_dict()} | bounds.to_dict()
+    return {"problem": problem.to_dict(), "pinned": list(bounds.lower.pinned)} | bounds.to_dict()
 
 
 def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound") -> dict[str, Any]:
     """What ``shakedown-bounds solve --quick --json`` writes."""
-    return {"problem": problem.to_dict(), "energy": energy.to_dict(), "upper": upper.to_dict()}
+    about = {"problem": problem.to_dict(), "pinned": list(upper.pinned)}
+    return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}
 
 
 def proved_document(energy: "EnergyBound", universal: "UniversalBound") -> dict[str, Any]:

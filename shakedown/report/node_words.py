@@ -51,6 +51,22 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
     return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
 
 
+def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> str:
+    """What slips are relative to where friction alone holds a body; empty for a joint that is held.
+
+    Examples
+    --------
+    >>> pinned_in_words((2,)), pinned_in_words(())
+    ('The joint can move as a whole, only friction holds it: slips are given relative to node 2.', '')
+    """
+    if not pinned:
+        return ""
+    return (
+        "The joint can move as a whole, only friction holds it: slips are given relative to "
+        f"{open_in_words(pinned, problem)}."
+    )
+
+
 def label_column(problem: Problem) -> dict[str, list[str]]:
     """The column of a table of nodes that names them in the model; none where they have no labels.
 

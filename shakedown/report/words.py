@@ -14,7 +14,7 @@ from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
 from shakedown.model.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
-from shakedown.report.node_words import slipping_nodes
+from shakedown.report.node_words import pinned_in_words, slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
 from shakedown.shown_values import down as down
 from shakedown.shown_values import up as up
@@ -125,7 +125,7 @@ def simulated_path_in_words(problem: Problem) -> list[str]:
 
 
 def hints_in_words(problem: Problem) -> list[str]:
-    """What looks like a slip of the pen in the data, in words.
+    """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
 
     Examples
     --------
@@ -133,7 +133,8 @@ def hints_in_words(problem: Problem) -> list[str]:
     >>> hints_in_words(shakedown.example("two-node"))
     []
     """
-    hints = []
+    relative = pinned_in_words(rigid_slips(problem).pinned, problem)
+    hints = [relative] if relative else []
     p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     if np.all(p_mean < 0):
         hints.append(

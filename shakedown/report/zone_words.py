@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
 from shakedown.report.node_words import open_in_words as open_in_words
+from shakedown.report.node_words import pinned_in_words
 from shakedown.shown_values import down, up
 
 if TYPE_CHECKING:
@@ -45,6 +47,8 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
             "all others closed throughout; "
             "of other zones, and of nodes that open and close, nothing is said.",
         ]
+    if upper.pinned and (problem is None or upper.pinned != rigid_slips(problem).pinned):
+        sentences.append(pinned_in_words(upper.pinned, problem))
     return [*sentences, f"The loading as given (λ = 1) lies {_place(upper)}."]
 
 

@@ -1,0 +1,194 @@
+"""Joints that friction alone holds: rigid slips are pinned, and both bounds are those of the true joint."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.floating_joints import (
+    AGREES,
+    by_highs,
+    copies,
+    floating_block,
+    judged,
+    other_pins,
+    rational_joint,
+    true_bounds,
+)
+from benchmarks.problems import in_units, joint
+from shakedown import Problem
+from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.model.rigid_slips import rigid_slips
+
+SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("n", "free"), SIZES)
+def test_both_bounds_are_those_of_the_joint_before_it_was_rounded(n: int, free: int, seed: int) -> None:
+    made = rational_joint(100 + seed, n, free)
+    bounds = shakedown.shakedown_bounds(made.rounded)
+    lower, upper = bounds.lower, bounds.upper
+    assert len(upper.pinned) == free
+    pins = other_pins(made.Z, upper.pinned)
+    peer = by_highs(made.rounded, pins)
+    assert upper.load_factor == pytest.approx(peer["upper"], rel=AGREES)
+    assert lower.load_factor == pytest.approx(peer["lower"], rel=AGREES, abs=AGREES)
+    for found, true in zip((upper, lower), true_bounds(made, pins, peer["active"]), strict=True):
+        if true is not None:
+            assert found.load_factor == pytest.approx(true, rel=1e-11, abs=1e-12)
+        if found.status == "optimal":
+            low, high = found.certified
+            assert low <= found.load_factor <= high
+    for slip in (upper.slip, lower.slip):
+        assert not np.any(slip[list(upper.pinned)][np.isfinite(slip[list(upper.pinned)])])
+    if lower.node >= 0 and peer["witness"]:
+        assert np.abs(lower.slip).max() < 100 * peer["witness"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_units_order_and_scale_do_not_matter(seed: int) -> None:
+    problem = rational_joint(seed, 6, 1).rounded if seed < 2 else floating_block(seed)
+    own = shakedown.shakedown_bounds(problem)
+    for name, copy in copies(problem, seed).items():
+        other = shakedown.shakedown_bounds(copy)
+        exact = {"rel": 0, "abs": 0} if name == "powers of two" else {"rel": 1e-10}
+        assert other.upper.load_factor == pytest.approx(own.upper.load_factor, **exact)
+        assert other.lower.load_factor == pytest.approx(own.lower.load_factor, **exact)
+        assert len(other.upper.pinned) == len(own.upper.pinned) == 1
+
+
+def test_a_block_on_friction_alone() -> None:
+    """Without pins exact arithmetic gave 4.048403: it moved the block until round-off felt like a spring."""
+    body = ElasticBody(
+        block_mesh(2.0, 1.0, 4, 2),
+        Material(young=200e3, poisson=0.3),
+        loads=[
+            Pressure("top", 10.0, history=np.ones(24)),
+            Traction("top", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+        ],
+    )
+    problem = contact_problem(body, "bottom", 0.5, steps=24)
+    bounds = shakedown.shakedown_bounds(problem)
+    peer = by_highs(problem, [0])
+    assert bounds.lower.pinned == bounds.upper.pinned == (2,)
+    assert bounds.lower.load_factor == pytest.approx(3.8393831340, rel=1e-9)
+    assert bounds.lower.load_factor == pytest.approx(peer["lower"], rel=1e-9)
+    assert bounds.upper.load_factor == pytest.approx(peer["upper"], rel=1e-9)
+    assert bounds.lower.certified is not None
+    assert bounds.upper.certified is not None
+
+
+def two_bodies(noise: float = 0.0, held: float = 0.0) -> Problem:
+    """A double lap joint in small: two chains of three nodes each, one of them perhaps held by a spring."""
+    chain = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    A = np.kron(np.eye(2), 1e4 * chain / 3.0) + np.diag([held, 0, 0, 0, 0, 0])
+    tilt = 0.1 * np.kron(np.array([[1.0, 0.4], [0.0, 1.0]]), 1e4 * (chain + np.triu(chain, 1)) / 3.0)
+    tilt -= np.outer(tilt.sum(axis=1), np.ones(6) / 6)
+    tilt[:, :3] -= tilt[:, :3].mean(axis=1, keepdims=True)
+    tilt[:, 3:] -= tilt[:, 3:].mean(axis=1, keepdims=True)
+    error = noise * np.random.default_rng(4).normal(size=(6, 6))
+    steps = 2 * np.pi * np.arange(8) / 8
+    q = np.cos(steps)[:, None] * np.array([3.0, 2.0, 4.0, -3.0, -4.0, -2.0]) + 0.4
+    p = 20.0 + np.sin(steps)[:, None] * np.array([1.0, 2.0, 0.0, 2.0, 1.0, 1.0])
+    return Problem(A=A * (1 + error + error.T), B=tilt * (1 + error), f=0.4, q_w=q, p_w=p)
+
+
+def test_two_floating_bodies_have_a_pin_each() -> None:
+    problem = two_bodies()
+    bounds, energy = shakedown.shakedown_bounds(problem), shakedown.energy_bound(problem)
+    assert len(bounds.upper.pinned) == 2
+    assert {node // 3 for node in bounds.upper.pinned} == {0, 1}
+    assert energy.pinned == bounds.lower.pinned == bounds.upper.pinned
+    for pins in ([0, 3], [2, 5]):
+        peer = by_highs(problem, pins)
+        assert bounds.upper.load_factor == pytest.approx(peer["upper"], rel=1e-12)
+        assert bounds.lower.load_factor == pytest.approx(peer["lower"], rel=1e-9)
+    assert energy.load_factor <= bounds.upper.load_factor
+    half_held = shakedown.upper_bound(two_bodies(held=1e3))
+    assert [node // 3 for node in half_held.pinned] == [1]
+
+
+@pytest.mark.parametrize("noise", [1e-15, 1e-12, 1e-10, 1e-7])
+def test_every_bound_answers_for_the_true_joint(noise: float) -> None:
+    """Round-off up to what condensing leaves is found; of seven printed digits the file says so."""
+    true = two_bodies()
+    rough = replace(two_bodies(noise), stiffness_accuracy=noise if noise > 1e-9 else None)
+    near = {"rel": max(100 * noise, 1e-11)}
+    pairs = [(shakedown.shakedown_bounds(one), shakedown.energy_bound(one)) for one in (true, rough)]
+    (bounds, energy), (others, again) = pairs
+    assert others.upper.pinned == bounds.upper.pinned
+    for one, other in (
+        (bounds.upper.load_factor, others.upper.load_factor),
+        (bounds.lower.load_factor, others.lower.load_factor),
+        (energy.load_factor, again.load_factor),
+        *zip(energy.slip, again.slip, strict=True),
+    ):
+        assert other == pytest.approx(one, **near, abs=near["rel"] * 1e-3)
+    assert others.upper.certified is not None
+    assert again.certified is not None
+    half = 0.5 * bounds.upper.load_factor
+    for function in (shakedown.safe_slip, shakedown.energy_ball):
+        one, other = (function(joint_, half) for joint_ in (true, rough))
+        assert other.pinned == one.pinned == bounds.upper.pinned
+        np.testing.assert_allclose(other.slip, one.slip, rtol=1e3 * near["rel"], atol=near["rel"])
+    curves = [shakedown.guarantee_curve(one, [0.5, 2.0]).load_factors for one in (true, rough)]
+    np.testing.assert_allclose(*curves, rtol=near["rel"])
+    roads = [shakedown.conic_upper_bound(one).load_factor for one in (true, rough)]
+    assert roads == pytest.approx([bounds.upper.load_factor] * 2, rel=max(1e-6, near["rel"]))
+
+
+def test_a_doubtful_gap_is_said_and_nothing_is_certified() -> None:
+    unclear = two_bodies(noise=1e-8)
+    bounds = shakedown.shakedown_bounds(unclear, certify=True)
+    energy = shakedown.energy_bound(unclear)
+    assert bounds.upper.certified is None
+    assert bounds.lower.certified is None
+    assert energy.certified is None
+    assert "stiffness_accuracy" in bounds.upper.uncertified
+    assert shakedown.upper_bound(replace(unclear, stiffness_accuracy=1e-8)).certified is not None
+
+
+def test_a_soft_spring_is_a_spring_where_the_data_are_sharp() -> None:
+    soft = replace(two_bodies(held=1e-7), stiffness_accuracy=1e-15)
+    known = rigid_slips(soft)
+    assert (len(known.pinned), known.doubt) == (1, "")
+    assert len(rigid_slips(replace(soft, stiffness_accuracy=None)).pinned) == 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_held_joints_are_left_alone(seed: int) -> None:
+    problem = joint(seed, 1 + seed, coupling=0.5)
+    rows, known = shakedown.constraints(problem), rigid_slips(problem)
+    assert (known.pinned, known.doubt) == ((), "")
+    assert rows.coefficients is rows.G
+    sizes = 10.0 ** np.linspace(-3, 3, problem.n)
+    assert rigid_slips(in_units(problem, 1e3 / sizes, sizes)).pinned == ()
+
+
+def test_a_pin_can_be_moved_to_another_node() -> None:
+    known = rigid_slips(rational_joint(3, 7, 2).rounded)
+    for node in range(7):
+        moved = known.avoiding(node)
+        assert node not in moved.pinned
+        assert len(moved.pinned) == 2
+        basis = np.hstack([known.motions, moved.motions])
+        assert np.linalg.matrix_rank(basis, tol=1e-9) == 2
+
+
+def test_relative_slips_change_no_limit() -> None:
+    problem = rational_joint(5, 6, 2).rounded
+    rows, slip = shakedown.constraints(problem), np.linspace(-1.0, 2.0, 6)
+    moved = rows.rigid.relative(slip)
+    assert not moved[list(rows.pinned)].any()
+    np.testing.assert_allclose(rows.G @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
+    np.testing.assert_allclose(rows.coefficients @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
+
+
+def test_the_study_judges_a_joint_by_every_road() -> None:
+    row = judged("random", 8)
+    assert row["disagreeing"] == 0
+    assert row["pinned_right"] == row["powers_of_two_same"] == 1
+    assert row["true_known"] == 2
+    assert max(row["upper_off_truth"], row["lower_off_truth"]) < 1e-11
