@@ -116,8 +116,9 @@ def map_command(
     picture: Path | None,
     as_json: bool,
 ) -> None:
-    """What becomes of FILE from many initial states: the share that shakes
-    down, the dissipation of the others, their limit cycles.
+    """What becomes of FILE from many initial states.
+
+    The share that shakes down, the dissipation of the others, their limit cycles.
     """
     if output is not None:
         writes(context, RECORD, f"{output}.partial")

@@ -167,6 +167,7 @@ def energy_bound(
     ------
     UsageError
         If an argument has the wrong shape or is out of range.
+
     Examples
     --------
     >>> import shakedown

@@ -8,16 +8,29 @@ from numpy.typing import NDArray
 from shakedown.evolution.viscous_jump import Jump
 from shakedown.model.problem import FloatArray
 
-SLIDES_AWAY = "the body slides away"  # how the reason begins where friction does not hold it
+SLIDES_AWAY = "the body slides away"
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Why an evolution ended before its time: reason, time in cycles, node concerned (or −1)."""
+    """Why an evolution ended before its time.
+
+    Attributes
+    ----------
+    reason
+        In words.
+    cycle
+        When, in cycles.
+    node
+        The node concerned; −1 where it is none alone.
+    slides_away
+        Whether the body slides away for good: friction and stiffness do not hold it.
+    """
 
     reason: str
     cycle: float
     node: int
+    slides_away: bool = False
 
 
 @dataclass(frozen=True)

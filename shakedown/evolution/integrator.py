@@ -321,4 +321,4 @@ class Evolution:
             reasons[status] = SLIDES_AWAY
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
-        self.stop = Stop(f"{reasons[status]} {when}{why}", time, node)
+        self.stop = Stop(f"{reasons[status]} {when}{why}", time, node, self.slides)

@@ -59,23 +59,22 @@ class RatesType(types.StructRef):
 class Rates(NamedState):
     """Places of the nodes at an instant and the rates that hold after it, per unit of time.
 
-        Attributes
-        ----------
-        place : (n,)
-            WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
-    INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS or AIR.
-        wanted, before : (n,)
-            States to try next; states held before the instant.
-        motion : (2n,)
-            Rates of v, w.
-        reaction : (2n,)
-            Rates of q, p.
-        welded : (2n,)
-            Rates of q_w, p_w.
-        change : (2n,)
-            Scratch.
-        searches
-            How often pivoting has not found the rates.
+    Attributes
+    ----------
+    place : (n,)
+        INSIDE, ON_BACKWARD, ON_FORWARD, APEX, FRICTIONLESS or AIR.
+    wanted, before : (n,)
+        States to try next; states held before the instant.
+    motion : (2n,)
+        Rates of v, w.
+    reaction : (2n,)
+        Rates of q, p.
+    welded : (2n,)
+        Rates of q_w, p_w.
+    change : (2n,)
+        Scratch.
+    searches
+        How often pivoting has not found the rates.
     """
 
     place: Integers

@@ -55,7 +55,7 @@ class Simulation(Result):
     DOCUMENT: ClassVar[str] = (
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
         "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
-        "open_nodes proved energy_margin cycles_simulated method events residual jumps"
+        "open_nodes proved energy_margin cycles_simulated method events residual jumps slides_away"
     )
     TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 

@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.evolution.cycle_record import SLIDES_AWAY
 from shakedown.evolution.event_history import EventHistory
 from shakedown.evolution.reduced_scene import Scene
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
@@ -52,12 +51,14 @@ class SettledState(Result):
     residual
         Largest relative violation of the friction law (:func:`law_violation`): at
         the events of one period of the long-term state, or at all fixed load steps.
+    slides_away
+        Whether it is undecided because the body slides away for good: friction does not hold it.
     """
 
     DOCUMENT: ClassVar[str] = (
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
         "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
-        "open_nodes cycles_simulated residual"
+        "open_nodes cycles_simulated residual slides_away"
     )
     TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
@@ -75,11 +76,7 @@ class SettledState(Result):
     open_nodes: tuple[int, ...]
     cycles_simulated: int
     residual: float
-
-    @property
-    def slides_away(self) -> bool:
-        """Whether it is undecided because the body slides away for good: friction does not hold it."""
-        return self.outcome == Outcome.UNDECIDED and self.reason.startswith(SLIDES_AWAY)
+    slides_away: bool = False
 
     @property
     def dissipation_per_cycle(self) -> float:
@@ -118,8 +115,8 @@ class LongTermState(SettledState):
     DOCUMENT: ClassVar[str] = (
         "load_factor outcome reason period initial_slip final_slip drift slip_per_cycle "
         "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
-        "open_nodes cycles_simulated residual dissipations opened events contraction return_error proved "
-        "energy_margin"
+        "open_nodes cycles_simulated residual slides_away dissipations opened events contraction "
+        "return_error proved energy_margin"
     )
     TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 

@@ -136,6 +136,7 @@ def unsettled_state(
         open_nodes=tuple(range(n)) if evolution.left else (),
         cycles_simulated=0,
         residual=residual,
+        slides_away=evolution.stop is not None and evolution.stop.slides_away,
         dissipations=np.array([]),
         opened=np.full(n, evolution.left),
         events=0,

@@ -1,5 +1,7 @@
-"""How many threads: one for linear algebra, as in matrices of the size of a contact they mostly wait for
-each other, and one for each core for what is done many times."""
+"""How many threads: one for linear algebra, one for each core for what is done many times.
+
+In matrices of the size of a contact the threads of linear algebra mostly wait for each other.
+"""
 
 import os
 from collections.abc import Callable

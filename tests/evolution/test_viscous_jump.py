@@ -134,8 +134,17 @@ def test_a_body_that_friction_does_not_hold_slides_away():
         q_w=[[0.0, 0.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
     )  # fmt: skip
     run = shakedown.evolve(problem, 1.0)
+    assert run.stop.slides_away
     assert "the body slides away" in run.stop.reason
-    assert shakedown.long_term_state(problem, 1.0).outcome == "undecided"
+    state = shakedown.long_term_state(problem, 1.0)
+    assert (state.outcome, state.slides_away) == ("undecided", True)
+    assert shakedown.simulate(problem, 1.0).to_dict()["slides_away"] is True
+    lifted = shakedown.Problem(
+        A=np.eye(1), B=np.zeros((1, 1)), f=0.5, q_w=[[0.0], [0.0]], p_w=[[1.0], [-1.0]]
+    )
+    other = shakedown.long_term_state(lifted, 1.0)
+    assert (other.outcome, other.slides_away) == ("undecided", False)
+    assert not shakedown.evolve(lifted, 1.0).stop.slides_away
 
 
 @pytest.mark.parametrize("seed", range(2))
