@@ -213,10 +213,10 @@ def test_the_document_is_plain_and_the_text_short(found):
         (TWO, {"f": 0.3}, {"bounds": []}, "bounds: expected some of lower, .* found none"),
         (TWO, {"f": 0.3}, {"bounds": ["upper", "upper"]}, "each once"),
         (TWO, {"f": 0.3}, {"load_factors": [-1.0]}, "load factor: expected a number >= 0"),
-        (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open_nodes: expected 'auto' or 'none'"),
+        (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open nodes: expected 'auto' or 'none'"),
         (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
         (TWO, {"f": 0.3}, {"workers": 0}, "workers: expected at least 1"),
-        ("two-node", {"f": 0.3}, {}, "expected a Problem, an Import or a function that makes one, found str"),
+        ("two-node", {"f": 0.3}, {}, "expected a Problem or an Import or a function, found 'two-node'"),
     ],
 )
 def test_bad_arguments_are_one_line(joint, vary, options, message):
