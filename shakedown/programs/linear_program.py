@@ -20,6 +20,7 @@ INF = highspy.kHighsInf
 PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
+MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
 OWN_SCALING = 4  # of HiGHS's simplex: the strongest
 _BASIC = highspy.HighsBasisStatus.kBasic
@@ -351,6 +352,7 @@ def _highs(
     model.a_matrix_.value_ = transposed[nonzero]
     highs = highspy.Highs()
     highs.passOptions(_options())
+    highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
     if highs.passModel(model) == highspy.HighsStatus.kError:
         raise SolverError(f"HiGHS refuses the linear program of shape {matrix.shape}")
     return highs
