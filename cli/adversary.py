@@ -95,6 +95,11 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
         ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),
         ("upper bound λ_max", _defined(upper.load_factor, up), str(upper.status)),
         ("dissipation per cycle", number(found.dissipation_per_cycle), work_unit(problem)),
+        (
+            "least that counts",
+            number(found.least_dissipation, 2),
+            "less is round-off: no cycle",
+        ),
         ("simulations", str(found.tries), f"up to λ = {found.tried_up_to:.7g}, seed {found.seed}"),
     ]
     lines += [listing(facts)]

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.designs.attacking_states import admissible
 from shakedown.designs.cycle_pattern import cycle_pattern, first_load_slip
+from shakedown.evolution.contact_law import scales
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
@@ -17,6 +18,7 @@ from shakedown.tolerances import Tolerances
 
 SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 MOST_PATTERNS = 200  # followed one after the other in one descent
+ROUNDED = 16  # how many units in the last place of the data are allowed for
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
 STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
@@ -93,11 +95,28 @@ class Simulator:
             return False
         return self.state(load_factor, slip).outcome == Outcome.SEPARATION
 
+    def least_dissipation(self, load_factor: float) -> float:
+        """What a cycle must take per cycle to stand out of the round-off of the data [force × length].
+
+        The accuracy of the stiffness, that of floats or the one that the problem states, times the force
+        and the length that the loads bring.
+        """
+        scale = scales(self.problem, load_factor)
+        accuracy = max(self.problem.stiffness_accuracy or 0.0, float(np.finfo(float).eps))
+        return ROUNDED * accuracy * scale.force * scale.length
+
+    def resolved(self, state: LongTermState) -> bool:
+        """Whether a cycle takes more than round-off; slip of nodes without friction alone never takes any."""
+        slipping = state.slip_per_cycle > 0
+        if not self.problem.f[slipping].any():
+            return True
+        return state.dissipation_per_cycle > self.least_dissipation(state.load_factor)
+
     def cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
-        """The cycle that a slip leads to, begun anew at its own state; None where there is none."""
+        """The cycle that a slip leads to, begun anew at its own state; None where the data resolve none."""
         for _ in range(2):  # the second run starts on the cycle itself
             state = self.state(load_factor, slip)
-            if state.outcome not in SLIPPING:
+            if state.outcome not in SLIPPING or not self.resolved(state):
                 return None
             slip = first_load_slip(self.problem, state.history)
         return FoundCycle(load_factor, state.initial_slip, state)

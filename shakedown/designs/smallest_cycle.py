@@ -66,6 +66,9 @@ class SmallestCycle(Result):
         Its period in cycles of the loading; 0 where none was found.
     dissipation_per_cycle
         What it takes per cycle [force × length].
+    least_dissipation
+        What friction must take per cycle for a cycle to be one: below, at ``load_factor`` (or where the
+        search began), the round-off of the data hides it [force × length].
     slipping_nodes
         The nodes that slip in it.
     state
@@ -91,9 +94,9 @@ class SmallestCycle(Result):
     """
 
     DOCUMENT: ClassVar[str] = (
-        "status load_factor interval initial_slip outcome period dissipation_per_cycle slipping_nodes "
-        "below_first_collapse separation_load_factor separation_slip tried_up_to tries undecided seed "
-        "contradiction"
+        "status load_factor interval initial_slip outcome period dissipation_per_cycle least_dissipation "
+        "slipping_nodes below_first_collapse separation_load_factor separation_slip tried_up_to tries "
+        "undecided seed contradiction"
     )
     TABLE: ClassVar[str] = "initial_slip slip_per_cycle"
 
@@ -104,6 +107,7 @@ class SmallestCycle(Result):
     initial_slip: FloatArray
     period: int
     dissipation_per_cycle: float
+    least_dissipation: float
     slipping_nodes: tuple[int, ...]
     state: LongTermState | None = field(repr=False)
     universal: UniversalBound = field(repr=False)
@@ -165,7 +169,9 @@ def smallest_cycle(
     cycles is followed down: of the sequence of contact states of a cycle the smallest load
     factor follows from a linear program, and below it another sequence may go on. Two more
     rounds are spent below λ_U, where nothing may be found. The smallest cycle is simulated
-    again from its own state. Transient load steps are left out: a cycle does not know of them.
+    again from its own state. What dissipates less than the data resolve (``least_dissipation``) is
+    not called a cycle, unless only nodes without friction slip. Transient load steps are left
+    out: a cycle does not know of them.
 
     Parameters
     ----------
@@ -360,6 +366,7 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
         initial_slip=np.full(joint.n, nan) if best is None else best.slip,
         period=0 if state is None else state.period,
         dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
+        least_dissipation=search.simulator.least_dissipation(load_factor if isfinite(load_factor) else top),
         slipping_nodes=() if state is None else numbers(state.slip_per_cycle > 0),
         state=state,
         universal=limits.universal,

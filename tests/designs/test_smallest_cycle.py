@@ -226,3 +226,40 @@ def test_own_states_and_a_smaller_start_are_taken():
 def test_bad_arguments_are_one_line(options, message):
     with pytest.raises(UsageError, match=message):
         shakedown.smallest_cycle(TWO, **options)
+
+
+def grazing(force=1.0, length=1.0):
+    """A node that the mean load holds with nothing to spare: any loop makes it slip, at hardly any pressure."""
+    p, q = 1e-9 * np.array([1.0, 1.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.0, -1.0])
+    return shakedown.Problem(
+        A=np.eye(2) * force / length, B=np.zeros((2, 2)), f=0.5,
+        q_w=force * np.column_stack([q, 0 * q]), p_w=force * np.column_stack([p, np.ones(4)]),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("force", "length"), [(1.0, 1.0), (1e7, 1e-3), (1e-7, 1e3)])
+def test_what_takes_less_than_the_data_resolve_is_no_cycle(force, length):
+    """Near its limit the cycle takes 4 f p A⁻¹ λ q at most: as small as one likes, and no cycle there."""
+    near = shakedown.smallest_cycle(grazing(force, length), rounds=3, states=16)
+    assert (near.status, near.dissipation_per_cycle) == ("none found", pytest.approx(np.nan, nan_ok=True))
+    found = shakedown.smallest_cycle(grazing(force, length), rounds=3, states=16, largest=1.0)
+    assert found.status == "found"
+    assert found.dissipation_per_cycle > found.least_dissipation > 0
+    assert found.least_dissipation == pytest.approx(16 * np.finfo(float).eps * force * length, rel=0.1)
+    assert found.load_factor > 1e-6  # λ_max = 5e-10
+    said = found.to_dict()
+    assert said["least_dissipation"] == found.least_dissipation
+
+
+def test_stiffness_of_seven_digits_resolves_less():
+    coarse = replace(grazing(), stiffness_accuracy=1e-7)
+    found = shakedown.smallest_cycle(coarse, rounds=3, states=16, largest=1.0)
+    assert found.status == "none found"
+    assert found.least_dissipation == pytest.approx(1.6e-6, rel=0.1)
+
+
+def test_slip_without_friction_is_a_cycle_although_it_takes_nothing():
+    free = replace(grazing(), f=[0.0, 0.5])
+    found = shakedown.smallest_cycle(free, rounds=2, states=8)
+    assert (found.status, found.slipping_nodes) == ("found", (0,))
+    assert found.dissipation_per_cycle == pytest.approx(0.0, abs=1e-20)
