@@ -27,6 +27,7 @@ STUDIES: tuple[str, ...] = (
     "floating_joints",
     "growth",
     "initial_states",
+    "large_joints",
     "long_term",
     "many_states",
     "reaction_planes",

@@ -1,0 +1,209 @@
+"""The bounds of joints of up to a thousand nodes beside HiGHS and Clarabel, given the same programs."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from statistics import median
+
+import clarabel
+import highspy
+import numpy as np
+from matplotlib.figure import Figure
+from scipy import sparse
+
+import shakedown
+from benchmarks.problems import chain, random_problem
+from shakedown import FloatArray, Problem
+from shakedown.energy.cone_rows import cone_rows
+from shakedown.energy.zone_rows import zone_rows
+from shakedown.fem import ElasticBody, Material, Pressure, Support, Traction, block_mesh, contact_problem
+from shakedown.model.constraints import constraints
+from shakedown.model.contact_zone import contact_zone
+from shakedown.programs.blas_threads import on_one_thread
+from shakedown.report.text_table import table
+
+TITLE = "Large joints: the bounds and what HiGHS and Clarabel need for the same programs"
+INFINITE = highspy.kHighsInf
+MOST_NODES = {"HiGHS, λ_max": 1000, "Clarabel, λ_max": 250, "HiGHS, λ_1": 100, "Clarabel, λ_E": 250}
+REPEATED_UP_TO = 100  # nodes: more are timed once
+
+
+def block(n: int) -> Problem:
+    """An elastic block with n contact nodes, held at one end, pressed on a rigid plane and drawn to and fro."""
+    body = ElasticBody(
+        block_mesh(2.0, 1.0, n - 1, max(8, n // 8)),
+        Material(young=200e3, poisson=0.3),
+        supports=[Support("left")],
+        loads=[
+            Pressure("top", 10.0, history=np.ones(24)),
+            Traction("right", (1.0, 0.0), history=lambda t: np.cos(2 * np.pi * t)),
+        ],
+    )
+    return contact_problem(body, "bottom", f=0.4, steps=24)
+
+
+KINDS: dict[str, Callable[[int], Problem]] = {
+    "random": lambda n: random_problem(n, seed=0),
+    "chain": chain,
+    "block": block,
+}
+
+
+def cases(short: bool) -> list[dict]:
+    sizes = (2, 10, 30) if short else (2, 10, 30, 100, 250, 500, 1000)
+    return [
+        {"joint": kind, "n": n} for kind in KINDS for n in sizes if not (kind == "block" and n in (2, 1000))
+    ]
+
+
+@on_one_thread
+def measure(case: dict) -> dict:
+    problem = KINDS[case["joint"]](case["n"])
+    roads = {
+        "λ_max": lambda p: shakedown.upper_bound(p, certify=False).load_factor,
+        "λ_1": lambda p: shakedown.lower_bound(p, certify=False).load_factor,
+        "λ_E": lambda p: shakedown.energy_bound(p, certify=False).load_factor,
+        "HiGHS, λ_max": _highs_upper,
+        "Clarabel, λ_max": _clarabel_upper,
+        "HiGHS, λ_1": _highs_lower,
+        "Clarabel, λ_E": _clarabel_energy,
+    }
+    found: dict[str, dict] = {}
+    for _ in range(5 if case["n"] <= REPEATED_UP_TO else 1):
+        for name, road in roads.items():
+            if case["n"] > MOST_NODES.get(name, 1000):
+                continue
+            fresh = replace(problem)  # knows no rows yet
+            began = time.process_time()
+            value = road(fresh)
+            found.setdefault(name, {"seconds": [], "value": value})["seconds"].append(
+                time.process_time() - began
+            )
+    return {name: {"seconds": median(end["seconds"]), "value": end["value"]} for name, end in found.items()}
+
+
+def _model(problem: Problem, towards: float) -> tuple[highspy.Highs, FloatArray]:
+    """The rows of a joint in HiGHS with its own options, scaled by it."""
+    rows = constraints(problem)
+    matrix, n = np.column_stack([rows.G, rows.d]), rows.n
+    model = highspy.HighsLp()
+    model.num_row_, model.num_col_ = matrix.shape
+    model.col_cost_ = np.append(np.zeros(n), towards)
+    model.row_lower_, model.row_upper_ = np.full(2 * n, -INFINITE), rows.g
+    model.col_lower_ = np.append(np.full(n, -INFINITE), 0.0)
+    model.col_upper_ = np.full(n + 1, INFINITE)
+    model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+    model.a_matrix_.start_ = np.arange(0, matrix.size + 1, n + 1, dtype=np.int32)
+    model.a_matrix_.index_ = np.tile(np.arange(n + 1, dtype=np.int32), 2 * n)
+    model.a_matrix_.value_ = matrix.ravel()
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.passModel(model)
+    return solver, rows.g
+
+
+def _value(solver: highspy.Highs) -> float:
+    solver.run()
+    optimal = solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
+    return abs(solver.getInfo().objective_function_value) if optimal else np.inf
+
+
+def _highs_upper(problem: Problem) -> float:
+    return _value(_model(problem, -1.0)[0])
+
+
+def _highs_lower(problem: Problem) -> float:
+    """The n programs of the first collapse in one model, each from where the last one ended."""
+    solver, right = _model(problem, +1.0)
+    values = []
+    for node in range(problem.n):
+        for row in (2 * node, 2 * node + 1):
+            solver.changeRowBounds(row, right[row], INFINITE)
+        values.append(_value(solver))
+        for row in (2 * node, 2 * node + 1):
+            solver.changeRowBounds(row, -INFINITE, right[row])
+    return min(values)
+
+
+def _clarabel(matrix: FloatArray, right: FloatArray, cones: list) -> FloatArray:
+    """Maximise the last column, to Clarabel's own tolerances."""
+    columns, settings = matrix.shape[1], clarabel.DefaultSettings()
+    settings.verbose, settings.max_threads = False, 1
+    cost, nothing = np.append(np.zeros(columns - 1), -1.0), sparse.csc_matrix((columns, columns))
+    return np.array(
+        clarabel.DefaultSolver(nothing, cost, sparse.csc_matrix(matrix), right, cones, settings).solve().x
+    )
+
+
+def _clarabel_upper(problem: Problem) -> float:
+    rows = constraints(problem)
+    matrix = np.vstack([np.column_stack([rows.G, rows.d]), np.append(np.zeros(rows.n), -1.0)])
+    right = np.append(rows.g, 0.0)
+    return float(_clarabel(matrix, right, [clarabel.NonnegativeConeT(len(right))])[-1])
+
+
+def _clarabel_energy(problem: Problem) -> float:
+    """The cone program of λ_E from slip zero with every row, in the energy metric."""
+    rows = cone_rows(zone_rows(contact_zone(problem, ())), np.zeros(problem.n), 0.0)
+    rank = rows.H.shape[1]
+    cone = np.zeros((rank + 1, rank + 2))
+    cone[0, rank] = -1.0
+    cone[np.arange(1, rank + 1), np.arange(rank)] = -1.0
+    matrix = np.vstack([np.column_stack([rows.H, rows.s, rows.d]), cone])
+    right = np.append(rows.g, np.zeros(rank + 1))
+    return float(
+        _clarabel(
+            matrix, right, [clarabel.NonnegativeConeT(len(rows.g)), clarabel.SecondOrderConeT(rank + 1)]
+        )[-1]
+    )
+
+
+PEERS = (
+    ("λ_max", "HiGHS, λ_max"),
+    ("λ_max", "Clarabel, λ_max"),
+    ("λ_1", "HiGHS, λ_1"),
+    ("λ_E", "Clarabel, λ_E"),
+)
+
+
+def tables(rows: list[dict]) -> str:
+    headers = [
+        "joint",
+        "n",
+        "λ_max, s",
+        "λ_1, s",
+        "λ_E, s",
+        *(f"{peer} : ours" for _, peer in PEERS),
+        "largest gap",
+    ]
+    return table(headers, [_line(row) for row in rows])
+
+
+def _line(row: dict) -> list[str]:
+    own = [f"{row[name]['seconds']:.3g}" for name in ("λ_max", "λ_1", "λ_E")]
+    ratios, gaps = [], []
+    for name, peer in PEERS:
+        if peer not in row:
+            ratios.append("-")
+            continue
+        ratios.append(f"{row[peer]['seconds'] / row[name]['seconds']:.2f}")
+        one, two = row[name]["value"], row[peer]["value"]
+        gaps.append(abs(one - two) / max(abs(one), 1e-300))
+    return [row["joint"], str(row["n"]), *own, *ratios, f"{max(gaps):.1e}" if gaps else "-"]
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    """Time over the number of nodes, ours and the peers'."""
+    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+    for axes, kind in zip(figure.subplots(1, len(KINDS), sharey=True), KINDS, strict=True):
+        chosen = [row for row in rows if row["joint"] == kind]
+        for number, name in enumerate(("λ_max", "λ_1", "λ_E")):
+            peers = [peer for own, peer in PEERS if own == name]
+            for line, road in zip(("-o", "--s", ":^"), (name, *peers), strict=False):
+                points = [(row["n"], row[road]["seconds"]) for row in chosen if road in row]
+                axes.loglog(*zip(*points, strict=True), line, color=f"C{number}", label=road, markersize=4)
+        axes.set(title=kind, xlabel="contact nodes")
+        axes.grid(alpha=0.3)
+    figure.axes[0].set_ylabel("processor time [s]")
+    figure.axes[0].legend(fontsize=7)
+    return {"large_joints": figure}
