@@ -53,7 +53,7 @@ def interrupted(words, after):
 
 @pytest.mark.parametrize("after", [0.002, 0.02, 0.05, 0.1, 0.4])
 def test_an_interruption_is_one_line_from_the_first_import_on(after):
-    words = ["critical", "block-33", "--budget", "1000000000000000", "-q"]
+    words = ["critical", "block-33", "--budget", str(9 * 10**18), "-q"]  # years of work
     assert interrupted(words, after) == (130, "shakedown-bounds: interrupted\n")
 
 
