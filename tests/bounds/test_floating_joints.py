@@ -20,6 +20,8 @@ from benchmarks.problems import in_units, joint
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.model.rigid_slips import rigid_slips
+from shakedown.report.json_documents import bounds_document
+from shakedown.report.words import hints_in_words
 
 SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
 
@@ -184,6 +186,40 @@ def test_relative_slips_change_no_limit() -> None:
     assert not moved[list(rows.pinned)].any()
     np.testing.assert_allclose(rows.G @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
     np.testing.assert_allclose(rows.coefficients @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1e-7, 1.0, 2.0, np.nan, np.inf, "seven", [1e-7], True])
+def test_an_accuracy_is_a_number_between_zero_and_one(wrong) -> None:
+    with pytest.raises(shakedown.ProblemError, match="key 'stiffness_accuracy': expected"):
+        replace(two_bodies(), stiffness_accuracy=wrong)
+
+
+def test_an_accuracy_is_stored_with_the_problem(tmp_path) -> None:
+    problem = replace(two_bodies(1e-7), stiffness_accuracy=1e-7)
+    shakedown.save_problem(tmp_path / "joint.npz", problem)
+    again = shakedown.load_problem(tmp_path / "joint.npz")
+    assert (again.stiffness_accuracy, again == problem) == (1e-7, True)
+    assert shakedown.upper_bound(again).pinned == shakedown.upper_bound(problem).pinned
+
+
+def test_a_body_that_can_move_only_rigidly_in_a_zone_keeps_its_gap() -> None:
+    """With its middle open the receding block has the same pin, and λ_max whichever node is pinned."""
+    block = shakedown.example("receding-block")
+    zone = shakedown.upper_bound(block, open_nodes="auto")
+    assert (len(zone.pinned), zone.slip[list(zone.pinned)].tolist()) == (1, [0.0])
+    other = shakedown.conic_upper_bound(block, open_nodes=zone.open_nodes)
+    assert other.load_factor == pytest.approx(zone.load_factor, rel=1e-7)
+
+
+def test_what_is_pinned_is_written_and_said() -> None:
+    problem = two_bodies()
+    bounds = shakedown.shakedown_bounds(problem)
+    document = bounds_document(problem, bounds)
+    assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
+    assert len(document["pinned"]) == 2
+    said = [hint for hint in hints_in_words(problem) if "can move as a whole" in hint]
+    assert len(said) == 1
+    assert all(str(node) in said[0] for node in document["pinned"])
 
 
 def test_the_study_judges_a_joint_by_every_road() -> None:
