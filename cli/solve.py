@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 import click
@@ -27,7 +26,6 @@ from shakedown.report.words import (
     up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
-from shakedown.verification.open_ends import open_ends
 from shakedown.visible_text import with_unit
 
 from .initial import initial_state
@@ -89,7 +87,7 @@ def solve(
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
         energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
         _say_quickly(problem, energy, upper, as_json)
-        _leave(context, open_ends(upper, energy))
+        _leave(context, upper, energy)
     if problem.n >= ANNOUNCED_FROM:
         click.echo(
             f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
@@ -108,12 +106,17 @@ def solve(
         echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
     else:
         say(_text(problem, Proved(energy, universal), bounds, limits, curve))
-    _leave(context, open_ends(bounds.lower, bounds.upper, energy, universal))
+    _leave(context, bounds.lower, bounds.upper, energy, universal)
 
 
-def _leave(context: click.Context, open_ends: Iterable[str]) -> None:
+def _leave(
+    context: click.Context,
+    *results: shakedown.LowerBound | shakedown.UpperBound | shakedown.EnergyBound | shakedown.UniversalBound,
+) -> None:
     """Exit code 1, and why, where something stays open."""
-    left = list(open_ends)
+    from shakedown.verification.open_ends import open_ends  # loads what the results were made with
+
+    left = list(open_ends(*results))
     for sentence in left:
         click.echo(sentence, err=True)
     context.exit(1 if left else 0)

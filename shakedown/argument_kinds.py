@@ -8,14 +8,14 @@ from decimal import Decimal
 from functools import wraps
 from inspect import get_annotations, unwrap
 from itertools import chain, islice, repeat
-from numbers import Number
+from numbers import Integral, Number
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 
 from shakedown.errors import ShakedownError, UsageError
-from shakedown.given_numbers import real_number, real_values, whole_number
+from shakedown.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
 from shakedown.shown_values import short
 from shakedown.visible_text import shortened
 
@@ -95,6 +95,8 @@ def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> A
 
 def _found(value: object) -> str:
     """What is given instead: numbers and text as they are, else what it is."""
+    if isinstance(value, Integral) and not isinstance(value, bool) and abs(value) >= LARGEST_WHOLE:
+        return f"{written(value)}, beyond 2^63"
     plain = value is None or isinstance(value, Number | Decimal | str | bytes | np.generic | np.ndarray)
     return written(value) if plain or isinstance(value, list | tuple) else type(value).__name__
 
@@ -181,9 +183,7 @@ def _several(origin: Any, members: tuple[Any, ...]) -> Kind:
             item if kind is None else kind.read(item) for kind, item in zip(readers, listed, strict=True)
         )
 
-    said = {WHOLE: "whole numbers below 2^63", NUMBER: "numbers below 1e308", TEXT: "texts"}.get(
-        each.expected, "values"
-    )
+    said = {WHOLE: "whole numbers", NUMBER: "numbers", TEXT: "texts"}.get(each.expected, "values")
     return Kind(read, f"{count or 'several'} {said}")
 
 
@@ -233,7 +233,7 @@ def _number_or_unfit(read: Callable[[object], Any]) -> Callable[[object], Any]:
     return number
 
 
-WHOLE, NUMBER, TEXT = "a whole number below 2^63", "a number below 1e308", "text"
+WHOLE, NUMBER, TEXT = "a whole number", "a number", "text"
 SIMPLE: dict[Any, Kind] = {
     NoneType: Kind(lambda value: _where(value is None, value), "None"),
     bool: Kind(_flag, "true or false"),

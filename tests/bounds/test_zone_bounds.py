@@ -91,7 +91,7 @@ def test_a_wrong_zone_is_reported_not_believed():
     assert upper_bound(RECEDING, open_nodes=[16]).status == "infeasible"
     with pytest.raises(UsageError, match="from 0 to 32, found 33"):
         upper_bound(RECEDING, open_nodes=[33])
-    with pytest.raises(UsageError, match="node numbers or 'auto', found 'all'"):
+    with pytest.raises(UsageError, match="whole numbers or 'auto', found 'all'"):
         upper_bound(RECEDING, open_nodes="all")
     with pytest.raises(UsageError, match="found all 33 open"):
         upper_bound(RECEDING, open_nodes=range(33))

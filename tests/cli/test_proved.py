@@ -89,7 +89,7 @@ def test_verify_predicts_from_the_energy_ball():
 
 def test_quick_leaves_out_what_takes_one_program_per_node():
     result = document("solve", "block-33", "--quick")
-    assert set(result) == {"problem", "energy", "upper"}
+    assert set(result) == {"problem", "pinned", "energy", "upper"}
     assert result["energy"]["load_factor"] == pytest.approx(4.7067126363, abs=1e-8)
     assert result["upper"]["load_factor"] == pytest.approx(5.0076730187, abs=1e-8)
     assert result["upper"]["open_nodes"] == []

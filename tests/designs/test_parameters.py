@@ -96,7 +96,7 @@ def test_a_whole_period_later_nothing_has_changed():
     [
         ("friktion", 1.0, UsageError, "expected one of f, friction, amplitude, .* found 'friktion'"),
         ("f", np.nan, UsageError, "parameter f: expected a finite number, found nan"),
-        ("f", "much", UsageError, "parameter f: expected a finite number"),
+        ("f", "much", UsageError, "value: expected a number"),
         ("amplitude", -1.0, UsageError, "parameter amplitude: expected a number >= 0"),
         ("f", -0.1, ProblemError, "expected friction coefficients >= 0"),
         ("stiffness", -1.0, ProblemError, "positive semi-definite"),

@@ -216,7 +216,7 @@ def test_own_states_and_a_smaller_start_are_taken():
         ({"states": 0}, "states: expected at least 1"),
         ({"rounds": 0}, "rounds: expected at least 1"),
         ({"seed": -1}, "seed: expected a whole number >= 0"),
-        ({"seed": 0.5}, "seed: expected a whole number >= 0"),
+        ({"seed": 0.5}, "seed: expected a whole number, found 0.5"),
         ({"accuracy": 0.0}, "accuracy: expected a number between 0 and 1"),
         ({"largest": 0.0}, "largest: expected a positive load factor"),
         ({"largest": np.nan}, "largest: expected a positive load factor"),

@@ -107,8 +107,8 @@ def loop_of_links(folder):
 
 REFUSED = {
     "empty": (lambda folder: "", "expected the path"),
-    "a number": (lambda folder: 3, "expected the path"),
-    "bytes": (lambda folder: b"f", "expected the path"),
+    "a number": (lambda folder: 3, "expected text or a path"),
+    "bytes": (lambda folder: b"f", "expected text or a path"),
     "a folder": (lambda folder: folder, "a directory"),
     "the folder": (lambda folder: ".", "a directory"),
     "a pipe": (fifo, "a pipe"),

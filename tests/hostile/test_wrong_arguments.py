@@ -115,7 +115,7 @@ def test_tolerances_are_tolerances(name, value):
 )
 @pytest.mark.parametrize("name", ["feasibility", "limit"])
 def test_a_tolerance_is_a_number(name, value):
-    with pytest.raises(UsageError, match=f"Tolerances: {name}: expected a number (>= 0|below 1e308), found "):
+    with pytest.raises(UsageError, match=f"Tolerances: {name}: expected a number( >= 0)?, found "):
         Tolerances(**{name: value})
 
 

@@ -119,7 +119,7 @@ def test_bounds_hold_for_the_two_node_system():
 
 @pytest.mark.parametrize("longest_period", [0, 1.5])
 def test_longest_period_is_checked(longest_period):
-    with pytest.raises(shakedown.UsageError, match="longest_period: expected"):
+    with pytest.raises(shakedown.UsageError, match=r"longest.period: expected"):
         shakedown.long_term_state(shakedown.example("two-node"), 0.9, longest_period=longest_period)
 
 

@@ -159,7 +159,7 @@ def test_no_initial_slip_gives_no_state():
         ([[0.0, np.nan]], {}, "initial slips: expected finite numbers, found nan"),
         ([[0.0, 1e120]], {}, "expected slips with reactions up to 1e.100"),
         ([[0.0, 0.0]], {"threads": 0}, "threads: expected at least 1, found 0"),
-        ([[0.0, 0.0]], {"longest_period": 0.5}, "longest_period: expected a whole number, found 0.5"),
+        ([[0.0, 0.0]], {"longest_period": 0.5}, "longest period: expected a whole number, found 0.5"),
     ],
 )
 def test_what_is_wrong_is_named(starts, options, message):
