@@ -183,8 +183,8 @@ def _peers() -> list[str]:
         text += f", Siconos NSGS {against('nsgs')}, Siconos Lemke {against('lemke')}"
     worst = max(r["error"] for r in found if (r["method"], r["tolerance"]) == ("gauss-seidel", 1e-13))
     return [
-        f"{text}. On small scenes Gauss–Seidel is the faster one; its error reaches {worst:.0e} at "
-        "these load steps and falls with order 1 (`evolution`)."
+        f"{text}. The error of Gauss–Seidel reaches {worst:.0e} at these load steps and falls with order 1 "
+        "(`evolution`)."
     ]
 
 

@@ -17,7 +17,7 @@ from shakedown.report.text_table import table
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3
-TURNS = 5  # of a method and the event-driven path
+TURNS = 3  # of a method and the event-driven path
 UNCHECKED = 1e9  # a violation of the friction law is measured here, it is no reason to stop
 SCENES = {
     "two-node": 0.8,

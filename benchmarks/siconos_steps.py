@@ -8,7 +8,7 @@ of the step before.
 
 IN: kappa (2n, 2n) in the order (tangential, normal), f (n,), q_w and p_w (k, n),
 slip (n,) before the first step, or (k, n) before every step, solver, tolerance.
-OUT: v, w, q, p (k, n), seconds, failures.
+OUT: v, w, q, p (k, n), seconds of the processor, failures.
 """
 
 import sys
@@ -38,7 +38,7 @@ def main(source, target):
     slip, failures, out = np.array(data["slip"], dtype=float), 0, []
     given = slip if slip.ndim == 2 else None
     reactions = np.zeros(2 * n)
-    began = time.perf_counter()
+    began = time.process_time()
     for k, load in enumerate(loads):
         slip = slip if given is None else given[k]
         free = -M @ load
@@ -48,7 +48,7 @@ def main(source, target):
         failures += solve(problem, reactions, velocity, options) != 0
         slip = slip + velocity[1::2]
         out.append((slip, velocity[0::2].copy(), reactions[1::2].copy(), reactions[0::2].copy()))
-    seconds = time.perf_counter() - began
+    seconds = time.process_time() - began
     v, w, q, p = (np.array(part) for part in zip(*out, strict=True))
     np.savez(target, v=v, w=w, q=q, p=p, seconds=seconds, failures=failures)
 
