@@ -95,7 +95,7 @@ def _read(kinds: Mapping[str, Kind], name: str, value: Any, said: str = "") -> A
 
 def _found(value: object) -> str:
     """What is given instead: numbers and text as they are, else what it is."""
-    if isinstance(value, Integral) and not isinstance(value, bool) and abs(value) >= LARGEST_WHOLE:
+    if isinstance(value, Integral) and abs(int(value)) >= LARGEST_WHOLE:
         return f"{written(value)}, beyond 2^63"
     plain = value is None or isinstance(value, Number | Decimal | str | bytes | np.generic | np.ndarray)
     return written(value) if plain or isinstance(value, list | tuple) else type(value).__name__

@@ -26,7 +26,14 @@ FLOORS = (
     {"cli", "benchmarks", "__main__"},
 )
 FLOOR = {wing: number for number, wings in enumerate(FLOORS) for wing in wings}
-PUBLIC_MODULES = {"evidence", "fem", "plot", "report", "verification", "visible_text"}  # beside the names of the package itself
+PUBLIC_MODULES = {
+    "evidence",
+    "fem",
+    "plot",
+    "report",
+    "verification",
+    "visible_text",
+}  # beside the names of the package itself
 MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that it times
     ("benchmarks.block_cycle", "shakedown.kernels.gauss_seidel"),
     ("benchmarks.stability", "shakedown.kernels"),
