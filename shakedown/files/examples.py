@@ -152,6 +152,31 @@ def three_node() -> Problem:
     )
 
 
+def pair_cycle() -> Problem:
+    """Two nodes cycle together below every cycle of one: from λ = 1.699024 on, λ_1 = λ_single = 3.096.
+
+    The three-node counter-example with its mover split in two, nodes 0 and 1, that do not
+    act on each other: each drives the other two nodes half as far, and both together farther.
+    """
+    movers, others = slice(0, 2), slice(2, 4)
+    A, B, q1 = np.eye(4), np.zeros((4, 4)), np.zeros((8, 4))
+    A[movers, others] = A[others, movers] = 0.36
+    B[movers, others] = 1.8, -1.8
+    q1[0, movers], q1[2, 2], q1[4, movers], q1[6, 3] = -1.25, -0.75, 1.25, 0.50
+    q_mean, p_mean = np.array([-1.01, -1.01, -0.38, 0.80]), np.array([4.5, 4.5, 2.5, 4.0])
+    return Problem(
+        name="pair counter-example",
+        A=A,
+        B=B,
+        C=20.0 * np.eye(4),
+        f=0.5,
+        q_w=q_mean + q1,
+        p_w=np.tile(p_mean, (8, 1)),
+        q_mean=q_mean,
+        p_mean=p_mean,
+    )
+
+
 def two_attractors() -> Problem:
     """Two limit cycles of period 1, both stable, with different dissipation: the initial state decides.
 
@@ -253,6 +278,7 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "two-node": two_node,
     "uncoupled": uncoupled,
     "three-node": three_node,
+    "pair-cycle": pair_cycle,
     "two-attractors": two_attractors,
     "jump": jump,
     "block-9": block_9,
