@@ -20,6 +20,7 @@ STUDIES: tuple[str, ...] = (
     "adversary",
     "calculix_contact",
     "classical_contacts",
+    "collapse_adversary",
     "complete_contact",
     "energy_adversary",
     "energy_bounds",
@@ -42,6 +43,5 @@ STUDIES: tuple[str, ...] = (
     "transient_limits",
     "universal_adversary",
     "universal_cost",
-    "universal_sharpness",
     "worked_examples",
 )

@@ -117,14 +117,20 @@ def scaled_to(A: np.ndarray, B: np.ndarray, ratio: float) -> tuple[np.ndarray, n
 
 
 def coupling_of(A: np.ndarray, fB: np.ndarray) -> float:
-    """ρ of stiffness matrices (theory of ``shakedown.coupling``); inf above critical friction."""
+    """ρ* of stiffness matrices (theory of ``shakedown.coupling``); inf above critical friction."""
     sides = np.stack([A - fB, A + fB])
     own = np.diagonal(sides, axis1=1, axis2=2)
     if own.min() <= 0:
         return np.inf
-    influence = np.max(np.abs(sides) / own[:, :, None], axis=0)
-    np.fill_diagonal(influence, 0.0)
-    return float(np.abs(np.linalg.eigvals(influence)).max())
+    influence = np.abs(sides) / own[:, :, None] * (1 - np.eye(len(A)))
+    side, nodes, largest = influence.sum(axis=2).argmax(axis=0), np.arange(len(A)), 0.0
+    for _ in range(20):
+        values, vectors = np.linalg.eig(influence[side, nodes] + 1e-12)
+        if values.real.max() <= largest:
+            break
+        largest = float(values.real.max())
+        side = (influence @ np.abs(vectors[:, values.real.argmax()].real)).argmax(axis=0)
+    return largest
 
 
 def fits(problem: shakedown.Problem, band: str) -> bool:

@@ -193,7 +193,7 @@ def _bounds(elements: int) -> dict:
     built = time.process_time() - cpu
     upper = shakedown.upper_bound(problem)
     lower = shakedown.lower_bound(problem, certify=False)
-    universal = shakedown.universal_bound(problem, first_collapse=lower, intervals=0, certify=False)
+    universal = shakedown.universal_bound(problem, first_collapse=lower, certify=False)
     energy = shakedown.energy_bound(problem, certify=False)
     history = shakedown.transient_limit(problem, steps=20, accuracy=1e-5)
     return {

@@ -20,21 +20,18 @@ def cases(short: bool) -> list[dict]:
 
 def measure(case: dict) -> dict:
     problem = KINDS[case["joint"]](case["n"])
-    times = {"first_collapse": [], "swing": [], "closing": []}
+    times = {"first_collapse": [], "swing": []}
     for _ in range(case["repeats"]):
         lower, taken = timed(lambda: shakedown.lower_bound(problem, certify=False))
         times["first_collapse"].append(taken)
         swing, taken = timed(lambda: shakedown.swing_bound(problem, certify=False))
         times["swing"].append(taken)
-        closing, taken = timed(lambda: shakedown.closing_box(problem))
-        times["closing"].append(taken)
     seconds = {f"{name}_seconds": float(np.median(taken)) for name, taken in times.items()}
     ratios = np.array(times["swing"]) / np.array(times["first_collapse"])
     return seconds | {
         "ratio": float(np.median(ratios)),
         "programs": swing.programs,
         "share": swing.load_factor / lower.load_factor if lower.load_factor > 0 else None,
-        "closing_share": closing.load_factor / lower.load_factor if closing.load_factor > 0 else None,
     }
 
 
@@ -49,19 +46,17 @@ def tables(rows: list[dict]) -> str:
         "n",
         "λ_1, s",
         "λ_S, s",
-        "closing box, s",
         "λ_S : λ_1",
         "pairs",
         "λ_S / λ_1",
-        "closing / λ_1",
     ]
     return table(headers, [_line(row) for row in rows])
 
 
 def _line(row: dict) -> list[str]:
-    seconds = [f"{row[key]:.3g}" for key in ("first_collapse_seconds", "swing_seconds", "closing_seconds")]
-    shares = ["-" if row[key] is None else f"{row[key]:.3f}" for key in ("share", "closing_share")]
-    return [row["joint"], str(row["n"]), *seconds, f"{row['ratio']:.2f}", str(row["programs"]), *shares]
+    seconds = [f"{row[key]:.3g}" for key in ("first_collapse_seconds", "swing_seconds")]
+    share = "-" if row["share"] is None else f"{row['share']:.3f}"
+    return [row["joint"], str(row["n"]), *seconds, f"{row['ratio']:.2f}", str(row["programs"]), share]
 
 
 def figures(rows: list[dict]) -> dict:

@@ -96,6 +96,7 @@ def solve(
     bounds = shakedown.shakedown_bounds(problem, open_nodes=open_nodes)
     energy = shakedown.energy_bound(problem, state, distance, open_nodes=bounds.upper.open_nodes)
     universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
+    box = shakedown.box_bound(problem, state)
     limits = shakedown.friction_thresholds(problem)
     curve = None
     if bounds.have_gap and problem.n <= CURVE_UP_TO and not problem.is_domain:
@@ -103,9 +104,9 @@ def solve(
     if as_json:
         known = None if curve is None else present(curve)
         more = {"friction": limits.to_dict(), "guarantee_curve": known and known.to_dict()}
-        echo_json(bounds_document(problem, bounds) | proved_document(energy, universal) | more)
+        echo_json(bounds_document(problem, bounds) | proved_document(energy, universal, box) | more)
     else:
-        say(_text(problem, Proved(energy, universal), bounds, limits, curve))
+        say(_text(problem, Proved(energy, universal, box), bounds, limits, curve))
     _leave(context, bounds.lower, bounds.upper, energy, universal)
 
 
@@ -143,6 +144,7 @@ class Proved(NamedTuple):
 
     energy: shakedown.EnergyBound
     universal: shakedown.UniversalBound
+    box: shakedown.BoxBound
 
 
 def _text(
@@ -154,7 +156,8 @@ def _text(
 ) -> str:
     upper, lower = bounds.upper, bounds.lower
     lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(*proved, upper, problem)]
+    certain = certain_in_words(proved.energy, proved.universal, upper, problem, proved.box)
+    lines += [paragraph(sentence) for sentence in certain]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     if problem.initial_slip is not None and not proved.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
@@ -182,7 +185,7 @@ def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, li
 def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
     lower, upper = bounds.lower, bounds.upper
-    energy, universal = proved
+    energy, universal, box = proved
     exactly = energy.certified
     certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
     least = upper.least_load_factor
@@ -192,6 +195,7 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
         collapse = node_in_words(lower.problem, lower.node) if labelled else f"collapse of node {lower.node}"
     return [
         ("from this state λ_E", bound(energy.load_factor), f"{energy.status}{certified}"),
+        ("from this state, box", bound(box.load_factor), box.limited_by or box.status),
         ("from every state λ_U", bound(universal.load_factor), universal.argument),
         ("lower bound λ_1", bound(lower.load_factor), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),

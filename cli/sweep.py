@@ -147,7 +147,7 @@ class TableFile(OutputFile):
     show_default=True,
     help="Whether λ_max and λ_E may be those of a zone of open nodes.",
 )
-@click.option("--quick", is_flag=True, help="λ_U without its sharpening, λ_T to 0.1 %.")
+@click.option("--quick", is_flag=True, help="λ_T to 0.1 %.")
 @click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the regions here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")

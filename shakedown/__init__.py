@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.2.0"
 
 if TYPE_CHECKING:
-    from shakedown.bounds.coupling import coupling as coupling
-    from shakedown.bounds.guarantee_curve import GuaranteeCurve as GuaranteeCurve
-    from shakedown.bounds.guarantee_curve import guarantee_curve as guarantee_curve
+    from shakedown.bounds.box_bound import BoxBound as BoxBound
+    from shakedown.bounds.box_bound import box_bound as box_bound
     from shakedown.bounds.interior_point import ConicBound as ConicBound
     from shakedown.bounds.interior_point import conic_lower_bound as conic_lower_bound
     from shakedown.bounds.interior_point import conic_upper_bound as conic_upper_bound
@@ -123,12 +122,11 @@ if TYPE_CHECKING:
     from shakedown.report.html import report_path as report_path
     from shakedown.report.html import write_report as write_report
     from shakedown.tolerances import Tolerances as Tolerances
+    from shakedown.uniqueness.coupling import coupling as coupling
     from shakedown.uniqueness.in_contact import Uniqueness as Uniqueness
     from shakedown.uniqueness.in_contact import unique_in_contact as unique_in_contact
-    from shakedown.universal.closing_box import ClosingBox as ClosingBox
-    from shakedown.universal.closing_box import closing_box as closing_box
-    from shakedown.universal.sharpened_swing import SharpenedSwing as SharpenedSwing
-    from shakedown.universal.sharpened_swing import sharpened_swing as sharpened_swing
+    from shakedown.universal.guarantee_curve import GuaranteeCurve as GuaranteeCurve
+    from shakedown.universal.guarantee_curve import guarantee_curve as guarantee_curve
     from shakedown.universal.swing_bound import SwingBound as SwingBound
     from shakedown.universal.swing_bound import swing_bound as swing_bound
     from shakedown.universal.universal_bound import UniversalBound as UniversalBound
@@ -151,7 +149,7 @@ _HOMES = {
     "shakedown.energy.energy_bound": "EnergyBound EnergyCertificate energy_bound energy_document",
     "shakedown.evolution.contact_law": "Scales law_violation reactions scales",
     "shakedown.bounds.single_node_cycle": "single_node_cycle",
-    "shakedown.bounds.coupling": "coupling",
+    "shakedown.uniqueness.coupling": "coupling",
     "shakedown.tolerances": "Tolerances",
     "shakedown.uniqueness.in_contact": "Uniqueness unique_in_contact",
     "shakedown.maps.basin_boundary": "basin_boundary",
@@ -177,9 +175,10 @@ _HOMES = {
     "shakedown.enumeration.critical": (
         "CriticalLoadFactors critical_load_factors subset_count collapse_by_enumeration load_factors_above"
     ),
+    "shakedown.bounds.box_bound": "BoxBound box_bound",
     "shakedown.bounds.upper": "UpperBound upper_bound",
     "shakedown.bounds.lower": "LowerBound lower_bound",
-    "shakedown.bounds.guarantee_curve": "GuaranteeCurve guarantee_curve",
+    "shakedown.universal.guarantee_curve": "GuaranteeCurve guarantee_curve",
     "shakedown.enumeration.intersection": "Intersection",
     "shakedown.bounds.interior_point": "ConicBound conic_lower_bound conic_upper_bound",
     "shakedown.files.examples": "example example_names",
@@ -199,9 +198,7 @@ _HOMES = {
     "shakedown.long_term.cycle_log": "Cycles",
     "shakedown.long_term.outcome": "Outcome",
     "shakedown.long_term.simulation": "Simulation save_history simulate",
-    "shakedown.universal.closing_box": "ClosingBox closing_box",
     "shakedown.universal.swing_bound": "SwingBound swing_bound",
-    "shakedown.universal.sharpened_swing": "SharpenedSwing sharpened_swing",
     "shakedown.universal.universal_bound": "UniversalBound universal_bound",
     "shakedown.verification.random_paths": "random_paths",
     "shakedown.verification.verify": "Run Verification verify",

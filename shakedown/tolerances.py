@@ -69,9 +69,6 @@ class Tolerances:
     same_cycle
         Limit cycles whose slips differ by less than this, relative to the length scale,
         are one.
-    box_gain
-        Share of its width by which a box must still shrink, or of its target by which a
-        proved load factor must still rise, for another round of programs to be worth while.
 
     Raises
     ------
@@ -99,7 +96,6 @@ class Tolerances:
     rate: float = 1e-13
     periodicity: float = 1e-10
     same_cycle: float = 1e-7
-    box_gain: float = 0.005
     equilibration_sweeps: int = 4
 
     def __post_init__(self) -> None:

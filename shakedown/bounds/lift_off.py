@@ -3,8 +3,11 @@
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
+from shakedown.bounds.least_box import Box
 from shakedown.model.constraints import constraints, step_loads
+from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.tolerances import DEFAULT, Tolerances
@@ -12,7 +15,9 @@ from shakedown.tolerances import DEFAULT, Tolerances
 SEGMENTS_UP_TO = 2000
 
 
-def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Tolerances = DEFAULT) -> float:
+def lift_off_bound(
+    problem: Problem, enough: float = inf, *, within: Box | None = None, tolerances: Tolerances = DEFAULT
+) -> float:
     """A load factor below which all nodes stay closed, whatever admissible slips they have.
 
     A closed node j lifts off where both its limits are met at once, p = q = 0,
@@ -28,6 +33,8 @@ def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Toleran
         The contact and its loading loop.
     enough
         The load factor up to which the answer matters.
+    within
+        Slips that matter; by default all that are admissible.
     tolerances
         A bound that falls short of ``enough`` by no more than ``feasibility`` reaches it.
 
@@ -42,28 +49,57 @@ def lift_off_bound(problem: Problem, enough: float = inf, *, tolerances: Toleran
     True
     """
     steps = step_loads(problem)
-    hull = _first_lift_off(problem, steps, tolerances)
+    every = np.arange(problem.m)
+    hull = _first_lift_off(problem, steps, _at_risk(problem, enough, within, every), within, tolerances)
     reached = hull >= enough * (1 - tolerances.feasibility)
     if reached or problem.is_domain or problem.m < 3 or problem.n * problem.m > SEGMENTS_UP_TO:
         return hull
-    ends = zip(steps, np.roll(steps, -1, axis=0), strict=True)
-    return min(_first_lift_off(problem, np.array(pair), tolerances) for pair in ends)
+    ends = (np.array([k, (k + 1) % problem.m]) for k in range(problem.m))
+    return min(
+        _first_lift_off(problem, steps[pair], _at_risk(problem, enough, within, pair), within, tolerances)
+        for pair in ends
+    )
 
 
-def _first_lift_off(problem: Problem, corners: FloatArray, tolerances: Tolerances) -> float:
-    """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which some node has p = q = 0."""
+def relieved(problem: Problem, box: Box, load_factor: float, steps: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The nodes that some slip in a box relieves of their pressure, at load factors up to this one.
+
+    While the load is between the mean and these load steps.
+    """
+    loop = loading(problem)
+    least = loop.p1[steps].min(axis=0)
+    p_load = loop.p0 + np.multiply(load_factor, least, out=np.zeros_like(least), where=least < 0)
+    return np.flatnonzero(p_load + box.least(problem.B) <= 0.0)
+
+
+def _at_risk(problem: Problem, enough: float, box: Box | None, steps: NDArray[np.intp]) -> NDArray[np.intp]:
+    return np.arange(problem.n) if box is None else relieved(problem, box, enough, steps)
+
+
+def _first_lift_off(
+    problem: Problem,
+    corners: FloatArray,
+    nodes: NDArray[np.intp],
+    within: Box | None,
+    tolerances: Tolerances,
+) -> float:
+    """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which one of some nodes has p = q = 0."""
+    if not nodes.size:
+        return inf
     rows, count = constraints(problem), len(corners)
+    all_slips = np.full(rows.n, INF)
+    low, high = (-all_slips, all_slips) if within is None else (within.low, within.high)
     program = LinearProgram(
         np.column_stack([rows.coefficients, corners.T]),
         cost=np.append(np.zeros(rows.n), np.ones(count)),
         lower=np.full(len(rows.g), -INF),
         upper=rows.g,
-        column_lower=np.append(np.full(rows.n, -INF), np.zeros(count)),
-        column_upper=np.full(rows.n + count, INF),
+        column_lower=np.append(low, np.zeros(count)),
+        column_upper=np.append(high, np.full(count, INF)),
         tolerances=tolerances,
-    )
+    ).hold_basis()
     first, free = inf, np.full(2, INF)
-    for node in range(rows.n):
+    for node in nodes.tolist():
         pair = np.array([2 * node, 2 * node + 1])
         program.set_rows(pair, rows.g[pair], free)
         vertex = program.solve().vertex

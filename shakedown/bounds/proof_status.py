@@ -1,22 +1,30 @@
 """How far the first collapse is a guarantee of shakedown from every initial state.
 
-The proofs are statements 1 to 6 of docs/guarantee.md. In short: below λ_1 no slip has all
-nodes between their limits and one of them collapsed (statement 1), and every cycle would need
-one where coupling is weak (3), where one node moves alone (4), or where there are two nodes (5).
+The proofs are statements 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
+every motion below λ_1 comes to rest (statement 3), for any number of nodes; also where no slip raises a
+measure of the differences between nodes (8), as of many bodies that friction alone holds; for two nodes
+wherever the motion is unique (5). Where none of these holds, at most cycles of one node alone are
+excluded (4).
 That no node lifts off is checked apart (6, ``lift_off``). All of it follows one loop in its
 order: of a load domain nothing is proved here.
 """
 
 from dataclasses import dataclass, replace
-from math import isnan, nan
+from math import inf, isnan, nan
+from typing import NamedTuple
 
-from shakedown.bounds.coupling import WEAK, Coupling, coupling
+import numpy as np
+
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.single_node_cycle import single_node_cycle
 from shakedown.evidence import Missing, sought
+from shakedown.model.constraints import constraints
 from shakedown.model.problem import Problem
+from shakedown.model.rigid_slips import rigid_slips
 from shakedown.shown_values import down, up
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.uniqueness.coupling import Coupling, coupling
+from shakedown.uniqueness.difference_gauge import difference_gauge
 from shakedown.uniqueness.in_contact import unique_in_contact
 
 ANY_ORDER = (
@@ -38,7 +46,7 @@ class GuaranteeStatus:
     reason
         Why, in words.
     coupling_ratio
-        ρ; NaN where a node is at or above its own critical friction.
+        ρ*; NaN where a node is at or above its own critical friction.
     single_node_bound
         Load factor below which no node alone can slip cyclically; NaN where not computed, and
         for a load domain.
@@ -73,7 +81,7 @@ def guarantee_status(
     >>> import shakedown
     >>> status = guarantee_status(shakedown.example("three-node"), 3.096)
     >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
-    ('evidence', 1.342, 2.4442)
+    ('evidence', 1.039, 2.4442)
     """
     influence, cycle = coupling(problem), sought(single_node_cycle, problem, tolerances=tolerances)
     if isinstance(cycle, Missing):
@@ -88,47 +96,91 @@ def _status(
     """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
     if problem.is_domain and load_factor > 0.0:
         return GuaranteeStatus("evidence", ANY_ORDER, influence.ratio, alone, nan)
-    if not problem.B.any():
-        reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
-        return GuaranteeStatus("proved", reason, influence.ratio, alone, nan)
+    argument = complete_argument(problem, tolerances)
+    if argument is not None and argument.keeps_closed:
+        return GuaranteeStatus("proved", argument.reason, influence.ratio, alone, nan)
     if load_factor == 0.0:
         return GuaranteeStatus("evidence", "there is nothing to guarantee", influence.ratio, alone, nan)
     reached = load_factor * (1 - tolerances.feasibility)
-    argument = _argument(problem, influence, tolerances)
-    if argument:
+    if argument is not None and argument.drift_bound >= reached:
         stays_closed = sought(lift_off_bound, problem, enough=load_factor, tolerances=tolerances)
         if isinstance(stays_closed, Missing):
-            caveat = f"{argument}, but the lift-off bound is missing: {stays_closed.reason}"
+            caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
             return GuaranteeStatus("single-node-excluded", caveat, influence.ratio, alone, nan)
         if stays_closed >= reached:
-            return GuaranteeStatus("proved", argument, influence.ratio, alone, stays_closed)
-        caveat = (
-            f"{argument}, but from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
-        )
-        return GuaranteeStatus("single-node-excluded", caveat, influence.ratio, alone, stays_closed)
+            return GuaranteeStatus("proved", argument.reason, influence.ratio, alone, stays_closed)
+        caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
+        text = f"{argument.reason}, but {caveat}"
+        return GuaranteeStatus("single-node-excluded", text, influence.ratio, alone, stays_closed)
     return _without_proof(reached, influence, alone)
 
 
-def _argument(problem: Problem, influence: Coupling, tolerances: Tolerances) -> str:
-    """The proof that holds while all nodes are closed, in words; empty where there is none."""
-    unique = sought(unique_in_contact, problem, tolerances=tolerances) if problem.n <= 2 else None
+class Argument(NamedTuple):
+    """A proof that holds up to the first collapse.
+
+    Attributes
+    ----------
+    name, reason
+        What it is called, and why it applies.
+    keeps_closed
+        Whether no node can lift off below the first collapse either.
+    drift_bound
+        Below it a body that friction alone holds cannot drift; inf where something else holds it.
+    """
+
+    name: str
+    reason: str
+    keeps_closed: bool = False
+    drift_bound: float = inf
+
+
+def complete_argument(problem: Problem, tolerances: Tolerances = DEFAULT) -> Argument | None:
+    """The proof that every state shakes down up to λ_1 while all nodes stay closed; None where there is none.
+
+    Without coupling it holds for every path inside a load domain; the others follow a loop.
+    """
+    if not problem.B.any():
+        reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
+        return Argument("Melan", reason, keeps_closed=True)
+    if problem.is_domain:
+        return None
+    ratio, bound = coupling(problem).ratio, coupling(problem).bound
+    if bound < 1.0:
+        reason = f"coupling ratio {ratio:.6g} below 1: the first collapse is the limit"
+        return Argument("first collapse", reason)
+    unique = sought(unique_in_contact, problem, tolerances=tolerances) if problem.n == 2 else None
     if unique:
-        return f"{'one node' if problem.n == 1 else 'two nodes'} below the friction thresholds (thesis §4.4)"
-    if influence.bound <= WEAK:
-        return f"weak coupling, ratio {influence.ratio:.3g} <= 1/3"
-    return ""
+        return Argument("two nodes", "two nodes below the friction thresholds (thesis §4.4)")
+    if difference_gauge(problem) is not None:
+        drift_bound = _drift_bound(problem) if rigid_slips(problem).pinned else inf
+        reason = "no slip raises the differences between the nodes: the first collapse is the limit"
+        return Argument("differences", reason, drift_bound=drift_bound)
+    return None
+
+
+def _drift_bound(problem: Problem) -> float:
+    """Load factor at which a floating body may reach all limits of one side at once, λ_w.
+
+    With y (A ∓ f B) = 0 and y > 0 the slips drop out of y · (g − G v − λ d): it vanishes where all these
+    limits are reached.
+    """
+    rows, bounds = constraints(problem), [inf]
+    for side in (0, 1):
+        y = np.linalg.svd(rows.G[side::2])[0][:, -1]
+        y = y * np.sign(y.sum())
+        room, load = float(y @ rows.g[side::2]), float(y @ rows.d[side::2])
+        if not (np.all(y > 0.0) and room > 0.0):
+            return 0.0
+        bounds.append(room / load if load > 0.0 else inf)
+    return min(bounds)
 
 
 def _without_proof(reached: float, influence: Coupling, alone: float) -> GuaranteeStatus:
     """No proof: at most, cycles of one node alone are excluded."""
     status, ratio = "evidence", influence.ratio
-    if influence.bound < 1.0:
-        status, reason = (
-            "single-node-excluded",
-            f"coupling ratio {ratio:.3g} < 1: no node can cycle alone",
-        )
-    elif alone >= reached:
-        status, reason = "single-node-excluded", f"no node can cycle alone below {down(alone)}"
+    if alone >= reached:
+        status = "single-node-excluded"
+        reason = f"no node can cycle alone below {down(alone)}, which is weak evidence: several together may"
     elif isnan(ratio):
         reason = "a node is at or above its own critical friction: there is no proof, only simulation"
     elif isnan(alone):

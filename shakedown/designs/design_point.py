@@ -135,7 +135,7 @@ class Question(NamedTuple):
     open_nodes
         ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
     quick
-        λ_U without its sharpening, λ_T to 0.1 %.
+        λ_T to 0.1 %.
     """
 
     bounds: tuple[str, ...] = LIMITS
@@ -165,7 +165,7 @@ def design_point(
         first, limits["lower"] = _lower(problem, tolerances)
         guarantee = "" if first is None else first.guarantee
     if "universal" in asked:
-        limits["universal"] = _universal(problem, first, question, tolerances)
+        limits["universal"] = _universal(problem, first, tolerances)
     if asked & {"energy", "transient", "upper"}:
         largest, limits["upper"] = _upper(problem, question, tolerances)
     open_nodes = () if largest is None else largest.open_nodes
@@ -195,15 +195,10 @@ def _lower(problem: Problem, tolerances: Tolerances) -> tuple[LowerBound | None,
     return lower, Limit(lower.load_factor, lower.status, lower.reason)
 
 
-def _universal(
-    problem: Problem, first: LowerBound | None, question: Question, tolerances: Tolerances
-) -> Limit:
+def _universal(problem: Problem, first: LowerBound | None, tolerances: Tolerances) -> Limit:
     if first is None:
         return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
-    effort = 0 if question.quick else None
-    found = allowed(
-        universal_bound, problem, first_collapse=first, intervals=effort, certify=False, tolerances=tolerances
-    )
+    found = allowed(universal_bound, problem, first_collapse=first, certify=False, tolerances=tolerances)
     if isinstance(found, Missing):
         return _failed(found)
     return Limit(found.load_factor, Status(found.status), found.reason)

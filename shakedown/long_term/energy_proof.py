@@ -1,15 +1,17 @@
-"""A verdict with proof: has the motion come into an energy ball?"""
+"""A verdict with proof: has the motion come into an energy ball, or into a box that it cannot leave?"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.energy.energy_ball import energy_ball
+from shakedown.bounds.box_bound import box_proves
+from shakedown.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.errors import UsageError
-from shakedown.evidence import Missing, sought
+from shakedown.evidence import present, sought
 from shakedown.evolution.cycle_record import State
 from shakedown.evolution.integrator import Evolution
 from shakedown.evolution.reduced_scene import Scene
@@ -69,14 +71,17 @@ class Passage:
 
 @dataclass(frozen=True)
 class EnergyProof:
-    """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`."""
+    """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`.
+
+    NaN where a box proves it, of which no margin is worked out.
+    """
 
     proved: bool
     margin: float
     single_node_margin: float
 
 
-NO_PROOF = EnergyProof(False, nan, nan)
+NO_PROOF, BY_BOX = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
 
 
 @on_one_thread
@@ -87,12 +92,14 @@ def energy_proof(
     passage: Passage,
     open_nodes: tuple[int, ...] = (),
 ) -> EnergyProof:
-    """What an energy ball proves of a motion that has been found to shake down.
+    """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
     rest outside has never been inside, and one that comes to rest inside is there
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
+    Where none is, the least box of the state at rest, which is inside those of the states before,
+    tells whether any of theirs can be a proof.
 
     Parameters
     ----------
@@ -107,6 +114,24 @@ def energy_proof(
     open_nodes
         The nodes that are open at rest, all others closed.
     """
+    ball = _ball(problem, load_factor, final_slip, passage.tolerances, open_nodes)
+    if ball is not None and any(ball.contains(slip) for slip in passage.slips_in_zone(open_nodes)):
+        return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
+    if open_nodes:
+        return NO_PROOF
+    states = chain([final_slip], passage.slips_in_zone(()))
+    proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
+    return BY_BOX if next(proofs) and any(proofs) else NO_PROOF
+
+
+def _ball(
+    problem: Problem,
+    load_factor: float,
+    final_slip: FloatArray,
+    tolerances: Tolerances,
+    open_nodes: tuple[int, ...],
+) -> EnergyBall | None:
+    """The ball that holds the state at rest best; None where there is none, or no such zone."""
     try:
         ball = sought(
             energy_ball,
@@ -115,13 +140,9 @@ def energy_proof(
             around=final_slip,
             transient=False,
             open_nodes=open_nodes,
-            tolerances=passage.tolerances,
+            tolerances=tolerances,
         )
     except UsageError:  # there is no such zone
-        return NO_PROOF
-    if isinstance(ball, Missing):  # no ball was found in it: nothing is proved
-        return NO_PROOF
-    passed = passage.slips_in_zone(open_nodes)
-    if not ball.contains(final_slip) or not any(ball.contains(slip) for slip in passed):
-        return NO_PROOF
-    return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
+        return None
+    found = present(ball)
+    return found if found is not None and found.contains(final_slip) else None

@@ -82,7 +82,7 @@ class Simulation(Result):
 
     @property
     def proved(self) -> bool:
-        """Whether shakedown is proved by the energy ball."""
+        """Whether shakedown is proved, by an energy ball or a box (:attr:`LongTermState.proved`)."""
         return self.long_term is not None and self.long_term.proved
 
     @property

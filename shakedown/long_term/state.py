@@ -135,13 +135,14 @@ class LongTermState(SettledState):
 
         It is where a state that the motion passed through after the transient, admissible and
         with exactly those nodes open that stay so, lies inside an energy ball of this load
-        factor (:func:`energy_ball`).
+        factor (:func:`energy_ball`); or, with all nodes closed and a coupling ratio below 1, where no
+        limits of a node meet in the least box around it (:func:`box_bound`).
         """
         return self._proof.proved
 
     @property
     def energy_margin(self) -> float:
-        """How far the long-term state may be disturbed without leaving that ball; NaN without proof.
+        """How far the long-term state may be disturbed without leaving that ball; NaN without one.
 
         In the energy norm √(eᵀA e) [√(force × length)].
         """
@@ -149,7 +150,7 @@ class LongTermState(SettledState):
 
     @property
     def single_node_margin(self) -> float:
-        """The slip by which any one node may be off from the long-term state [length]; NaN without proof."""
+        """The slip by which any one node may be off from the long-term state [length]; NaN without a ball."""
         return self._proof.single_node_margin
 
     @cached_property

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.guarantee_curve import GuaranteeCurve
 from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.errors import UsageError
 from shakedown.long_term.simulation import Simulation
@@ -15,6 +14,7 @@ from shakedown.model.arguments import checked
 from shakedown.model.problem import Problem
 from shakedown.model.units import units_of
 from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, style_of
+from shakedown.universal.guarantee_curve import GuaranteeCurve
 from shakedown.visible_text import with_unit
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis

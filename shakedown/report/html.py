@@ -135,7 +135,7 @@ def _context(v: Verification) -> dict[str, Any]:
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.universal),
         "margin": margin_in_words(v),
-        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem),
+        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem, v.box),
         "verdict": roads_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
@@ -152,7 +152,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "notes": [*hints_in_words(problem), *v.notes],
         "bounds": bounds_table(v),
         "meaning": [
-            *bounds_in_words(v.bounds, v.energy, v.universal),
+            *bounds_in_words(v.bounds, v.energy, v.universal, v.box),
             *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
         ],
         "guarantee": guarantee_picture(v),

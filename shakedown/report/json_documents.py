@@ -11,6 +11,7 @@ from shakedown.shown_values import plain as plain
 from shakedown.visible_text import visible
 
 if TYPE_CHECKING:
+    from shakedown.bounds.box_bound import BoxBound
     from shakedown.bounds.shakedown_bounds import ShakedownBounds
     from shakedown.bounds.upper import UpperBound
     from shakedown.energy.energy_bound import EnergyBound
@@ -46,9 +47,9 @@ def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound")
     return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}
 
 
-def proved_document(energy: "EnergyBound", universal: "UniversalBound") -> dict[str, Any]:
-    """What is proved from one state (energy bound) and from every one, as ``solve --json`` writes it."""
-    return {"energy": energy.to_dict()} | plain(universal.document())
+def proved_document(energy: "EnergyBound", universal: "UniversalBound", box: "BoxBound") -> dict[str, Any]:
+    """What is proved from one state (energy and box) and from every one, as ``solve --json`` writes it."""
+    return {"energy": energy.to_dict(), "box": box.to_dict()} | plain(universal.document())
 
 
 def verification_document(verification: "Verification") -> dict[str, Any]:

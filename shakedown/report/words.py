@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.coupling import WEAK
 from shakedown.model.loading import loading
 from shakedown.model.rigid_slips import rigid_slips
 from shakedown.model.status import Status
@@ -20,7 +19,7 @@ from shakedown.shown_values import down as down
 from shakedown.shown_values import up as up
 
 if TYPE_CHECKING:
-    from shakedown.bounds.guarantee_curve import GuaranteeCurve
+    from shakedown.bounds.box_bound import BoxBound
     from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
     from shakedown.energy.energy_bound import EnergyBound
     from shakedown.enumeration.critical import CriticalLoadFactors
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from shakedown.long_term.simulation import Simulation
     from shakedown.long_term.transient_limit import TransientLimit
     from shakedown.model.problem import Problem
+    from shakedown.universal.guarantee_curve import GuaranteeCurve
     from shakedown.universal.universal_bound import UniversalBound
     from shakedown.verification.verify import Run
 
@@ -38,11 +38,11 @@ SEPARATION = (
     "Separation: within the period nodes open and close, and none slips while it is closed, except "
     "perhaps in a jump."
 )
+BOX = "by the box of slips that it cannot leave"
 ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
     "Melan": "slip changes no pressure",
-    "closing box": "in the long run every node keeps a range of safe slips",
+    "differences": "no slip raises the differences between nodes",
     "swing": "a potential falls with every slip",
-    "swing with box": "in the long run a potential falls with every slip",
 }
 LOAD_DOMAIN = (
     "The load steps are the corners of a load domain. What is proved, and λ_max, is about every path of the "
@@ -55,12 +55,15 @@ ONE_PATH = (
 
 
 def bounds_in_words(
-    bounds: ShakedownBounds, energy: EnergyBound | None = None, universal: UniversalBound | None = None
+    bounds: ShakedownBounds,
+    energy: EnergyBound | None = None,
+    universal: UniversalBound | None = None,
+    box: BoxBound | None = None,
 ) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
     Every sentence is about the joint with all nodes in contact, or names the open ones.
-    With the energy bound and the universal bound it is said on which side of λ_E and of λ_U the
+    With the energy bound, the box bound and the universal bound it is said on which side of them the
     loading as given lies.
 
     Examples
@@ -83,21 +86,27 @@ def bounds_in_words(
     if lower.status == Status.INFEASIBLE:
         return [
             *_from_least(upper, lower.problem),
-            _as_given(bounds, energy, universal),
+            _as_given(bounds, energy, universal, box),
             *reservations,
         ]
     gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(bounds)] if gap else []
-    given = _as_given(bounds, energy, universal)
+    given = _as_given(bounds, energy, universal, box)
     return [_below(lower, universal), *between, _above(upper, lower.problem), given, *reservations]
 
 
 def certain_in_words(
-    energy: EnergyBound, universal: UniversalBound | None, upper: UpperBound, problem: Problem | None = None
+    energy: EnergyBound,
+    universal: UniversalBound | None,
+    upper: UpperBound,
+    problem: Problem | None = None,
+    box: BoxBound | None = None,
 ) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
-    With the problem its open nodes are called by their labels, and it is said what a load domain is.
+    With the problem its open nodes are called by their labels, and of a load domain it is said
+    that this holds for every path; with the box bound the larger of it and the energy bound is what is
+    proved from this state.
 
     Examples
     --------
@@ -107,10 +116,10 @@ def certain_in_words(
     >>> for line in certain_in_words(energy, universal, shakedown.upper_bound(joint)):
     ...     print(line)
     From slip zero the joint is proved to shake down up to λ_E = 0.6619611; from every initial
-    state, closed and admissible, up to λ_U = 0.6573734 (two nodes); with all nodes in contact it
+    state, closed and admissible, up to λ_U = 0.6573734 (first collapse); with all nodes in contact it
     cannot above λ_max = 0.7391456.
     """
-    parts = [_proved_from_here(energy, problem)]
+    parts = [_proved_from_here(energy, box, problem)]
     if universal is not None:
         parts.append(_proved_from_everywhere(universal))
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
@@ -212,6 +221,8 @@ def _certainty(
 
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
     """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
+    if state.long_term is not None and np.isnan(state.long_term.single_node_margin):
+        return "It keeps to a box of slips in which the limits of no node meet"
     if state.long_term is None or np.isinf(state.long_term.single_node_margin):
         return "From its state at rest it may be disturbed by any amount"
     force, length = ("", unit) if problem is None else units_of(problem)
@@ -235,13 +246,19 @@ def _admissible(universal: UniversalBound | None) -> str:
     return "closed and admissible" + " after the transient" * over
 
 
-def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
+def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem | None) -> str:
     closed = np.delete(energy.initial_slip, energy.open_nodes)
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
+    if _farther(box, energy):
+        if box.status == Status.UNBOUNDED:
+            return f"From {start} the joint is proved to shake down at every load factor ({BOX})"
+        also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"
+        up_to = f"λ = {down(box.load_factor)} ({BOX}{also})"
+        return f"From {start} the joint is proved to shake down up to {up_to}"
     if energy.status == Status.UNDECIDED:
         return f"From {start} it is open what is proved ({energy.reason})"
     if energy.status == Status.INFEASIBLE:
@@ -252,6 +269,13 @@ def _proved_from_here(energy: EnergyBound, problem: Problem | None) -> str:
     if energy.status == Status.UNBOUNDED:
         return f"From {start} the joint is proved to shake down at every load factor{begins}"
     return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
+
+
+def _farther(box: BoxBound | None, energy: EnergyBound) -> TypeGuard[BoxBound]:
+    """Whether the box proves more than the energy, of the same state alone and with all nodes closed."""
+    if box is None or energy.open_nodes or energy.distance > 0 or np.isnan(box.load_factor):
+        return False
+    return bool(energy.least_load_factor > 0 or not box.load_factor <= energy.load_factor)
 
 
 def _proved_from_everywhere(universal: UniversalBound) -> str:
@@ -377,12 +401,17 @@ def _above(upper: UpperBound, problem: Problem) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} with all nodes in contact."
 
 
-def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None, universal: UniversalBound | None) -> str:
+def _as_given(
+    bounds: ShakedownBounds,
+    energy: EnergyBound | None,
+    universal: UniversalBound | None,
+    box: BoxBound | None,
+) -> str:
     lower, upper = bounds.lower, bounds.upper
     if upper.least_load_factor > 1:
         place = "below λ_lo"
     elif lower.load_factor > 1:
-        place = _below_collapse(lower, energy, universal)
+        place = _below_collapse(lower, energy, universal, box)
     elif upper.load_factor <= 1:
         place = "at or above λ_max"
     else:
@@ -390,25 +419,32 @@ def _as_given(bounds: ShakedownBounds, energy: EnergyBound | None, universal: Un
         place = f"between λ_1 and {beyond}"
         if lower.status == Status.INFEASIBLE:
             place = "where safe slips exist"
-        place += _against_energy(energy)
+        place += _against_energy(energy, box)
     return f"The loading as given (λ = 1) lies {place}."
 
 
-def _below_collapse(lower: LowerBound, energy: EnergyBound | None, universal: UniversalBound | None) -> str:
+def _below_collapse(
+    lower: LowerBound,
+    energy: EnergyBound | None,
+    universal: UniversalBound | None,
+    box: BoxBound | None,
+) -> str:
     """Where the loading as given lies below λ_1: what is proved of it."""
     known = _proved_up_to(universal)
     if known > 1:
         return "below λ_U: proved from every initial state that is " + _admissible(universal)
     if lower.guarantee == "proved":
         return "below λ_1"
-    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(energy)
+    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(energy, box)
 
 
-def _against_energy(energy: EnergyBound | None) -> str:
-    """On which side of λ_E the loading as given lies, where every state does not do the same."""
+def _against_energy(energy: EnergyBound | None, box: BoxBound | None) -> str:
+    """Whether the loading as given is proved from this state, where every state does not do the same."""
     if energy is None or energy.open_nodes:
         return ""
     start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
+    if _farther(box, energy) and box.load_factor > 1:
+        return f"; from {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
         return f", and below λ_E: from {start} the joint is proved to shake down"
     return f"; from {start} shakedown is not proved there"
@@ -436,22 +472,19 @@ def _missing(bounds: ShakedownBounds, universal: UniversalBound | None) -> Itera
     yield from (f"λ_max: no {missing}" for missing in bounds.upper.missing)
     if universal is None:
         return
-    yield from (f"λ_U: no {missing}" for missing in universal.missing)
     if universal.swing is not None and universal.swing.uncertified:
         yield f"λ_U: no certificate of the swing bound: {universal.swing.uncertified}"
 
 
 def coupling_in_words(ratio: float) -> str:
-    """How strong a coupling ratio ρ is: weak only where that proves something.
+    """Which side of 1 a coupling ratio ρ* is on: below it the first collapse is the limit.
 
     Examples
     --------
-    >>> coupling_in_words(0.2), coupling_in_words(0.5)
-    ('weak coupling', 'moderate coupling: no node can cycle alone')
+    >>> coupling_in_words(0.5), coupling_in_words(1.5)
+    ('moderate coupling: the first collapse is the limit', 'strong coupling')
     """
-    if ratio <= WEAK:
-        return "weak coupling"
-    return "moderate coupling: no node can cycle alone" if ratio < 1 else "strong coupling"
+    return "moderate coupling: the first collapse is the limit" if ratio < 1 else "strong coupling"
 
 
 def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:

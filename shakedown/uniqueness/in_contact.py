@@ -10,7 +10,7 @@ from shakedown.uniqueness.energy_limit import energy_limit
 from shakedown.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
 from shakedown.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
 from shakedown.uniqueness.small_sets import few_nodes
-from shakedown.uniqueness.weak_coupling import distance_from_one
+from shakedown.uniqueness.weak_coupling import weakly_coupled
 
 EXACT_IN_CONTACT = 8  # nodes up to which all moving sets are tried
 
@@ -74,7 +74,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
         )
     if not stiffness.weighted.any():
         return Uniqueness(True, "slip changes no friction limit (f B = 0)")
-    if distance_from_one(stiffness, friction) > 0:
+    if weakly_coupled(stiffness, friction):
         return Uniqueness(True, "coupling ratio below 1")
     n = stiffness.n
     if n <= EXACT_IN_CONTACT:

@@ -100,20 +100,10 @@ def different_steps(problem: Problem) -> NDArray[np.intp]:
     return np.unique(np.hstack([loop.q1, loop.p1]), axis=0, return_index=True)[1]
 
 
-class Confinement(NamedTuple):
-    """An interval of load factors, and a box that the slips keep to for every one of them."""
-
-    low: float
-    high: float
-    lower: FloatArray
-    upper: FloatArray
-
-
 class StateProgram:
     """Extremes of linear functions of the slip over the admissible states at load factors in an interval.
 
-    The columns are (v, α, λ). One row at a time can be made active, the load held to one load
-    step, and the slips confined to a box; each solve starts from the last basis.
+    The columns are (v, α, λ). One row at a time can be made active; each solve starts from the last basis.
 
     Parameters
     ----------
@@ -137,22 +127,10 @@ class StateProgram:
             column_upper=np.full(n + k + 1, INF),
         )
         self._active = -1
-        self._steps = np.arange(k)
 
     def set_load_factors(self, low: float, high: float) -> None:
         """Let the load factor run over [low, high]."""
         self._program.set_columns(np.array([self._n + self._k]), np.array([low]), np.array([high]))
-
-    def confine(self, within: Confinement) -> None:
-        """Take over an interval of load factors and a box."""
-        self.set_load_factors(within.low, within.high)
-        lower, upper = within.lower / self._length, within.upper / self._length
-        self._program.set_columns(np.arange(self._n), lower, upper)
-
-    def set_side(self, node: int, lower: float, upper: float) -> None:
-        """Confine the slip of one node."""
-        sides = np.array([lower, upper]) / self._length
-        self._program.set_columns(np.array([node]), sides[:1], sides[1:])
 
     def activate(self, row: int) -> None:
         """Make one row active, and the one before it an inequality again; −1 for none."""
@@ -188,13 +166,6 @@ class StateProgram:
             y[:-1] * scale * self._length / self._force,
             end,
         )
-
-    def hold_load(self, step: int) -> None:
-        """Hold the load to one column of S."""
-        before, self._steps = self._steps, np.array([step])
-        for columns, most in ((np.setdiff1d(before, self._steps), 0.0), (self._steps, INF)):
-            size = columns.size
-            self._program.set_columns(self._n + columns, np.zeros(size), np.full(size, most))
 
 
 def first_overlap(

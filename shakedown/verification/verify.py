@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from shakedown.bounds.guarantee_curve import GuaranteeCurve, guarantee_curve
+from shakedown.bounds.box_bound import BoxBound, box_bound
 from shakedown.bounds.interior_point import ConicBound
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.shakedown_bounds import ShakedownBounds, shakedown_bounds
@@ -26,6 +26,7 @@ from shakedown.model.result import Result
 from shakedown.programs.blas_threads import on_one_thread
 from shakedown.shown_values import plain, short
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.universal.universal_bound import UniversalBound, universal_bound
 from shakedown.verification.open_ends import open_ends
 from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
@@ -124,6 +125,8 @@ class Verification(Result):
         The joint.
     energy
         λ_E: up to where shakedown is proved from the first given state, or from slip zero.
+    box
+        Up to where the box bound proves it from that state (:func:`box_bound`).
     universal
         λ_U: up to where it is proved from every initial state.
     bounds
@@ -159,6 +162,7 @@ class Verification(Result):
 
     problem: Problem
     energy: EnergyBound
+    box: BoxBound
     universal: UniversalBound
     bounds: ShakedownBounds
     second_lower: ConicBound
@@ -182,6 +186,7 @@ class Verification(Result):
             "problem": self.problem,
             **self.bounds.to_dict(),
             "energy": self.energy,
+            "box": self.box,
             **self.universal.document(),
             "agrees": self.agrees,
             "disagreements": self.disagreements,
@@ -314,6 +319,7 @@ def verify(
     return Verification(
         problem=problem,
         energy=work.done(energy),
+        box=box_bound(problem, start, tolerances=tolerances),
         curve=work.done(present(curve)),
         universal=universal,
         bounds=bounds,

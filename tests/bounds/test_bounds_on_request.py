@@ -23,7 +23,7 @@ def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(lower_room, "guarantee_status", counted)
     lower = shakedown.lower_bound(shakedown.example("two-node"))
     assert calls == []
-    assert (lower.guarantee, lower.reason[:9]) == ("proved", "two nodes")
+    assert (lower.guarantee, lower.reason[:9]) == ("proved", "coupling ")
     assert lower.single_node_bound >= lower.load_factor * (1 - 1e-12)
     assert calls == [1]
     shakedown.lower_bound(shakedown.example("two-node"), guarantee=True)

@@ -9,8 +9,9 @@ import shakedown
 
 def test_solve_says_first_what_is_certain():
     out = run("solve", "block-9")[1]
-    first = " ".join(out.splitlines()[2:6])
-    assert "From slip zero the joint is proved to shake down up to λ_E = 4.66339" in first
+    first = " ".join(out.splitlines()[2:7])
+    assert "From slip zero the joint is proved to shake down up to λ = 4.699826 (by the box" in first
+    assert "by energy up to λ_E = 4.66339" in first
     assert "from every initial state no load factor is proved" in first
     assert "with all nodes in contact it cannot above λ_max = 4.715033" in first
 
@@ -22,8 +23,10 @@ def test_solve_json_has_energy_and_universal():
     assert (energy["status"], energy["distance"]) == ("optimal", 0.0)
     assert len(energy["slip"]) == 2
     assert energy["radius"] > 0
-    assert universal == {"load_factor": pytest.approx(0.65737347), "node": 1, "argument": "two nodes"}
-    assert result["closing_box"]["load_factor"] == pytest.approx(0.6543765, abs=1e-6)
+    assert universal == {"load_factor": pytest.approx(0.65737347), "node": 1, "argument": "first collapse"}
+    assert result["closing_box"] is None
+    assert result["box"]["load_factor"] == pytest.approx(0.7315935, abs=1e-6)
+    assert result["box"]["status"] == "optimal"
 
 
 def test_initial_state_and_distance_are_the_energy_bounds(tmp_path):
@@ -73,7 +76,7 @@ def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, na
     banner = page[page.index('<div class="verdict') : page.index("<h2")]
     assert f'class="verdict {colour}"' in banner
     assert answer in banner
-    assert "is proved to shake down up to λ_E" in banner
+    assert "is proved to shake down up to λ = " in banner
 
 
 def test_verify_predicts_from_the_energy_ball():

@@ -99,6 +99,18 @@ def test_the_counter_example_is_found_and_said():
     assert low == shakedown.universal_bound(THREE).load_factor < high == found.load_factor
 
 
+def test_two_nodes_that_cycle_together_below_every_cycle_of_one_are_found():
+    problem = shakedown.example("pair-cycle")
+    lower = shakedown.lower_bound(problem)
+    assert lower.load_factor == pytest.approx(3.096, rel=1e-12)
+    assert lower.single_node_bound == pytest.approx(3.096, rel=1e-12)
+    assert lower.guarantee == "single-node-excluded"
+    assert "weak evidence" in lower.reason
+    found = shakedown.smallest_cycle(problem, **QUICK)
+    assert found.load_factor == pytest.approx(1.699024, abs=1e-6)
+    assert found.slipping_nodes == (0, 1)
+
+
 @pytest.mark.parametrize("problem", [TWO, shakedown.example("one-node"), shakedown.example("uncoupled")])
 def test_where_the_first_collapse_is_proved_a_cycle_begins_just_above_it(problem):
     found = shakedown.smallest_cycle(problem, **QUICK)

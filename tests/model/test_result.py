@@ -85,7 +85,7 @@ RESULTS = {  # one of every function that makes one
     "friction": lambda: shakedown.friction_thresholds(two()),
     "universal": lambda: shakedown.universal_bound(two()),
     "swing": lambda: shakedown.swing_bound(two()),
-    "box": lambda: shakedown.closing_box(two()),
+    "box": lambda: shakedown.box_bound(two()),
     "critical": lambda: shakedown.critical_load_factors(two(), values=True),
     "curve": lambda: shakedown.guarantee_curve(two(), [0.25, 1.0]),
     "conic": lambda: shakedown.conic_upper_bound(two()),

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import shakedown
-from benchmarks.problems import joint
-from shakedown import UsageError
 from shakedown.bounds.lift_off import lift_off_bound
 
 
@@ -64,20 +62,13 @@ def test_only_arguments_without_an_order_count(name):
     bound = shakedown.universal_bound(problem, first_collapse=lower)
     assert bound.argument in ("Melan", "swing", "none")
     assert (bound.argument == "Melan") == (not problem.B.any())
-    assert bound.sharpened is None
-    assert np.isnan(bound.closing.load_factor)
+    assert shakedown.box_bound(problem).limited_by == "load domain"
     swing = shakedown.swing_bound(problem).load_factor
     if bound.argument == "swing":
         assert bound.load_factor == min(swing, lower.load_factor, bound.lift_off_bound)
     loop = shakedown.example(name)
     assert upper.load_factor == shakedown.upper_bound(loop).load_factor
     assert shakedown.energy_bound(problem).load_factor == shakedown.energy_bound(loop).load_factor
-
-
-def test_the_climb_in_the_box_of_the_long_run_is_refused():
-    problem = replace(joint(0, n=3, m=5), load_path="domain")
-    with pytest.raises(UsageError, match="load_path: expected a loop"):
-        shakedown.sharpened_swing(problem, 0.1, 0.2)
 
 
 def test_what_is_proved_of_a_domain_holds_on_random_paths_inside_it():

@@ -19,13 +19,6 @@ SWING = [
     ("block-9", 0.3, 0.8428534),
     ("block-33", 0.2, 0.3209723),
 ]
-CLOSING = [
-    ("one-node", None, 0.9305240),
-    ("two-node", None, 0.6543765),
-    ("uncoupled", None, 0.6255632),
-    ("block-9", 0.1, 0.0),
-    ("block-9", 0.3, 0.0),
-]
 
 
 def built_in(name: str, f: float | None = None) -> shakedown.Problem:
@@ -66,11 +59,6 @@ def test_swing_bound_of_built_in_joints(name, f, expected):
     swing = shakedown.swing_bound(built_in(name, f))
     assert swing.load_factor == pytest.approx(expected, abs=6e-8)
     assert swing.certified == (name != "block-33")
-
-
-@pytest.mark.parametrize(("name", "f", "expected"), CLOSING)
-def test_closing_box_of_built_in_joints(name, f, expected):
-    assert shakedown.closing_box(built_in(name, f)).load_factor == pytest.approx(expected, abs=6e-8)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -133,96 +121,10 @@ def test_rigid_motion_limits_a_floating_body():
     assert swing.node == -1
 
 
-def test_closing_box_is_where_repeated_shrinking_ends():
-    problem = built_in("two-node")
-    closing = shakedown.closing_box(problem)
-    load_factor = closing.load_factor
-    (G, g, S), n = rows_of(problem), problem.n
-    own = np.abs(np.concatenate([np.diag(G[:n]), np.diag(G[n:])]))
-    at = (g - load_factor * S.max(axis=1)) / own
-    rest = G / own[:, None]
-    rest[np.arange(2 * n), np.tile(np.arange(n), 2)] = 0
-    low, high = np.full(n, -1e3), np.full(n, 1e3)
-
-    def extremes(rows, value, sign):
-        least = np.maximum(rows, 0) @ low + np.minimum(rows, 0) @ high
-        most = np.maximum(rows, 0) @ high + np.minimum(rows, 0) @ low
-        return (value - most, value - least) if sign > 0 else (least - value, most - value)
-
-    for _ in range(200):
-        backward = extremes(rest[:n], at[:n], 1)
-        forward = extremes(rest[n:], at[n:], -1)
-        low, high = np.minimum(forward[0], backward[0]), np.maximum(backward[1], forward[1])
-    assert low == pytest.approx(closing.lower)
-    assert high == pytest.approx(closing.upper)
-    assert np.min(backward[0] - forward[1]) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_sharpened_swing_reaches_the_first_collapse_of_a_block():
-    problem = built_in("block-9", 0.3)
-    bound = shakedown.universal_bound(problem)
-    assert bound.argument == "swing with box"
-    assert 0.97 * bound.first_collapse < bound.load_factor <= bound.first_collapse
-    assert bound.lift_off_bound >= bound.first_collapse
-    ends = [bound.swing.load_factor]
-    for interval in bound.sharpened.intervals:
-        assert interval.box.within.low == ends[-1]
-        ends.append(interval.box.within.high)
-    assert ends[-1] == bound.load_factor
-
-
-@pytest.mark.parametrize("coupling", [0.5, 1.5])
-def test_joints_of_more_than_a_dozen_nodes_are_sharpened(coupling):
-    problem = random_problem(14, 3, m=8, coupling=coupling)
-    bound = shakedown.universal_bound(problem, intervals=2)
-    assert bound.argument == "swing with box"
-    rest = bound.first_collapse - bound.swing.load_factor
-    assert bound.swing.load_factor + 0.6 * rest < bound.load_factor <= bound.first_collapse
-    assert (
-        shakedown.long_term_state(problem, bound.load_factor, np.linspace(-2, 2, 14)).outcome == "shakedown"
-    )
-
-
-def test_every_interval_can_be_checked_again():
-    """Box and metric of each interval, by SciPy: forward and backward slip are apart in them."""
-    problem = random_problem(3, 5, coupling=1.2)
-    lower = shakedown.lower_bound(problem).load_factor
-    start = shakedown.swing_bound(problem).load_factor
-    climb = shakedown.sharpened_swing(problem, start, lower)
-    assert climb.intervals
-    for interval in climb.intervals:
-        low, high, *box = interval.box.within
-        P = np.eye(3) if interval.metric is None else interval.metric
-        moving = np.ix_(~interval.box.standing, ~interval.box.standing)
-        assert np.allclose(P[moving], P[moving].T)
-        for load_factor in (low, 0.5 * (low + high), high):
-            for i in np.flatnonzero(~interval.box.standing):
-                forward = greatest(problem, load_factor, P[i], 3 + i, box, nested=False)
-                backward = greatest(problem, load_factor, -P[i], i, box, nested=False)
-                assert None in (forward, backward) or forward < -backward
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_motions_end_in_the_box_and_come_to_rest(seed):
-    problem = random_problem(3, seed, m=6, coupling=1.0)
-    lower = shakedown.lower_bound(problem).load_factor
-    start = shakedown.swing_bound(problem).load_factor
-    climb = shakedown.sharpened_swing(problem, start, lower, intervals=4)
-    rng = np.random.default_rng(seed)
-    for interval in climb.intervals or ():
-        low, high, lowest, highest = interval.box.within
-        for _ in range(4):
-            slip = 20 * rng.normal(size=3)
-            state = shakedown.long_term_state(problem, rng.uniform(low, high), slip)
-            assert state.outcome == "shakedown"
-            assert np.all(state.final_slip >= lowest)
-            assert np.all(state.final_slip <= highest)
-
-
 def test_never_above_the_first_collapse_and_at_least_the_swing_bound():
     for seed in range(6):
         problem = joint(seed, n=3, m=5)
-        bound = shakedown.universal_bound(problem, intervals=2)
+        bound = shakedown.universal_bound(problem)
         assert bound.load_factor <= bound.first_collapse
         if bound.swing is not None:
             assert bound.load_factor >= min(
@@ -233,7 +135,7 @@ def test_never_above_the_first_collapse_and_at_least_the_swing_bound():
 @pytest.mark.parametrize(("force", "length"), [(2.0**20, 1.0), (1.0, 2.0**-15), (2.0**-30, 2.0**12)])
 def test_units_do_not_matter(force, length):
     problem = random_problem(3, 5, coupling=1.2)
-    bounds = [shakedown.universal_bound(p, intervals=3) for p in (problem, in_units(problem, force, length))]
+    bounds = [shakedown.universal_bound(p) for p in (problem, in_units(problem, force, length))]
     assert bounds[0].load_factor == pytest.approx(bounds[1].load_factor, rel=1e-12)
     assert bounds[0].argument == bounds[1].argument
     assert bounds[0].limited_by == bounds[1].limited_by
@@ -257,7 +159,14 @@ def test_nodes_may_be_renumbered():
 
 @pytest.mark.parametrize(
     ("name", "f", "argument"),
-    [("one-node", None, "one node"), ("two-node", None, "two nodes"), ("uncoupled", None, "Melan")],
+    [
+        ("one-node", None, "first collapse"),
+        ("two-node", None, "first collapse"),
+        ("uncoupled", None, "Melan"),
+        ("block-9", 0.1, "first collapse"),
+        ("block-33", 0.2, "first collapse"),
+        ("press-fit", None, "first collapse"),
+    ],
 )
 def test_complete_arguments_reach_the_first_collapse(name, f, argument):
     bound = shakedown.universal_bound(built_in(name, f))
@@ -290,25 +199,14 @@ def test_nothing_is_proved_where_the_motion_may_jump():
 def test_document():
     document = shakedown.universal_bound(shakedown.example("three-node")).document()
     assert document["universal"] == {"load_factor": pytest.approx(0.3096), "node": 0, "argument": "swing"}
-    assert np.isnan(document["closing_box"]["load_factor"])
+    assert document["closing_box"] is None
 
 
-def test_effort_is_bounded_and_announced():
-    problem = built_in("block-9", 0.3)
-    bound = shakedown.universal_bound(problem, intervals=1)
-    assert bound.sharpened.tried == 1
-    assert bound.sharpened.limited_by == "effort"
-    assert shakedown.universal_bound(problem, intervals=0).sharpened is None
-    with pytest.raises(shakedown.UsageError, match="intervals: expected"):
-        shakedown.universal_bound(problem, intervals=-1)
+def test_what_is_given_is_checked():
     with pytest.raises(shakedown.UsageError, match="problem: expected"):
         shakedown.universal_bound("two-node")
-
-
-def test_without_loads_there_is_no_room_to_sharpen_in():
-    problem = shakedown.Problem(A=[[1.0]], B=[[0.3]], f=0.5, q_w=[[0.0]], p_w=[[0.0]], C=[[1.0]])
-    climb = shakedown.sharpened_swing(problem, 0.01, 0.5)
-    assert (climb.load_factor, climb.intervals) == (0.01, ())
+    with pytest.raises(shakedown.UsageError, match="first.collapse: expected"):
+        shakedown.universal_bound(shakedown.example("two-node"), first_collapse=1.0)
 
 
 def first_swing(problem: shakedown.Problem) -> float:

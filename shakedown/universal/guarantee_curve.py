@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.bounds.coupling import coupling
+from shakedown.bounds.collapse_programs import collapse_in_box
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import upper_bound
 from shakedown.errors import UsageError
@@ -16,10 +16,10 @@ from shakedown.model.constraints import Constraints, constraints
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.result import Result
 from shakedown.model.status import Status
-from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.programs.row_programs import load_factor_program
 from shakedown.shown_values import short
 from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.uniqueness.coupling import coupling
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -173,7 +173,7 @@ def _first_collapses(
     nothing = inf, -1, np.full(rows.n, nan)
     if np.any(np.isnan(centre)):
         return [(nan, *nothing[1:])] * len(radii)
-    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
+    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances).hold_basis()
     found = [nothing] * len(radii)
     shape = np.where(np.isin(np.arange(rows.n), rows.pinned), 0.0, shape)
     known = np.zeros(rows.n)  # load factors below which a node does not collapse
@@ -183,22 +183,9 @@ def _first_collapses(
         for node in np.argsort(known, kind="stable").tolist():
             if known[node] >= found[k][0]:
                 break  # nor do the nodes after it
-            vertex = _collapse_in_box(program, rows, node, lower[node], upper[node])
+            vertex = collapse_in_box(program, rows, node, lower, upper)
             value = inf if vertex is None else float(vertex[-1])
             known[node] = max(known[node], value)
             if vertex is not None and value < found[k][0]:
                 found[k] = value, node, rows.slips(vertex[:-1])
     return found
-
-
-def _collapse_in_box(
-    program: LinearProgram, rows: Constraints, node: int, lower: float, upper: float
-) -> FloatArray | None:
-    """Where one node collapses: its rows reversed, its own slip not confined."""
-    pair, free, column = np.array([2 * node, 2 * node + 1]), np.full(2, INF), np.array([node])
-    program.set_rows(pair, rows.g[pair], free)
-    program.set_columns(column, -free[:1], free[:1])
-    vertex = program.solve().vertex
-    program.set_rows(pair, -free, rows.g[pair])
-    program.set_columns(column, np.array([lower]), np.array([upper]))
-    return None if vertex is None else vertex.x
