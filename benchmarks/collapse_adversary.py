@@ -78,7 +78,7 @@ def measure(case: dict) -> dict:
         ratios.append(shakedown.coupling(problem).bound)
         for fraction in FRACTIONS:
             below(rng, turned(rng, problem), fraction * limit, case["starts"], counts)
-        if first.load_factor <= limit:
+        if first.node >= 0 and first.load_factor <= limit:
             counts["witnesses"] += 1
             state = shakedown.long_term_state(problem, JUST_ABOVE * first.load_factor, first.slip)
             counts["witnesses_cycle"] += state.outcome != "shakedown"
