@@ -123,11 +123,11 @@ def reactions_at(
     >>> import shakedown
     >>> from shakedown import plot
     >>> joint = shakedown.example("one-node")
-    >>> axes = plot.reactions_at(shakedown.long_term_state(joint, 1.1), joint, 0.25)
+    >>> axes = plot.reactions_at(shakedown.long_term_state(joint, 1.1), joint, 2.25)
     >>> axes.get_xlabel()
     'F₁ = q_w'
     >>> axes.get_title()
-    'node 0, t = 0.25 cycles'
+    'node 0, t = 2.25 cycles'
     """
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from flint import fmpz_mat
 
 MAX_PIVOTS = 500
+MAX_WORK = 2 * 10**7  # pivots times the cube of their size: some seconds, where many lead on from the start
 
 
 @dataclass(frozen=True)
@@ -158,9 +159,14 @@ def _simplex(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
     return _dual_pivots(program, cost, basis) or _primal_pivots(program, basis)
 
 
+def _most_pivots(size: int) -> int:
+    """How many systems of a size are solved before the answer is left to floats."""
+    return min(MAX_PIVOTS, max(MAX_WORK // max(size, 1) ** 3, 1))
+
+
 def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> ExactVertex | None:
     """Change ``basis`` in place until every row holds; an infeasible program ends with its certificate."""
-    for _ in range(MAX_PIVOTS):
+    for _ in range(_most_pivots(len(basis))):
         at, weights = _point(program, basis), _weights(program, basis, cost)
         if at is None or weights is None:
             return None
@@ -181,7 +187,7 @@ def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> Ex
 
 def _primal_pivots(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
     """Change ``basis``, all of whose rows hold, in place until every multiplier is ≥ 0."""
-    for _ in range(MAX_PIVOTS):
+    for _ in range(_most_pivots(len(basis))):
         at, weights = _point(program, basis), _weights(program, basis, program.cost)
         if at is None or weights is None:
             return None
