@@ -45,9 +45,11 @@ class GuaranteeCurve(Result):
     unit
         max |ṽ|, or where ṽ = 0 the largest distance g / ‖G‖ of a row [length].
     invariant
-        Whether slip never leads out of a box while all nodes stay closed and λ ≤ λ_max:
-        so it is for a coupling ratio ρ < 1 and d the Perron vector, N d ≤ d, because
-        every limit at a slip in the box differs from that at ṽ by at most N (R d) ≤ R d.
+        Whether slip never leads out of a box while all nodes stay closed and λ ≤ λ_max: so it is
+        for a coupling ratio ρ* < 1 and its weights d, N∓ d ≤ d, because every limit at a slip in
+        the box differs from that at ṽ by at most N∓ (R d) ≤ R d. Then λ_1(R) is *proved* for every
+        state in the box, closed and admissible, from which no node lifts off (docs/guarantee.md,
+        statement 7).
     pinned
         Where the joint can move as a whole: the nodes that slips, and so the boxes, are relative to.
     """

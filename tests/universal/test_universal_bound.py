@@ -205,7 +205,7 @@ def test_document():
 def test_what_is_given_is_checked():
     with pytest.raises(shakedown.UsageError, match="problem: expected"):
         shakedown.universal_bound("two-node")
-    with pytest.raises(shakedown.UsageError, match="first.collapse: expected"):
+    with pytest.raises(shakedown.UsageError, match="collapse: expected"):
         shakedown.universal_bound(shakedown.example("two-node"), first_collapse=1.0)
 
 
