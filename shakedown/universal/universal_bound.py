@@ -92,8 +92,8 @@ def universal_bound(
     """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
 
     Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
-    gauge of differences, two nodes (thesis §4.4); else it is the swing bound. In every case the nodes must stay
-    closed, and for the swing bound the motion must be unique.
+    gauge of differences, two nodes (thesis §4.4); else it is the swing bound. In every case the nodes
+    must stay closed, and for the swing bound the motion must be unique.
 
     Parameters
     ----------
