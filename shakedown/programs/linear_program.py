@@ -21,6 +21,8 @@ PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
+FINEST = 1e-13  # of a reduced cost: what is larger is no round-off, and where slips are large it counts
+FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
 OWN_SCALING = 4  # of HiGHS's simplex: the strongest
 _BASIC = highspy.HighsBasisStatus.kBasic
@@ -201,10 +203,15 @@ class LinearProgram:
             status = attempt()
             if status is not None:
                 break
+        if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
+            status = Status.UNBOUNDED  # it cannot be, but no road has another answer
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.matrix.shape} ended as '{reason}'")
-        reduced, basis = attempt in attempts[3:], self._highs.getBasis()
+        reduced = attempt in attempts[3:]
+        if status == Status.OPTIMAL and not reduced:
+            self._finish()
+        basis = self._highs.getBasis()
         if status != Status.OPTIMAL:
             return Solution(status, np.nan, reduced, lambda: _basic(basis), lambda _: None)
         solution = self._highs.getSolution()
@@ -234,9 +241,8 @@ class LinearProgram:
         wrong = (
             np.where(self.upper < INF, y, -y).max(initial=0.0),  # what a limit does is to push back
             np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
-            violation(end, x),
         )
-        if not np.max(wrong) <= TOLERANCE:  # nor is NaN a vertex
+        if not (np.max(wrong) <= FINEST and violation(end, x) <= TOLERANCE):  # nor is NaN a vertex
             return None
         vertex, meeting = cleaned(end, x, y, self.cancellation), (active, free)
         return Solution(Status.OPTIMAL, self._value(x), False, lambda: meeting, lambda _: vertex)
@@ -278,7 +284,38 @@ class LinearProgram:
     def _warm(self) -> Status | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
         self._highs.run()
-        return _STATUSES.get(self._highs.getModelStatus())
+        status = _STATUSES.get(self._highs.getModelStatus())
+        return None if status == Status.UNBOUNDED and self._limited() else status
+
+    def _limited(self) -> bool:
+        """Whether the columns that cost something are at most at their bounds: nothing is unbounded then."""
+        best = np.where(self.cost > 0, self.columns[0], self.columns[1])
+        return bool(np.all(np.isfinite(best[self.cost != 0])))
+
+    def _finish(self) -> None:
+        """Go on where a reduced cost is more than round-off: the solver takes 1e-10 for none.
+
+        Along a slip with little resistance even that much can change the optimum.
+        """
+        if self._left_to_gain() <= FINEST:
+            return
+        basis, columns = self._highs.getBasis(), np.arange(len(self.cost), dtype=np.int32)
+        self._highs.changeColsCost(len(columns), columns, self.cost * FINER)
+        done = self._warm() == Status.OPTIMAL
+        basis = self._highs.getBasis() if done else basis
+        self._highs.changeColsCost(len(columns), columns, self.cost)
+        self._highs.setBasis(basis)
+        self._highs.run()
+
+    def _left_to_gain(self) -> float:
+        """The largest multiplier, of a row or of a column, with the wrong sign."""
+        end = self._highs.getSolution()
+        y, rest = np.array(end.row_dual), np.array(end.col_dual)
+        x, (low, high) = np.array(end.col_value), self.columns
+        pulls = np.where(rest > 0, x > low, x < high) * np.abs(rest)
+        sides = np.where(self.upper == self.lower, 0.0, np.where(self.upper < INF, y, -y))
+        sides[(self.upper < INF) & (self.lower > -INF)] = 0.0
+        return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
 
     def _cold(self) -> Status | None:
         self._highs.clearSolver()

@@ -68,3 +68,25 @@ def test_an_upper_bound_that_does_not_exist_is_left_to_the_simplex(monkeypatch):
                 A=problem.A, B=problem.B, f=problem.f, q_w=arrays["q_w"], p_w=np.full_like(problem.p_w, 4.0)
             )
         assert shakedown.upper_bound(changed, certify=False).status == status
+
+
+def test_a_slip_that_meets_little_resistance_is_followed_as_far_as_it_gains():
+    """A reduced cost of 3e-11 is none for HiGHS; where slips of 2e7 are possible it is 6e-4 of the optimum."""
+    program = LinearProgram(
+        np.array([[1.0, -1.0, 0.0], [1e-7 - 1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        cost=np.array([-3e-11, 0.0, -1.0]),
+        lower=np.full(3, -INF),
+        upper=np.ones(3),
+        column_lower=np.full(3, -INF),
+        column_upper=np.full(3, INF),
+    )
+    assert program.solve().vertex.x[0] == pytest.approx(2e7, rel=1e-8)
+    assert program.solve().value == pytest.approx(-1.0006, rel=1e-12)
+
+
+def test_a_load_factor_from_zero_on_is_not_unbounded_below():
+    """HiGHS says so of the first collapse just above the friction threshold: no pivot is large enough."""
+    loads = {"q_w": [[1.0], [-1.3]], "p_w": [[3.0], [3.5]]}
+    above = shakedown.Problem(A=[[1.0]], B=[[0.5]], f=2.0 * (1 + 1e-9), **loads)
+    assert shakedown.lower_bound(above).status == "optimal"
+    assert shakedown.lower_bound(above, certify=True).load_factor == 0.0
