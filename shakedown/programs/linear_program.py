@@ -135,6 +135,7 @@ class LinearProgram:
         self.lower, self.upper = self._scaled(lower), self._scaled(upper)
         unit = self.column_scale * self.size
         self.columns = column_lower / unit, column_upper / unit
+        self._solved = False  # the first solve may go by interior points; the next ones start from a basis
 
     @cached_property
     def _highs(self) -> highspy.Highs:
@@ -188,7 +189,7 @@ class LinearProgram:
             If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances,
             in its own scaling and by interior points.
         """
-        found = self._dense()
+        found, self._solved = None if self._solved else self._dense(), True
         if found is not None:
             return found
         attempts: tuple[Callable[[], Status | None], ...] = (
