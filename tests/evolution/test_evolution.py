@@ -266,9 +266,7 @@ def test_load_factor_and_cycles_are_checked():
     with pytest.raises(shakedown.UsageError, match="initial slip"):
         shakedown.evolve(problem, 1.0, [1.0, 2.0])
     for cycles in (2.5, 2.0):
-        with pytest.raises(
-            shakedown.UsageError, match=f"cycles: expected a whole number below 2.63, found {cycles}"
-        ):
+        with pytest.raises(shakedown.UsageError, match=f"cycles: expected a whole number, found {cycles}"):
             shakedown.evolve(problem, 1.0, cycles=cycles)
     assert len(shakedown.evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
 
