@@ -140,6 +140,8 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     ]
     slip = with_unit("slip", length)
     lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", slip, "residual"], rows)]
+    if any(run.case.after_transient for run in result.runs):
+        lines += ["", "(after): locked in when the transient load steps are over."]
     if any(run.simulation.outcome == shakedown.Outcome.SEPARATION for run in result.runs):
         lines += ["", paragraph(SEPARATION)]
     if not findings:

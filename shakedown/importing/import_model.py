@@ -18,6 +18,7 @@ from shakedown.importing.evidence import LoadEvidence, load_evidence, rigid_resi
 from shakedown.importing.input_files import InputFiles, sha256
 from shakedown.importing.load_section import (
     ImportContext,
+    absent_before,
     held_rows,
     load_section,
     static_run,
@@ -293,6 +294,7 @@ def import_model(
             *circumference_notes(stiffness, model.mesh),
             *_solid(stiffness, contact, model.mesh),
             *without,
+            *absent_before(cases, problem.load_names or ()),
             *_tension(problem),
         ),
         path=os.fspath(config_path),
@@ -340,7 +342,7 @@ def _friction(root: Table) -> FloatArray:
     if isinstance(root.content.get("friction"), list):
         return np.array(root.array("friction", float, (None,)), dtype=float)
     if not root.has("friction"):
-        raise ProblemError(f"{root.where}: expected the key 'friction' (a number or a list), found none")
+        raise root.missing("friction", "a number or a list")
     return np.array(root.number("friction"))
 
 

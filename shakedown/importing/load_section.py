@@ -1,5 +1,6 @@
 """``[[load]]``, ``[supports]`` and ``[check]``: what acts, what is held, what to compare with."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,6 +83,15 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     )
     table.done()
     return LoadSection(case, rows)
+
+
+def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str, ...]:
+    """A note: which load cases have no factors for the load steps before the first period, if others have."""
+    silent = [name for case, name in zip(cases, names, strict=True) if case.transient is None]
+    if not silent or len(silent) == len(cases):
+        return ()
+    absent = ", ".join(quoted(name) for name in silent)
+    return (f"transient: not given for {absent} and so absent from the load steps before the first period",)
 
 
 def _forces(table: Table, context: ImportContext) -> FloatArray | None:

@@ -4,6 +4,7 @@ import math
 import os
 import tomllib
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Any
 
 from shakedown.errors import ProblemError
@@ -92,7 +93,7 @@ class Table:
         """The raw value of a key, or None where it is absent and not required."""
         self.known.append(key)
         if key not in self.content and required:
-            raise ProblemError(f"{self.where}: expected the key '{key}' ({expected}), found none")
+            raise self.missing(key, expected)
         return self.content.pop(key, None)
 
     def text(self, key: str, default: str | None = None, *, required: bool = True) -> str | None:
@@ -171,6 +172,12 @@ class Table:
     def has(self, key: str) -> bool:
         """Whether a key is there and has not been taken."""
         return key in self.content
+
+    def missing(self, key: str, expected: str) -> ProblemError:
+        """The refusal of a table that lacks a key; an unknown one that looks like it is named."""
+        alike = get_close_matches(key, self.content, n=1)
+        found = f"the unknown key {quoted(alike[0])}" if alike else "none"
+        return ProblemError(f"{self.where}: expected the key '{key}' ({expected}), found {found}")
 
     def done(self) -> None:
         """Refuse keys that were never taken."""

@@ -37,6 +37,7 @@ SHAPES: dict[str, tuple[str | int, ...]] = {
 NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
 TEXTS = ("name", "units", "source", "load_path")
 LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
+FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
 LAST_CODE_POINT = 0x10FFFF
 
 # Beyond these, products of three numbers are no numbers any more.

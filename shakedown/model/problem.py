@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.errors import ProblemError
 from shakedown.model.field_values import (
     DOMAIN,
+    FIRST_DIGIT,
     LOOP,
     NAMES,
     SHAPES,
@@ -275,9 +276,10 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
             f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
         )
     _check_places(arrays)
+    rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
     for key in ("A", "C"):
         if key in arrays:
-            arrays[key] = _symmetrised(key, arrays[key])
+            arrays[key] = _symmetrised(key, arrays[key], rounding)
     if "C" in arrays:
         stiffness, label = (
             np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]]),
@@ -285,7 +287,7 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
         )
     else:
         stiffness, label = arrays["A"], "key 'A': expected a positive semi-definite matrix"
-    _check_semidefinite(stiffness, label)
+    _check_semidefinite(stiffness, label, rounding)
 
 
 def _check_places(arrays: dict[str, FloatArray]) -> None:
@@ -304,9 +306,9 @@ def _check_places(arrays: dict[str, FloatArray]) -> None:
             )
 
 
-def _symmetrised(key: str, matrix: FloatArray) -> FloatArray:
+def _symmetrised(key: str, matrix: FloatArray, rounding: float) -> FloatArray:
     error = np.abs(matrix - matrix.T)
-    if error.max() > DEFAULT.symmetry * np.abs(matrix).max():
+    if error.max() > max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max():
         i, j = np.unravel_index(int(np.argmax(error)), error.shape)
         raise ProblemError(
             f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
@@ -315,10 +317,12 @@ def _symmetrised(key: str, matrix: FloatArray) -> FloatArray:
     return 0.5 * matrix + 0.5 * matrix.T
 
 
-def _check_semidefinite(matrix: FloatArray, expected: str) -> None:
+def _check_semidefinite(matrix: FloatArray, expected: str, rounding: float) -> None:
+    """Entries off by ``rounding`` of themselves move an eigenvalue by as much of the largest row sum."""
     scale = np.abs(matrix).max()
     if scale == 0.0:
         return
     eigenvalues = np.linalg.eigvalsh(matrix / scale)
-    if eigenvalues[0] < -DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]):
+    printed = rounding * float(np.abs(matrix / scale).sum(axis=0).max())
+    if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
         raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")

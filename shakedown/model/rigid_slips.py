@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.model.derived import once_per_problem
+from shakedown.model.field_values import FIRST_DIGIT
 from shakedown.model.problem import FloatArray, Problem
 
 ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
@@ -19,7 +20,6 @@ CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is pr
 RESOLVED = (
     100.0  # by how much what resists exceeds the accuracy of the data, or of floats, where that is known
 )
-FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
 NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none

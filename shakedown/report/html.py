@@ -182,7 +182,7 @@ RUNS_NOTE = (
     "of λ_1 says so; above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
     "and so does every state inside the energy ball (“ball”: drawn just inside its surface). Transient load "
     "steps come first: then the safe slip is one that they do not move, or else one locked in after them "
-    "(“after transient”), and what is said of every state is said of those that they leave closed. "
+    "(“after”), and what is said of every state is said of those that they leave closed. "
     "Of a load domain λ_1 predicts nothing; its corners are followed in the order given. With nodes "
     "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
     "λ_max. Slip per period: Σ|Δv| of the "

@@ -197,7 +197,7 @@ def start_in_words(run: Run) -> str:
     """Beside the name of an initial state: whether nodes are open in it, or it is one after the transient."""
     if run.open_nodes:
         return " (zone)"
-    return " (after transient)" * run.case.after_transient
+    return " (after)" * run.case.after_transient
 
 
 def sliding_in_words(run: Simulation) -> str:

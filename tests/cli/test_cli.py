@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,16 @@ def test_simulate_has_every_field():
     assert len(result["final_slip"]) == len(result["slip_per_cycle"]) == 2
     keys = {"load_factor", "dissipation_per_cycle", "cycles_simulated", "method", "events"}
     assert keys <= set(result)
+
+
+def test_a_table_with_slips_after_the_transient_has_80_columns(tmp_path):
+    two = shakedown.example("two-node")
+    destroyed = replace(two, q_transient=[[-1293.0, -1382.0]], p_transient=[[790.0, 2417.0]], units="N, mm")
+    shakedown.save_problem(tmp_path / "t.npz", destroyed)
+    _, out, _ = run("verify", "t.npz", "--random", "0", cwd=tmp_path)
+    assert "safe (after)  " in out
+    assert "(after): locked in when the transient load steps are over." in out
+    assert max(map(len, out.splitlines())) <= 80
 
 
 def test_verify_has_every_run(tmp_path):

@@ -198,6 +198,17 @@ def test_a_load_that_opens_the_contact_is_noted(tmp_path):
     assert "pulls the welded contact open" in "".join(sum(notes, ()))
 
 
+def test_a_load_without_factors_before_the_first_period_is_named(tmp_path):
+    pull = TAIL + '[[load]]\nname = "pull"\nforces = [[21, 1, 1.0]]\nhistory = 1.0\n'
+    matrix = writers.abaqus_matrix(K, DOFS)
+    for more, expected in (("", False), ("transient = [2.0, 1.0]\n", True)):
+        notes = import_model(configured(tmp_path, 'file = "k"', pull + more, k=matrix)).notes
+        assert any("transient: not given for 'load 1' and so absent" in note for note in notes) == expected
+    every = pull.replace("history = {", "transient = [0.0, 1.0]\nhistory = {") + more
+    notes = import_model(configured(tmp_path, 'file = "k"', every)).notes
+    assert not any("transient" in note for note in notes)
+
+
 def solid(tmp_path, **more):
     """The two contact nodes as those of a solid model, whose slip is along x and whose normal is z."""
     dofs = [(node, d) for node in (11, 12, 21) for d in (1, 2, 3)]
@@ -327,7 +338,12 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
         ('file = "k"', 'file = "k"\nscale = -1', "'scale' > 0 .* found 'scale' = -1"),
         ('file = "k"', 'file = "k"\nmap = "k"', "expected no map file"),
         ('file = "k"', 'file = "k"\nmatrix = "KAAX"', "expected no matrix name"),
-        ("[stiffness]", "[stifness]", "expected the key 'stiffness'"),
+        ("[stiffness]", "[stifness]", "expected the key 'stiffness' .*, found the unknown key 'stifness'"),
+        (
+            "friction = 0.4",
+            "frictoin = 0.4",
+            "expected the key 'friction' .*, found the unknown key 'frictoin'",
+        ),
         ("[[load]]", "[load]", "key 'load': expected a list of tables"),
         ("history =", "histories =", "expected the key 'history'"),
         ("steps = 4", "steps = ", "expected a TOML file"),

@@ -399,5 +399,7 @@ def test_a_body_that_slides_away_has_its_page():
         A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]]
     )  # no cycle comes to its end
     found = verified(free)
-    assert "slides away" in render(found)
+    page = render(found)
+    assert "slides away" in page
+    assert "relative to node 0.</p>" in page  # one full stop
     assert banner_class(found) != "agree"
