@@ -8,12 +8,13 @@ from shakedown.model.arguments import checked
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
 from shakedown.model.units import stress_unit, units_of
-from shakedown.plot.style import BLACK, BLUE, GREY, ORANGE, RED, axes_for, flanks, positions
+from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, axes_for, flanks, positions
 from shakedown.visible_text import with_unit
 
 MOST_ARROWS = 40
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
+PARALLEL = 1e-6  # largest difference of unit vectors that are taken as equal
 
 
 @checked
@@ -136,6 +137,9 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
 def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Sums of the welded reactions of all nodes over one period.
 
+    Where the nodes have directions of their own, as on the two faces of a lap joint, tangential
+    reactions cannot be added: the sums then are those along the axes of the model.
+
     Parameters
     ----------
     problem
@@ -155,11 +159,21 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     q, p = loading(problem).at(load_factor)
     time = np.arange(problem.m + 1) / problem.m
     axes = axes_for(ax)
-    for name, values, colour in (("Σ p_w, all nodes", p, BLUE), ("Σ q_w, all nodes", q, ORANGE)):
-        total = values.sum(axis=1)
+    for (name, total), colour in zip(_sums(problem, q, p).items(), (BLUE, ORANGE, GREEN), strict=False):
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
     axes.set(xlabel="time [cycles]", ylabel=with_unit("sum of welded reactions", units_of(problem)[0]))
     axes.set_xlim(0.0, 1.0)
+    axes.ticklabel_format(axis="y", scilimits=(-2, 4))
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes
+
+
+def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
+    """Sums over the nodes: normal and tangential, or along the axes where directions differ."""
+    normal, tangent = problem.normal, problem.tangent
+    if normal is None or tangent is None or np.allclose(tangent, tangent[0], atol=PARALLEL):
+        return {"Σ p_w, all nodes": p.sum(axis=1), "Σ q_w, all nodes": q.sum(axis=1)}
+    total = p @ normal + q @ tangent
+    loaded = np.abs(normal).max(axis=0) + np.abs(tangent).max(axis=0) > PARALLEL
+    return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}

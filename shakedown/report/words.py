@@ -542,7 +542,7 @@ def _why_degenerate(bounds: ShakedownBounds) -> list[str]:
         for name, value, rounded in (("λ_1", lower.load_factor, down), ("λ_max", upper.load_factor, up))
         if np.isfinite(value)
     ]
-    there = f" They exist: {', '.join(known)} (see `solve`)." if known else ""
+    there = f" They exist: {', '.join(known)} (see solve)." if known else ""
     return [
         "Only friction holds this body: a slip of all nodes together, as of a rigid body, changes no "
         "reaction, so that the constraints of a subset meet along a line, or nowhere. The enumeration says "

@@ -117,6 +117,18 @@ def test_tractions_are_drawn_where_the_areas_of_nodes_are_known():
     assert "(FE 400" in plot.hysteresis(state, known).get_legend().get_texts()[0].get_text()
 
 
+def test_reactions_on_two_faces_are_summed_along_the_axes_of_the_model():
+    """A lap joint in small: its faces have opposite directions, so Σ q would be 0 under any pull."""
+    faces = {"normal": [[0, 1, 0], [0, -1, 0]], "tangent": [[1, 0, 0], [-1, 0, 0]]}
+    pulled = shakedown.Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=[[3, -3], [-3, 3]], p_w=[[7.0, 9.0]] * 2, **faces
+    )
+    drawn = {line.get_label(): line.get_ydata().tolist() for line in plot.loads_in_time(pulled).lines}
+    assert drawn == {"Σ along x, all nodes": [6, -6, 6], "Σ along y, all nodes": [-2, -2, -2]}
+    one_face = replace(pulled, normal=[[0, 1, 0]] * 2, tangent=[[1, 0, 0]] * 2)
+    assert plot.loads_in_time(one_face).lines[1].get_label() == "Σ q_w, all nodes"
+
+
 def test_the_work_along_the_contact_is_the_dissipation():
     state = shakedown.long_term_state(BLOCK, 5.0)
     total = sum(line.get_ydata().sum() for line in plot.dissipation_along(state, BLOCK).lines)
