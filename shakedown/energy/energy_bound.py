@@ -286,7 +286,7 @@ def _optimal(
 def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> EnergyCertificate | Missing:
     """Move from the optimum towards the point with the largest margins until all conditions are strict."""
     if not exact.regular:
-        return Missing(NOT_REGULAR)
+        return Missing(rows.rigid.doubt or NOT_REGULAR)
     about = cone_rows(rows, bound.initial_slip, bound.distance)
     room = widest_room(about)
     middle = bound.initial_slip + rows.metric.inverse @ room.y * about.length

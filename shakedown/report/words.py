@@ -106,7 +106,7 @@ def certain_in_words(
 
     With the problem its open nodes are called by their labels, and of a load domain it is said
     that this holds for every path; with the box bound the larger of it and the energy bound is what is
-    proved from this state.
+    proved from this state. Where it is not clear whether the joint can move as a whole, that is said.
 
     Examples
     --------
@@ -125,7 +125,11 @@ def certain_in_words(
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
     sentence = "; ".join(part for part in parts if part)
-    return [sentence + ".", *([LOAD_DOMAIN] if problem is not None and problem.is_domain else [])]
+    if problem is None:
+        return [sentence + "."]
+    doubt = rigid_slips(problem).doubt
+    about = [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
+    return [sentence + ".", *about, *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 
 def simulated_path_in_words(problem: Problem) -> list[str]:

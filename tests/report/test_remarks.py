@@ -12,6 +12,7 @@ from shakedown.report.page_tables import remarks
 from shakedown.report.words import (
     as_given_in_words,
     bounds_in_words,
+    certain_in_words,
     critical_in_words,
     transient_in_words,
 )
@@ -135,3 +136,18 @@ def test_the_load_factor_below_which_no_node_cycles_alone_is_rounded_down() -> N
     status = shakedown.shakedown_bounds(joint).lower
     assert f"may cycle alone from {up(alone)} on" in status.reason
     assert float(up(alone)) >= alone
+
+
+def test_what_rests_on_a_stiffness_of_unknown_accuracy_says_so_first():
+    """Whether this joint can move as a whole is not clear: seven digits would leave as much."""
+    A, B = np.array([[1.0, -1.0], [-1.0, 1.0 + 1e-7]]), np.array([[0.2, -0.2], [0.1, -0.1]])
+    loads = {"q_w": [[1.0, 0.0], [0.0, 1.0]], "p_w": np.full((2, 2), 3.0)}
+    unclear = shakedown.Problem(A=A, B=B, f=0.4, **loads)
+    energy, upper = shakedown.energy_bound(unclear), shakedown.upper_bound(unclear)
+    assert energy.certified is None
+    assert "give stiffness_accuracy" in energy.uncertified
+    first, about = certain_in_words(energy, None, upper, unclear)
+    assert "proved" in first
+    assert about.startswith("All of this is about the stiffness to its last stored")
+    clear = replace(unclear, stiffness_accuracy=1e-7)
+    assert len(certain_in_words(energy, None, upper, clear)) == 1
