@@ -94,7 +94,8 @@ def guarantee_picture(v: Verification) -> Picture | None:
         "No slip leads out of such a box, so that a joint that starts inside stays inside"
         + (", the transient once over." if v.problem.q_transient is not None else ".")
         if v.curve.invariant
-        else "Slip may lead out of such a box: the coupling is too strong for it to be invariant."
+        else "Slip may lead out of such a box: either the coupling is too strong, or its middle is not safe "
+        "at every smaller load factor."
     )
     unit = f"{v.curve.unit:.4g} {units_of(v.problem)[1]}".rstrip()
     caption = (

@@ -45,11 +45,11 @@ class GuaranteeCurve(Result):
     unit
         max |ṽ|, or where ṽ = 0 the largest distance g / ‖G‖ of a row [length].
     invariant
-        Whether slip never leads out of a box while all nodes stay closed and λ ≤ λ_max: so it is
-        for a coupling ratio ρ* < 1 and its weights d, N∓ d ≤ d, because every limit at a slip in
-        the box differs from that at ṽ by at most N∓ (R d) ≤ R d. Then λ_1(R) is *proved* for every
-        state in the box, closed and admissible, from which no node lifts off (docs/guarantee.md,
-        statement 7).
+        Whether slip never leads out of a box while all nodes stay closed, at any load factor up to
+        the largest λ_1(R) asked for: so it is for ρ* < 1, weights with N∓ d ≤ d and a centre that is safe at
+        all of them, because every limit at a slip in the box differs from that at ṽ by at most
+        N∓ (R d) ≤ R d. Then λ_1(R) is *proved* for every state in the box, closed and admissible, from
+        which no node lifts off, of a loop (docs/guarantee.md, statement 7).
     pinned
         Where the joint can move as a whole: the nodes that slips, and so the boxes, are relative to.
     """
@@ -119,13 +119,13 @@ def guarantee_curve(
     middle = _centre(problem, tolerances) if centre is None else _vector("centre", centre, problem.n)
     middle = rows.rigid.relative(middle)
     influence = coupling(problem)
-    perron = influence.bound < 1.0
-    shape = influence.weights if perron else np.ones(problem.n)
+    weak = influence.bound < 1.0
+    shape = influence.weights if weak else np.ones(problem.n)
     if weights is not None:
         shape = _vector("weights", weights, problem.n)
         if np.any(shape <= 0):
             raise UsageError("weights: expected positive numbers")
-        perron = bool(np.isfinite(influence.ratio)) and bool(np.all(influence.influence @ shape <= shape))
+        weak = weak and bool(np.all(influence.influence @ shape <= shape))
     unit = _unit(rows, middle)
     found = _first_collapses(rows, middle, radius, unit * shape, tolerances)
     return GuaranteeCurve(
@@ -137,7 +137,7 @@ def guarantee_curve(
         centre=middle,
         weights=shape,
         unit=unit,
-        invariant=perron,
+        invariant=weak and _safe_below(rows, middle, [f[0] for f in found], tolerances),
         pinned=rows.pinned,
     )
 
@@ -147,6 +147,20 @@ def _centre(problem: Problem, tolerances: Tolerances) -> FloatArray:
     if upper.status != Status.UNBOUNDED:
         return upper.slip
     return safe_slip(problem, max(1.0, upper.least_load_factor), tolerances=tolerances).slip
+
+
+def _safe_below(
+    rows: Constraints, centre: FloatArray, load_factors: list[float], tolerances: Tolerances
+) -> bool:
+    """Whether a slip is safe at every load factor up to the largest of these that is finite.
+
+    Safe load factors of one slip are an interval, so both ends tell.
+    """
+    if np.any(np.isnan(centre)):
+        return False
+    ends = (0.0, max((each for each in load_factors if each < inf), default=0.0))
+    excess = max(float(rows.relative_excess(centre, end).max()) for end in ends)
+    return excess <= tolerances.feasibility
 
 
 def _vector(name: str, values: ArrayLike, n: int) -> FloatArray:

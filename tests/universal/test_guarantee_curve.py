@@ -67,6 +67,27 @@ def test_boxes_are_invariant_below_coupling_ratio_one(seed: int) -> None:
         size = now
 
 
+def test_a_box_about_an_unsafe_slip_is_not_invariant() -> None:
+    curve = shakedown.guarantee_curve(shakedown.example("two-node"), [0.0, 1.0], centre=[50.0, -70.0])
+    assert not curve.invariant  # every limit of both nodes is far from there
+
+
+def test_a_slip_that_is_safe_only_under_load_makes_no_invariant_box() -> None:
+    """One node whose mean lies outside the loop: the middle at λ_max is beyond the limits of the mean."""
+    loop = {"q_w": [[3.0], [4.0]], "p_w": [[1.0], [1.0]], "q_mean": [0.0], "p_mean": [1.0]}
+    problem = Problem(A=[[1.0]], B=[[0.1]], f=0.5, **loop)
+    curve = shakedown.guarantee_curve(problem, [0.0])
+    assert curve.centre[0] < -0.6
+    assert not curve.invariant
+
+
+def test_boxes_of_a_floating_body_are_not_invariant() -> None:
+    """ρ* = 1 exactly, whatever the weights: nothing bounds the rigid slip."""
+    A, B = [[1.0, -1.0], [-1.0, 1.0]], [[0.3, -0.3], [0.2, -0.2]]
+    problem = Problem(A=A, B=B, f=0.5, q_w=[[0.3, -0.2], [-0.3, 0.1]], p_w=[[3.0, 3.2], [3.0, 2.9]])
+    assert not shakedown.guarantee_curve(problem, [0.0, 1.0], weights=[1.0, 1.0]).invariant
+
+
 def test_no_safe_slip_is_a_status() -> None:
     problem = shakedown.example("two-node")
     curve = shakedown.guarantee_curve(replace(problem, p_w=problem.p_w - 9000.0), [1.0])
