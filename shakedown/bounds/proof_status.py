@@ -162,13 +162,16 @@ def _drift_bound(problem: Problem) -> float:
     """Load factor at which a floating body may reach all limits of one side at once, λ_w.
 
     With y (A ∓ f B) = 0 and y > 0 the slips drop out of y · (g − G v − λ d): it vanishes where all these
-    limits are reached.
+    limits are reached. One side is that of one direction of the rigid slip, so it is the other limit of nodes
+    whose own slip is counted the other way round.
     """
     rows, bounds = constraints(problem), [inf]
+    turned = rigid_slips(problem).motions[:, 0] < 0.0
     for side in (0, 1):
-        y = np.linalg.svd(rows.G[side::2])[0][:, -1]
+        chosen = 2 * np.arange(problem.n) + np.where(turned, 1 - side, side)
+        y = np.linalg.svd(rows.G[chosen])[0][:, -1]
         y = y * np.sign(y.sum())
-        room, load = float(y @ rows.g[side::2]), float(y @ rows.d[side::2])
+        room, load = float(y @ rows.g[chosen]), float(y @ rows.d[chosen])
         if not (np.all(y > 0.0) and room > 0.0):
             return 0.0
         bounds.append(room / load if load > 0.0 else inf)

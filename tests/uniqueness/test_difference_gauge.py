@@ -111,6 +111,10 @@ def test_units_and_directions_do_not_matter() -> None:
         p_w=problem.p_w,
     )
     assert difference_gauge(turned).ratio == pytest.approx(difference_gauge(problem).ratio, rel=1e-9)
+    here, there = (complete_argument(joint).drift_bound for joint in (problem, turned))
+    assert there == pytest.approx(here, rel=1e-9)
+    here, there = (shakedown.universal_bound(joint) for joint in (problem, turned))
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
 
 
 def test_a_weakly_coupled_joint_has_one_and_the_counter_examples_none() -> None:
