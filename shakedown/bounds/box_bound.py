@@ -166,7 +166,7 @@ def box_proves(problem: Problem, slip: FloatArray, load_factor: float, tolerance
     box = boxes.at(load_factor)
     if not boxes.all_apart(box, load_factor):
         return False
-    return lift_off_bound(problem, load_factor, within=box, tolerances=tolerances) >= load_factor
+    return lift_off_bound(problem, load_factor, within=box, tolerances=tolerances) > load_factor
 
 
 class _Boxes:
