@@ -201,7 +201,7 @@ def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str,
         ("  guarantee", lower.guarantee, ""),
         ("  single-node bound", bound(lower.single_node_bound, 7), "no node cycles alone below"),
         (
-            "  coupling ratio ρ",
+            "  coupling ratio ρ*",
             number(lower.coupling_ratio, 4),
             coupling_in_words(lower.coupling_ratio).partition(":")[0],
         ),

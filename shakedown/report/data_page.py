@@ -88,7 +88,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     if problem.C is None:
         rows.append(("C, normal stiffness", "not given", "nodes cannot separate in the simulations"))
     if np.isfinite(coupling_ratio):
-        rows.append(("coupling ratio ρ", f"{coupling_ratio:.4g}", coupling_in_words(coupling_ratio)))
+        rows.append(("coupling ratio ρ*", f"{coupling_ratio:.4g}", coupling_in_words(coupling_ratio)))
     if problem.normal is not None:
         rows.append(("normals", "unit vectors", "passed"))
     return rows
