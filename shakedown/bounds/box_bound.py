@@ -39,6 +39,8 @@ REASONS = {
     "load domain": "the proof follows a loop that returns to every load step, not any path inside a domain",
     "mean load": "no slip that the joint can reach from there is safe under the mean load",
     "transient": "in the transient load steps some slip in the box takes the pressure from a node",
+    "start": "the first load step does not admit the slip, and there some slip in the box takes the pressure "
+    "from a node",
 }
 
 
@@ -48,7 +50,8 @@ class BoxBound(Result):
 
     At every smaller load factor a motion that is at some instant closed at all nodes, admissible and
     inside the box never leaves it, no node ever opens, and slip ceases (docs/guarantee.md,
-    statement 7). The initial slip is in the box.
+    statement 7). The initial slip is in the box, and where the first load step does not admit it the
+    rise of the load to that step leads to an admissible slip in the box.
 
     Attributes
     ----------
@@ -64,7 +67,8 @@ class BoxBound(Result):
         ``"first collapse"`` (a node loses its range of slips at some slip in the box), ``"lift-off"`` (some
         slip in the box lifts a node off), ``"transient"`` (some slip in the box relieves a node of its
         pressure before the first period), or why nothing is proved: ``"coupling"`` (ρ* ≥ 1),
-        ``"load domain"``, ``"mean load"``, ``"solver"``; empty where unbounded, or not found
+        ``"load domain"``, ``"mean load"``, ``"solver"``; ``"start"`` (the first load step does not admit
+        v₀, and some slip in the box relieves a node of its pressure there); empty where unbounded, or not found
         up to the largest load factor tried.
     node
         The node that collapses; −1 where none does.
@@ -144,10 +148,10 @@ def _box_bound(problem: Problem, start: FloatArray, tolerances: Tolerances) -> B
     if not coupling(problem).bound < 1.0:
         return _nothing(start, "coupling")
     boxes = _Boxes(problem, start, tolerances, transient=problem.q_transient is not None)
-    if not boxes.pressed_before(boxes.at(0.0), 0.0):
-        return _nothing(start, "transient")
     if not boxes.safe_at_mean(boxes.at(0.0)):
         return _nothing(start, "mean load")
+    if not boxes.pressed_before(boxes.at(0.0), 0.0):
+        return _nothing(start, boxes.before)
     if np.all(boxes.map.rows.d <= 0.0) and boxes.first_end(boxes.at(0.0), inf).load_factor == inf:
         return replace(_bound(boxes, 0.0, _End(inf, "", -1, np.full(problem.n, nan))), **UNLIMITED)
     return _farthest(boxes, _beyond(problem, boxes, tolerances))
@@ -236,16 +240,43 @@ class _Boxes:
         reached = min(found.load_factor, load_factor)
         nowhere = np.full(self.problem.n, nan)
         if not self.pressed_before(box, load_factor):
-            return _End(0.0, "transient", -1, nowhere)
+            return _End(0.0, self.before, -1, nowhere)
         lift = lift_off_bound(self.problem, reached, within=box, tolerances=self._tolerances)
         return _End(lift, "lift-off", -1, nowhere) if lift < reached else found
 
+    @property
+    def before(self) -> str:
+        """What :meth:`pressed_before` is about, as a reason."""
+        return "transient" if self._transient else "start"
+
+    def _admitted(self, load_factor: float) -> bool:
+        """Whether the first load step admits the initial slip, at all load factors up to this one."""
+        joint, loop = self.problem, loading(self.problem)
+        q, p = loop.q0 + joint.A @ self.start, loop.p0 + joint.B @ self.start
+        changes = [(0.0, 0.0)]
+        if loop.q1[0].any() or loop.p1[0].any():
+            if load_factor == inf:
+                return False
+            changes.append((load_factor * loop.q1[0], load_factor * loop.p1[0]))
+        return all(self._within(q + q1, p + p1) for q1, p1 in changes)
+
+    def _within(self, q: FloatArray, p: FloatArray) -> bool:
+        """Whether reactions keep to the law of friction, but for round-off."""
+        most = self.problem.f * p
+        off = self._tolerances.feasibility * np.maximum(np.abs(q), np.abs(most))
+        return bool(np.all(np.abs(q) <= most + off) and np.all(p > 0.0))
+
     def pressed_before(self, box: Box, load_factor: float) -> bool:
-        """Whether no slip in a box relieves a node of its pressure before the first period."""
-        if not self._transient:
+        """Whether no slip in a box relieves a node of its pressure before the first period.
+
+        That matters where load steps come before it, or the rise to its first one moves the initial slip.
+        """
+        if not self._transient and self._admitted(load_factor):
             return True
         loop, before = loading(self.problem), transient_path(self.problem)[:, self.problem.n :]
-        first = loop.p0 + np.minimum(load_factor * loop.p1[0], 0.0)
+        before = before[: len(before) * self._transient]
+        fall = np.minimum(loop.p1[0], 0.0)
+        first = loop.p0 + np.multiply(load_factor, fall, out=np.zeros_like(fall), where=fall < 0)
         p = np.minimum(before.min(axis=0, initial=inf), first)
         return bool(np.all(p + box.least(self.problem.B) > 0.0))
 
@@ -278,7 +309,7 @@ def _farthest(boxes: _Boxes, beyond: float) -> BoxBound:
     for _ in range(STEPS):
         found, before = boxes.first_end(boxes.at(at), at), proved
         late = found.load_factor - at
-        proved, end = max(proved, min(found.load_factor, at)), found
+        proved, end = max(proved, min(found.load_factor, at)), found if found.limited_by else end
         beyond = min(beyond, max(found.load_factor, at))
         if beyond - proved <= ACCURACY * beyond:
             break

@@ -189,3 +189,15 @@ def test_transient_load_steps_widen_the_box() -> None:
     assert state.outcome == "shakedown"
     lifted = replace(problem, q_transient=[[0.0, 0.0]], p_transient=[[-900.0, 1500.0]])
     assert shakedown.box_bound(lifted).limited_by == "transient"
+
+
+def test_a_slip_that_the_first_load_does_not_admit_must_leave_every_node_pressed() -> None:
+    """The load rises to its first step on a path of its own: there only pressure all over the box is a proof."""
+    problem, relieved = shakedown.example("two-node"), np.array([50.0, -40.0])
+    assert np.min(problem.p_w[0] + problem.B @ relieved) < 0
+    bound = shakedown.box_bound(problem, relieved)
+    assert (bound.status, bound.limited_by) == ("infeasible", "start")
+    pressed = shakedown.box_bound(problem, [2.0, -1.0])  # at neither of the limits that it violates
+    assert pressed.load_factor > 0
+    state = shakedown.long_term_state(problem, 0.999 * pressed.load_factor, [2.0, -1.0])
+    assert state.outcome == "shakedown"
