@@ -26,8 +26,16 @@ from .options import (
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table
 
-BOUNDS = ("lower", "universal", "energy", "transient", "upper")
-COLUMNS = {"universal": "λ_U", "energy": "λ_E", "lower": "λ_1", "transient": "λ_T", "upper": "λ_max"}
+BOUNDS = ("lower", "universal", "energy", "box", "transient", "upper")
+COLUMNS = {
+    "universal": "λ_U",
+    "energy": "λ_E",
+    "box": "λ_box",
+    "lower": "λ_1",
+    "transient": "λ_T",
+    "upper": "λ_max",
+}
+LARGER = "λ_E,box"  # the larger of both, where a table would be too wide
 MOST_VALUES = 1_000_000
 LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
 COLUMNS_OF_PAPER, FEWEST_DIGITS = 80, 4  # a wider table has fewer digits
@@ -137,7 +145,7 @@ class TableFile(OutputFile):
     metavar="STATE",
     default="zero",
     show_default=True,
-    help="State of λ_E, λ_T and simulations: zero, given, given:K or PATH.npy.",
+    help="State of λ_E, λ_box, λ_T and simulations: zero, given, given:K or PATH.npy.",
 )
 @click.option(
     "--open",
@@ -259,26 +267,46 @@ def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
 
 def _limits(found: shakedown.Sweep, load_factor: float) -> str:
     """The limits, those below which something holds rounded down, the others up."""
-    shown = [name for name in COLUMNS if name in found.bounds]
-    headers = [*_names(found), *(COLUMNS[name] for name in shown), f"at λ = {load_factor:g}"]
-    regions = [SHORT[str(region)] for region in found.regions(load_factor).ravel()]
+    limits = {COLUMNS[name]: found.load_factors(name).ravel() for name in COLUMNS if name in found.bounds}
+    digits = range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1)
     text = ""
-    for digits in range(7 - len(found.parameters), FEWEST_DIGITS - 1, -1):
-        rows = [
-            [
-                *(number(value, 5) for value in point.values),
-                *(_limit(point.load_factor(name), name, digits) for name in shown),
-                region,
-            ]
-            for point, region in zip(found.points, regions, strict=True)
-        ]
-        text = table(headers, rows)
+    for columns, shown in [*((limits, k) for k in digits), (_narrower(found, limits), FEWEST_DIGITS)]:
+        text = _table_of_limits(found, load_factor, columns, shown)
         if max(map(len, text.splitlines())) <= COLUMNS_OF_PAPER:
             break
     return text
 
 
-def _limit(value: float, name: str, digits: int) -> str:
+def _narrower(found: shakedown.Sweep, limits: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """One column for both limits from this state: the larger."""
+    pair = (COLUMNS["energy"], COLUMNS["box"])
+    if not set(pair) <= set(limits):
+        return limits
+    larger = {LARGER: found.from_this_state.ravel()}
+    return {
+        symbol: values
+        for name, column in limits.items()
+        for symbol, values in (larger if name == pair[0] else {name: column}).items()
+        if name != pair[1]
+    }
+
+
+def _table_of_limits(
+    found: shakedown.Sweep, load_factor: float, limits: dict[str, FloatArray], digits: int
+) -> str:
+    regions = found.regions(load_factor).ravel()
+    rows = [
+        [
+            *(number(value, 5) for value in point.values),
+            *(_limit(values[k], symbol, digits) for symbol, values in limits.items()),
+            SHORT[str(regions[k])],
+        ]
+        for k, point in enumerate(found.points)
+    ]
+    return table([*_names(found), *limits, f"at λ = {load_factor:g}"], rows)
+
+
+def _limit(value: float, symbol: str, digits: int) -> str:
     if np.isnan(value):
         return NONE
-    return up(value, digits) if name == "upper" else down(value, digits)
+    return up(value, digits) if symbol == COLUMNS["upper"] else down(value, digits)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from math import isinf, isnan, nan
 from typing import Literal, NamedTuple
 
+from shakedown.bounds.box_bound import box_bound
 from shakedown.bounds.lower import LowerBound, lower_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.energy.energy_bound import energy_bound
@@ -20,8 +21,16 @@ from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import universal_bound
 
-LIMITS = ("lower", "universal", "energy", "transient", "upper")
-SYMBOLS = {"lower": "λ_1", "universal": "λ_U", "energy": "λ_E", "transient": "λ_T", "upper": "λ_max"}
+SYMBOLS = {
+    "lower": "λ_1",
+    "universal": "λ_U",
+    "energy": "λ_E",
+    "box": "λ_box",
+    "transient": "λ_T",
+    "upper": "λ_max",
+}
+LIMITS = tuple(SYMBOLS)
+FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 ABOVE = 1.05  # of λ_max, where the scan for λ_T ends
 QUICK_STEPS, STEPS = 16, 40  # load factors scanned for λ_T
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
@@ -58,7 +67,7 @@ class DesignPoint(Result):
     values
         The values of the parameters.
     limits
-        By name (``lower``, ``universal``, ``energy``, ``transient``, ``upper``); empty where
+        By name (``lower``, ``universal``, ``energy``, ``box``, ``transient``, ``upper``); empty where
         there is no such joint.
     guarantee
         How far λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
@@ -131,7 +140,7 @@ class Question(NamedTuple):
     load_factors
         Where to simulate.
     initial_slip : (n,) or None
-        The state that λ_E, λ_T and simulations are about [length]; zero by default.
+        The state that λ_E, λ_box, λ_T and simulations are about [length]; zero by default.
     open_nodes
         ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
     quick
@@ -156,8 +165,8 @@ def design_point(
     --------
     >>> import shakedown
     >>> point = design_point(shakedown.example("two-node"), (0.35,), Question())
-    >>> {name: round(limit.load_factor, 4) for name, limit in point.limits.items()}
-    {'lower': 0.6574, 'universal': 0.6574, 'energy': 0.662, 'transient': 0.7316, 'upper': 0.7391}
+    >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
+    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
     """
     asked, limits = set(question.bounds), dict[str, Limit]()
     first, largest, history, guarantee = None, None, None, ""
@@ -171,6 +180,8 @@ def design_point(
     open_nodes = () if largest is None else largest.open_nodes
     if "energy" in asked:
         limits["energy"] = _energy(problem, open_nodes, question, tolerances)
+    if "box" in asked:
+        limits["box"] = _box(problem, question, tolerances)
     if "transient" in asked:
         history, limits["transient"] = _transient(problem, largest, question, tolerances)
     known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
@@ -234,6 +245,13 @@ def _energy(
     return Limit(found.load_factor, found.status, found.reason)
 
 
+def _box(problem: Problem, question: Question, tolerances: Tolerances) -> Limit:
+    found = allowed(box_bound, problem, question.initial_slip, tolerances=tolerances)
+    if isinstance(found, Missing):
+        return _failed(found)
+    return Limit(found.load_factor, found.status, found.reason)
+
+
 def _transient(
     problem: Problem, largest: UpperBound | None, question: Question, tolerances: Tolerances
 ) -> tuple[TransientLimit | None, Limit]:
@@ -277,10 +295,10 @@ class _Known(NamedTuple):
 
 
 def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
-    """Limits that cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E ≤ λ_max, no cycle below what is proved."""
+    """What cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box ≤ λ_max, no cycle below what is proved."""
     pairs = [("universal", "lower")]
     if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
-        pairs += [("lower", "upper"), ("energy", "upper"), ("universal", "upper")]
+        pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]
     sure = 1.0 - tolerances.second_road
     for small, large in pairs:
         if small in known.limits and large in known.limits:
@@ -289,7 +307,7 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
                 yield f"{SYMBOLS[small]} = {a:.9g} exceeds {SYMBOLS[large]} = {b:.9g}"
     if known.history is None or known.open_nodes:
         return
-    proofs = ["energy"]
+    proofs = list(FROM_HERE)
     if not known.transient:  # these are about closed nodes, and a transient may open some
         proofs += ["universal"] + ["lower"] * (known.guarantee == "proved")
     slipping = [

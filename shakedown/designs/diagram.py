@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.designs.design_point import LIMITS, SYMBOLS, DesignPoint
+from shakedown.designs.design_point import FROM_HERE, SYMBOLS, DesignPoint
 from shakedown.designs.parameters import FACTORS, PARAMETERS
 from shakedown.designs.table_file import check_table, write_csv, write_parquet
 from shakedown.errors import UsageError
@@ -22,7 +22,7 @@ from shakedown.model.status import Status
 from shakedown.shown_values import plain
 from shakedown.visible_text import shortened, with_unit
 
-COLUMNS = dict(zip(LIMITS, ("lambda_1", "lambda_U", "lambda_E", "lambda_T", "lambda_max"), strict=True))
+COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
 
 
 class Region(StrEnum):
@@ -31,7 +31,7 @@ class Region(StrEnum):
     EVERY_STATE
         Shakedown is proved from every initial state: λ < λ_U.
     THIS_STATE
-        Shakedown is proved from the state asked about: λ < λ_E.
+        Shakedown is proved from the state asked about: λ < λ_E or λ < λ_box.
     DEPENDS
         It depends on the state, or is open.
     NEVER
@@ -132,6 +132,16 @@ class Sweep(Result):
         return self.load_factors("energy")
 
     @cached_property
+    def box(self) -> FloatArray:
+        """λ_box, below which the box bound proves shakedown from this state."""
+        return self.load_factors("box")
+
+    @cached_property
+    def from_this_state(self) -> FloatArray:
+        """The larger of λ_E and λ_box, of those asked for; NaN where there is neither."""
+        return np.fmax(self.energy, self.box)
+
+    @cached_property
     def transient(self) -> FloatArray:
         """λ_T, up to which the history from this state shakes down."""
         return self.load_factors("transient")
@@ -186,7 +196,7 @@ class Sweep(Result):
         """
         joints = np.where([point.exists for point in self.points], 0.0, np.nan)
         every = joints + [_proved_up_to(point, "universal") for point in self.points]
-        this = joints + [_proved_up_to(point, "energy") for point in self.points]
+        this = joints + [max(_proved_up_to(point, name) for name in FROM_HERE) for point in self.points]
         never = joints + [_never_from(point) for point in self.points]
         return Boundaries(*(x.reshape(self.shape) for x in (every, np.maximum(every, this), never)))
 

@@ -27,6 +27,7 @@ LINES = {
     "universal": ("λ_U, from every state", GREEN, "-"),
     "lower": ("λ_1, first collapse", BLACK, "--"),
     "energy": ("λ_E, from this state", BLUE, "-"),
+    "box": ("λ_box, from this state", BLUE, "-."),
     "transient": ("λ_T, simulated from this state", PURPLE, ":"),
     "upper": ("λ_max", RED, "-"),
 }
@@ -125,7 +126,7 @@ def regions(
         λ at which the regions are drawn where there are two parameters.
     contours
         The limit whose contour lines are drawn over them; by default the last of λ_max, λ_T,
-        λ_E, λ_1, λ_U that was asked for.
+        λ_box, λ_E, λ_1, λ_U that was asked for.
     ax
         Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
 

@@ -61,14 +61,14 @@ def margin_in_words(v: Verification) -> str:
     >>> import shakedown
     >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
     No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_E = 0.6619611 (proved), λ_T = 0.7315932 (simulated,
+    λ_box = 0.7315934 (proved), λ_T = 0.7315932 (simulated,
     proved there).
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
     limits = []
-    energy, known = v.energy, v.universal.load_factor
-    if not energy.open_nodes and energy.least_load_factor <= 1:  # of a zone: from another state
-        limits.append((energy.load_factor, "λ_E", "proved"))
+    here, known = v.from_state, v.universal.load_factor
+    if not v.energy.open_nodes and here.least_load_factor <= 1:  # of a zone: from another state
+        limits.append((here.load_factor, here.symbol, "proved"))
     if known > 0 and all(known > value for value, _, _ in limits):  # the larger of what is proved
         state = "closed and admissible" + " after the transient" * v.universal.after_transient
         limits = [(known, "λ_U", f"proved from every state, {state}")]
@@ -94,8 +94,8 @@ def _paths_in_words(problem: Problem) -> str:
     if problem.is_domain:
         return LOAD_DOMAIN
     return (
-        "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U and what is simulated hold for "
-        "this order, period after period."
+        "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U, λ_box and what is simulated "
+        "hold for this order, period after period."
     )
 
 
@@ -107,14 +107,15 @@ def limits_in_words(v: Verification) -> list[str]:
         opened = open_in_words(upper.open_nodes, v.problem)
         zone = (
             f"Zone: λ_max and λ_E are about the joint with {opened} open and all others closed throughout; "
-            "λ_1 and λ_U about all nodes in contact."
+            "λ_1, λ_U and λ_box about all nodes in contact."
         )
     if problem.C is None:
         zone += " The problem has no normal stiffness C: whether nodes open and close again is not followed."
     start = "slip zero" if problem.initial_slip is None else "the first given slip"
     states = (
-        f"Initial states: λ = 1, λ_E and λ_T begin at {start}, with all nodes closed. Simulated besides: "
-        f"the safe slip, the witness, {count(asked.random_states, 'random state')} (seed {asked.seed})."
+        f"Initial states: λ = 1, λ_E, λ_box and λ_T begin at {start}, with all nodes closed. Simulated "
+        "besides: the safe slip, the witness, "
+        f"{count(asked.random_states, 'random state')} (seed {asked.seed})."
     )
     loads = (
         f"Loads: λ multiplies the periodic part of {count(problem.m, 'load step')}; the constant part"

@@ -27,8 +27,7 @@ SAID = {
     "depends on the state": "open, or dependent on the state,",
     "never": "certain not to shake down with all nodes in contact",
 }
-BEST = {"universal": "λ_U (from every state)", "energy": "λ_E (from this state)", "upper": "λ_max"}
-ROUNDED = {"universal": down, "energy": down, "upper": up}
+FROM_HERE = {"energy": "λ_E", "box": "λ_box"}  # proved from this state: the larger of them
 TIED = 1e-7  # of the largest limit: the digits that are shown
 LISTED = 3  # values in a row; more are counted
 SAME = 1e-4  # of λ_1: a cycle this near begins at it
@@ -73,17 +72,20 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
 
 def _best(sweep: "Sweep") -> Iterator[str]:
     """Where each limit is largest."""
-    for name, text in BEST.items():
-        if name not in sweep.bounds or len(sweep.points) < 2:
-            continue
-        values = sweep.load_factors(name)
+    here = " or ".join(symbol for name, symbol in FROM_HERE.items() if name in sweep.bounds)
+    limits = [
+        ("λ_U (from every state)", sweep.universal, down),
+        (f"{here} (from this state)", sweep.from_this_state, down),
+        ("λ_max", sweep.upper, up),
+    ]
+    for text, values, rounded in limits if len(sweep.points) > 1 else []:
         if not np.isfinite(values).any() or np.isinf(values).any():
             continue
         largest = float(np.nanmax(values))
         if largest == 0.0:
             yield f"{text} is 0 at every point."
             continue
-        tied, shown = values >= largest * (1.0 - TIED), ROUNDED[name](largest)
+        tied, shown = values >= largest * (1.0 - TIED), rounded(largest)
         if tied.all():
             yield f"{text} is {shown} at every point."
         else:

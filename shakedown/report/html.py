@@ -180,8 +180,9 @@ RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
     "admissible, is proved to shake down; up to λ_1 that is predicted, and proved only where the guarantee "
     "of λ_1 says so; above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
-    "and so does every state inside the energy ball (“ball”: drawn just inside its surface). Transient load "
-    "steps come first: then the safe slip is one that they do not move, or else one locked in after them "
+    "and so does every state inside the energy ball (“ball”: drawn just inside its surface), and the state "
+    "asked about below its λ_box. Transient load steps come first: "
+    "then the safe slip is one that they do not move, or else one locked in after them "
     "(“after”), and what is said of every state is said of those that they leave closed. "
     "Of a load domain λ_1 predicts nothing; its corners are followed in the order given. With nodes "
     "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
@@ -196,7 +197,7 @@ def _tiles(v: Verification) -> list[tuple[str, str, str]]:
     """The limits around λ = 1: name, value, what it is."""
     opened = bool(v.bounds.upper.open_nodes)
     meaning = {
-        "λ_E": "proved" + (", of the zone" if opened else " from this state"),
+        v.from_state.symbol: "proved" + (", of the zone" if opened else " from this state"),
         "λ_T": "from this state, simulated" + ", proved there" * transient_is_proved(v),
         "λ_max": "safe state exists" + ", of the zone" * opened,
         "λ_U": "proved from every state",

@@ -40,6 +40,7 @@ def bounds_table(v: Verification) -> Table:
             _bound(v.universal.load_factor),
         ),
         (f"λ_E, proved from this state{least}", _bound(v.energy.load_factor)),
+        ("λ_box, proved from this state by a box", _bound(v.box.load_factor)),
         (
             "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(transient.load_factor),
@@ -84,10 +85,13 @@ def number(value: float, digits: int = 6) -> str:
 
 
 def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
-    """Every limit by name, rounded to where what is said of it stays true; NaN where there is none."""
+    """Limits by name, rounded to where what is said of them stays true; NaN where there is none.
+
+    Of λ_E and λ_box the larger.
+    """
     largest = {"λ_max": v.bounds.upper.load_factor}
     others = {
-        "λ_E": v.energy.load_factor,
+        v.from_state.symbol: v.from_state.load_factor,
         "λ_T": np.nan if v.transient is None else v.transient.load_factor,
         "λ_U": v.universal.load_factor,
         "λ_1": v.bounds.lower.load_factor,

@@ -27,10 +27,9 @@ def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1."""
     upper = v.bounds.upper
     marks = limits_on_page(v, 4)
-    here, everywhere = (
-        np.nan_to_num(x, posinf=np.inf) for x in (v.energy.load_factor, v.universal.load_factor)
-    )
-    proved = (0.0, everywhere) if everywhere >= here else (v.energy.least_load_factor, here)
+    known = v.from_state
+    here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in (known.load_factor, v.universal.load_factor))
+    proved = (0.0, everywhere) if everywhere >= here else (known.least_load_factor, here)
     bands = {"proved": proved}
     if np.isfinite(upper.load_factor) and not upper.open_nodes:
         bands["excluded"] = (upper.load_factor, np.inf)
@@ -40,7 +39,11 @@ def scale_picture(v: Verification) -> Picture:
         f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
     )
     caption = (
-        (f"Green: proved to shake down, {state} (λ_E) or from every state (λ_U). " if proved[1] > 0 else "")
+        (
+            f"Green: proved to shake down, {state} ({known.symbol}) or from every state (λ_U). "
+            if proved[1] > 0
+            else ""
+        )
         + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
         + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated"
         + ", proved there" * transient_is_proved(v)

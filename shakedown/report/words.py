@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from decimal import Decimal
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from shakedown.report.node_words import pinned_in_words, slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
 from shakedown.shown_values import down as down
 from shakedown.shown_values import up as up
+from shakedown.verification.from_state import box_proves_more
 
 if TYPE_CHECKING:
     from shakedown.bounds.box_bound import BoxBound
@@ -257,7 +258,7 @@ def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Proble
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
-    if _farther(box, energy):
+    if box_proves_more(box, energy):
         if box.status == Status.UNBOUNDED:
             return f"From {start} the joint is proved to shake down at every load factor ({BOX})"
         also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"
@@ -273,13 +274,6 @@ def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Proble
     if energy.status == Status.UNBOUNDED:
         return f"From {start} the joint is proved to shake down at every load factor{begins}"
     return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
-
-
-def _farther(box: BoxBound | None, energy: EnergyBound) -> TypeGuard[BoxBound]:
-    """Whether the box proves more than the energy, of the same state alone and with all nodes closed."""
-    if box is None or energy.open_nodes or energy.distance > 0 or np.isnan(box.load_factor):
-        return False
-    return bool(energy.least_load_factor > 0 or not box.load_factor <= energy.load_factor)
 
 
 def _proved_from_everywhere(universal: UniversalBound) -> str:
@@ -447,7 +441,7 @@ def _against_energy(energy: EnergyBound | None, box: BoxBound | None) -> str:
     if energy is None or energy.open_nodes:
         return ""
     start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
-    if _farther(box, energy) and box.load_factor > 1:
+    if box_proves_more(box, energy) and box.load_factor > 1:
         return f"; from {start} the joint is proved to shake down there"
     if energy.least_load_factor < 1 < energy.load_factor:
         return f", and below λ_E: from {start} the joint is proved to shake down"

@@ -1,16 +1,18 @@
 """What a verification simulates: load factors in every region, several initial states, predictions."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.bounds.box_bound import BoxBound
 from shakedown.bounds.lower import LowerBound
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.upper import UpperBound
 from shakedown.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.energy.energy_bound import EnergyBound
 from shakedown.evidence import Missing, sought
 from shakedown.model.loading import slip_reach, transient_path
 from shakedown.model.problem import FloatArray, Problem
@@ -18,10 +20,12 @@ from shakedown.model.status import Status
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.universal_bound import UniversalBound
 from shakedown.verification.arrival import arrives_closed
+from shakedown.verification.from_state import box_proves_more
 
 AS_GIVEN = 1.0  # the load factor of the loading as given: always simulated
 ON_SURFACE = 2  # initial states on the surface of the energy ball, per load factor
 JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
+JUST_BELOW = 1 - 1e-6  # of the box bound, where it proves most from the state given
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
@@ -43,6 +47,8 @@ class Case:
         Name of the initial state, and its slip (n,) [length].
     in_ball
         Whether it lies inside the energy ball of this load factor: shakedown is proved.
+    in_box
+        Whether the box bound of this state is larger than this load factor: so it is, too.
     open_nodes
         The nodes that are open in it.
     after_transient
@@ -58,9 +64,15 @@ class Case:
     initial: str
     start: FloatArray
     in_ball: bool = False
+    in_box: bool = False
     open_nodes: tuple[int, ...] = ()
     after_transient: bool = False
     arrives_closed: bool = True
+
+    @property
+    def proved(self) -> bool:
+        """Whether shakedown is proved from this very state."""
+        return self.in_ball or self.in_box
 
     @property
     def predicted(self) -> str:
@@ -68,21 +80,41 @@ class Case:
         if self.region in (UNSAFE, ABOVE):
             return "slips or opens"
         below = self.region in (BELOW, PROVED) and self.arrives_closed
-        certain = below or self.initial == "safe" or self.in_ball  # with these nodes open
+        certain = below or self.initial == "safe" or self.proved  # with these nodes open
         return "shakedown" if certain else "either"
+
+
+class Known(NamedTuple):
+    """The bounds that the predictions rest on; energy and box are those of the state asked about."""
+
+    bounds: ShakedownBounds
+    universal: UniversalBound
+    energy: EnergyBound
+    box: BoxBound
 
 
 def planned_cases(
     problem: Problem,
-    bounds: ShakedownBounds,
-    universal: UniversalBound,
+    known: Known,
     load_factors: Sequence[float] | None,
     random_states: int,
     seed: int,
     tolerances: Tolerances = DEFAULT,
 ) -> Iterator[Case]:
     """Every simulation that a verification asks for, load factor by load factor."""
-    lower, upper = bounds.lower, bounds.upper
+    for case in _cases(problem, known, load_factors, random_states, seed, tolerances):
+        yield replace(case, in_box=_in_box(case, known.box))
+
+
+def _cases(
+    problem: Problem,
+    known: Known,
+    load_factors: Sequence[float] | None,
+    random_states: int,
+    seed: int,
+    tolerances: Tolerances,
+) -> Iterator[Case]:
+    (lower, upper), universal = (known.bounds.lower, known.bounds.upper), known.universal
     generator = np.random.default_rng(seed)
     randoms = generator.uniform(-1.0, 1.0, (random_states, problem.n))
     centre = np.zeros(problem.n) if np.isnan(upper.slip).any() else upper.slip
@@ -104,14 +136,24 @@ def planned_cases(
             if np.isnan(state).any():
                 continue
             if name == "safe" and (safe.open_nodes or safe.after_transient):
-                yield Case(region, load_factor, name, state, False, safe.open_nodes, safe.after_transient)
+                opened, later = safe.open_nodes, safe.after_transient
+                yield Case(region, load_factor, name, state, open_nodes=opened, after_transient=later)
             else:
                 yield _case(problem, load_factor, region, ball, name, state, tolerances)
-    if AS_GIVEN not in chosen:
-        ball = sought(energy_ball, problem, AS_GIVEN, tolerances=tolerances)
+    from_one_state = [AS_GIVEN] if AS_GIVEN not in chosen else []
+    if load_factors is None and box_proves_more(known.box, known.energy) and known.box.load_factor < np.inf:
+        from_one_state.append(JUST_BELOW * known.box.load_factor)
+    for load_factor in from_one_state:
+        ball = sought(energy_ball, problem, load_factor, tolerances=tolerances)
         name, state = next(iter(({**given_states(problem), "zero": np.zeros(problem.n)}).items()))
-        region = region_of(AS_GIVEN, lower, upper, universal)
-        yield _case(problem, AS_GIVEN, region, ball, name, state, tolerances)
+        region = region_of(load_factor, lower, upper, universal)
+        yield _case(problem, load_factor, region, ball, name, state, tolerances)
+
+
+def _in_box(case: Case, box: BoxBound) -> bool:
+    """Whether a case begins at the state of the box, below what that proves."""
+    here = not case.after_transient and np.array_equal(case.start, box.initial_slip)
+    return here and not case.open_nodes and case.load_factor < box.load_factor
 
 
 class _SafeStart(NamedTuple):

@@ -28,8 +28,9 @@ from shakedown.shown_values import plain, short
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.universal.universal_bound import UniversalBound, universal_bound
+from shakedown.verification.from_state import FromState, from_state
 from shakedown.verification.open_ends import open_ends
-from shakedown.verification.plan import AS_GIVEN, BELOW, Case, planned_cases
+from shakedown.verification.plan import AS_GIVEN, BELOW, Case, Known, planned_cases
 from shakedown.verification.second_road import road_findings, second_road
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
@@ -224,6 +225,11 @@ class Verification(Result):
         return found[0]
 
     @property
+    def from_state(self) -> FromState:
+        """What is proved from the first given state, or from slip zero: the larger of both bounds."""
+        return from_state(self.energy, self.box)
+
+    @property
     def agrees(self) -> bool:
         """Whether nothing disagrees and nothing is left open."""
         return not self.disagreements and not self.open_questions
@@ -250,7 +256,8 @@ def verify(
     that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
     with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
     bounds the safe slip must shake down, and every state inside the energy ball, of
-    which some are drawn just inside its surface; other states may do either. Where λ_max
+    which some are drawn just inside its surface, and the first given state (else slip zero) below its
+    box bound, just below which it is simulated; other states may do either. Where λ_max
     is that of a zone, its safe slip, with its nodes open and after the transient, must
     shake down without a node that closes or opens; of all others, and above, nothing is
     predicted.
@@ -291,7 +298,7 @@ def verify(
     >>> import shakedown
     >>> report = shakedown.verify(shakedown.example("two-node"), random_states=1)
     >>> report.agrees, len(report.runs)
-    (True, 17)
+    (True, 18)
     """
     _check(random_states, seed)
     for load_factor in load_factors or ():
@@ -299,16 +306,19 @@ def verify(
     bounds = shakedown_bounds(problem, open_nodes=open_nodes, tolerances=tolerances)
     lower, upper = bounds.lower, bounds.upper
     universal = universal_bound(problem, first_collapse=lower, tolerances=tolerances)
-    cases = list(planned_cases(problem, bounds, universal, load_factors, random_states, seed, tolerances))
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
+    box = box_bound(problem, start, tolerances=tolerances)
+    known = Known(bounds, universal, energy, box)
+    cases = list(planned_cases(problem, known, load_factors, random_states, seed, tolerances))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + PHASES, progress)
     work.done(bounds)
     work.done(universal)
+    work.done(energy)
     runs = tuple(work.done(_run(problem, case, cycles, method, tolerances)) for case in cases)
     second = work.done(second_road(problem, bounds, tolerances))
     roads = list(road_findings(bounds, second, tolerances))
-    start = None if problem.initial_slip is None else problem.initial_slip[0]
-    energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
     curve, transient = _curve(problem, bounds, tolerances), _transient(problem, upper, tolerances)
     missing = [
         f"{name} is missing: {found.reason}"
@@ -318,8 +328,8 @@ def verify(
     subsets = subset_count(problem.n)
     return Verification(
         problem=problem,
-        energy=work.done(energy),
-        box=box_bound(problem, start, tolerances=tolerances),
+        energy=energy,
+        box=box,
         curve=work.done(present(curve)),
         universal=universal,
         bounds=bounds,

@@ -69,11 +69,13 @@ def test_verify_has_every_run(tmp_path):
     result = document("verify", "two-node", "-o", "r.html", cwd=tmp_path)
     assert result["agrees"] is True
     assert result["disagreements"] == []
-    assert len(result["runs"]) == 2 * 8 + 6 + 1  # no energy ball above λ_max; λ = 1 from slip zero
+    assert (
+        len(result["runs"]) == 2 * 8 + 6 + 2
+    )  # no energy ball above λ_max; λ = 1 and below λ_box from slip zero
     stored = json.loads((tmp_path / "r.json").read_text())
     assert stored["upper"] == result["upper"]
     page = (tmp_path / "r.html").read_text()
-    assert page.count("<svg") == 19  # the scale of load factors twice: one is for narrow screens
+    assert page.count("<svg") == 21  # the scale of load factors twice: one is for narrow screens
     assert not re.search(r'(src|href)="(?!#|data:image/png)', page), "the page loads something"
 
 

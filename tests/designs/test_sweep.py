@@ -10,7 +10,9 @@ import pytest
 import shakedown
 from shakedown import Region, Status
 from shakedown.campaign.journal import Journal
+from shakedown.designs.design_point import Limit, _contradictions, _Known
 from shakedown.errors import BudgetExceeded, UsageError
+from shakedown.tolerances import DEFAULT
 
 TWO = shakedown.example("two-node")
 FRICTIONS = [0.1, 0.35, 0.6]
@@ -38,6 +40,7 @@ def test_every_point_is_that_joints_own_answer(found):
         assert found.guarantee[k] == lower.guarantee
         assert found.universal[k] == shakedown.universal_bound(problem, certify=False).load_factor
         assert found.energy[k] == shakedown.energy_bound(problem, certify=False).load_factor
+        assert found.box[k] == shakedown.box_bound(problem).load_factor
         assert found.upper[k] == shakedown.upper_bound(problem, certify=False).load_factor
         limit = shakedown.transient_limit(problem, accuracy=1e-6)
         assert found.transient[k] == pytest.approx(limit.load_factor, rel=3e-6)
@@ -66,6 +69,39 @@ def test_regions_follow_from_the_limits(found):
     assert (found.outcomes[outside, 1] != "shakedown").all()
     for region in (Region.EVERY_STATE, Region.THIS_STATE):
         assert (found.outcomes[found.regions(0.2) == region, 0] == "shakedown").all()
+
+
+def test_what_is_proved_from_this_state_is_the_larger_of_ball_and_box():
+    joint, names = shakedown.example("block-33"), ("energy", "box", "upper")
+    found = shakedown.sweep(joint, {"f": [0.2, 0.6]}, bounds=names)
+    assert found.energy[0] < 1.0 < found.box[0]
+    assert found.regions(1.0)[0] == Region.THIS_STATE
+    assert found.boundaries.this == pytest.approx(np.fmax(found.energy, found.box), abs=0.0)
+    assert np.array_equal(found.from_this_state, found.boundaries.this)
+    coupled = shakedown.sweep(TWO, {"f": [0.7]}, bounds=names)
+    assert coupled.status("box")[0] == Status.INFEASIBLE
+    assert np.isnan(coupled.box[0])
+    assert "λ_box: the coupling ratio is not below 1" in coupled.columns()["remark"][0]
+    assert coupled.boundaries.this == coupled.from_this_state == coupled.energy
+    ball = shakedown.sweep(joint, {"f": [0.2]}, bounds=("energy", "upper"))
+    assert ball.regions(1.0)[0] == Region.DEPENDS
+    state = np.full(joint.n, 1e-3)
+    moved = shakedown.sweep(joint, {"f": [0.2]}, bounds=["box"], initial_slip=state)
+    alone = shakedown.box_bound(replace(joint, f=np.full(joint.n, 0.2)), state)
+    assert moved.box[0] == pytest.approx(alone.load_factor, nan_ok=True)
+
+
+def test_a_box_bound_that_cannot_be_right_is_a_contradiction():
+    def limits(**found):
+        return {name: Limit(value, Status.OPTIMAL) for name, value in found.items()}
+
+    history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
+    known = _Known(limits(box=0.75, upper=0.74), "", (), history, transient=True)
+    above, cycling = _contradictions(known, DEFAULT)
+    assert above == "λ_box = 0.75 exceeds λ_max = 0.74"
+    assert cycling.endswith("below λ_box = 0.75")
+    right = known._replace(limits=limits(box=0.73159, upper=0.74))
+    assert not list(_contradictions(right, DEFAULT))
 
 
 def test_two_parameters_span_a_grid_and_scaling_laws_hold_on_it():

@@ -305,8 +305,8 @@ def test_a_solver_that_gives_up_is_a_note_and_changes_no_colour(jump):
 
 
 def test_the_margin_is_about_this_state(two, block):
-    assert "reduced to λ_E = 0.6619611 (proved), λ_T = 0.73" in margin_in_words(two)
-    assert margin_in_words(block).startswith("Margin: the periodic load may grow to λ_E = ")
+    assert "reduced to λ_box = 0.7315934 (proved), λ_T = 0.73" in margin_in_words(two)
+    assert margin_in_words(block).startswith("Margin: the periodic load may grow to λ_box = ")
 
 
 def test_loops_are_those_of_the_loading_as_given_or_say_of_which(two, block):
@@ -325,8 +325,8 @@ def test_the_scale_has_a_version_for_narrow_screens(two_page):
     wide, narrow = re.findall(r"<svg.*?</svg>", scale, re.DOTALL)
     width = [float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1]) for svg in (wide, narrow)]
     assert width[1] < 260 < width[0]  # at 360 px its letters are larger than drawn
-    assert "λ_E = " in wide
-    assert "λ_E = " not in narrow.split(">", 1)[1]
+    assert "λ_box = " in wide
+    assert "λ_box = " not in narrow.split(">", 1)[1]
     style = re.search(r"<style>(.*?)</style>", two_page, re.DOTALL)[1]
     assert ".scale .panel + .panel { display: none; }" in style.split("@media screen and (max-width")[0]
     assert ".scale .panel + .panel { display: block; }" in style.split("@media screen and (max-width")[1]
@@ -384,7 +384,7 @@ def test_pages_are_small(block_page):
 def test_no_limit_on_the_page_is_rounded_to_the_unsafe_side(two):
     for name, value in limits_on_page(two, 4).items():
         exact = {
-            "λ_E": two.energy.load_factor,
+            "λ_box": two.box.load_factor,
             "λ_T": two.transient.load_factor,
             "λ_U": two.universal.load_factor,
             "λ_1": two.bounds.lower.load_factor,

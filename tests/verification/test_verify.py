@@ -14,6 +14,7 @@ from shakedown.tolerances import DEFAULT
 from shakedown.verification import second_road as room
 from shakedown.verification.plan import ABOVE, UNSAFE, default_load_factors, region_of
 
+TWO = shakedown.example("two-node")
 SAFE_LATER = Problem(
     A=[[1.0]],
     B=[[0.0]],
@@ -134,3 +135,46 @@ def test_every_piece_of_work_is_told_to_the_end() -> None:
     shakedown.verify(shakedown.example("two-node"), random_states=0, progress=lambda *at: told.append(at))
     total = told[0][1]
     assert told == [(k, total) for k in range(1, total + 1)]
+
+
+def runs_in_box(report):
+    return [run for run in report.runs if run.case.in_box]
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        TWO,
+        replace(shakedown.example("block-33"), f=np.full(33, 0.2)),
+        replace(TWO, initial_slip=[[0.1, -0.2], [0.0, 0.0]]),
+        replace(TWO, q_transient=[[100.0, -300.0]], p_transient=[[700.0, 1200.0]]),
+    ],
+    ids=["two-node", "block-33", "given", "transient"],
+)
+def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
+    report = shakedown.verify(joint, random_states=0, budget=0)
+    here = report.from_state
+    assert (here.symbol, here.load_factor) == ("λ_box", report.box.load_factor)
+    assert here.load_factor > report.energy.load_factor
+    last = max(runs_in_box(report), key=lambda run: run.case.load_factor)
+    assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
+    assert np.array_equal(last.case.start, report.box.initial_slip)
+    assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
+    assert report.agrees, report.disagreements
+
+
+def test_the_box_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
+    report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
+    predicted = {(r.case.load_factor, r.initial): r.predicted for r in report.runs}
+    assert report.energy.load_factor < 0.7 < report.box.load_factor < 0.735 < report.bounds.upper.load_factor
+    assert predicted[0.7, "zero"] == "shakedown"
+    assert predicted[0.735, "zero"] == predicted[0.7, "witness"] == predicted[0.7, "random 0"] == "either"
+    assert {run.case.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
+
+
+def test_where_no_box_is_proved_none_is_planned() -> None:
+    domain = replace(TWO, load_path="domain")
+    for joint in (domain, shakedown.example("three-node"), SAFE_LATER):
+        report = shakedown.verify(joint, random_states=0, budget=0)
+        assert not runs_in_box(report)
+        assert report.from_state.symbol == "λ_E"

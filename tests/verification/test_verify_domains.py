@@ -49,10 +49,10 @@ def test_the_words_say_for_which_paths_they_hold(report):
     assert "with the corners of the load domain in their order, the joint" in text
     assert "cannot shake down on a path that returns to all corners" in text
     assert "(two nodes)" not in text
-    assert "λ_1, λ_U and what is simulated hold for this order" not in text
+    assert "λ_1, λ_U, λ_box and what is simulated hold for this order" not in text
     loop = shakedown.verify(shakedown.example("two-node"), random_states=0, load_factors=[0.5])
     text = " ".join(limits_in_words(loop))
-    assert "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U and what is" in text
+    assert "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U, λ_box and what is" in text
 
 
 def test_the_data_and_the_documents_name_it(report):

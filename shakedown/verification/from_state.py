@@ -1,0 +1,50 @@
+"""What is proved from one state: the larger of energy and box bound."""
+
+from typing import TYPE_CHECKING, NamedTuple, TypeGuard
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from shakedown.bounds.box_bound import BoxBound
+    from shakedown.energy.energy_bound import EnergyBound
+
+
+class FromState(NamedTuple):
+    """Between which load factors shakedown is proved from one state, and by which bound.
+
+    Attributes
+    ----------
+    symbol
+        λ_E or λ_box, whichever is the larger.
+    load_factor
+        Where the proof ends; NaN where nothing is proved.
+    least_load_factor
+        Where it begins: zero but for a λ_E of a mean load that is not safe by itself.
+    """
+
+    symbol: str
+    load_factor: float
+    least_load_factor: float
+
+
+def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
+    """The larger of both bounds of the same state.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> found = from_state(shakedown.energy_bound(joint), shakedown.box_bound(joint))
+    >>> found.symbol, round(found.load_factor, 5)
+    ('λ_box', 0.73159)
+    """
+    if box_proves_more(box, energy):
+        return FromState("λ_box", box.load_factor, 0.0)
+    return FromState("λ_E", energy.load_factor, energy.least_load_factor)
+
+
+def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard[BoxBound]":
+    """Whether the box proves more than the energy, of the same state alone and with all nodes closed."""
+    if box is None or energy.open_nodes or energy.distance > 0 or np.isnan(box.load_factor):
+        return False
+    return bool(energy.least_load_factor > 0 or not box.load_factor <= energy.load_factor)
