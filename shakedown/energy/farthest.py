@@ -130,6 +130,8 @@ def _sharp(rows: ConeRows, found: Farthest) -> Farthest:
         allowed = max(rows.excess(best.y, best.load_factor).max(), ROUND_OFF)
         if worst <= allowed and _open(rows, sharper) < _open(rows, best):
             best = sharper
+        if _open(rows, best) <= ROUND_OFF * abs(best.load_factor):  # nothing is left to gain
+            break
     return best
 
 
