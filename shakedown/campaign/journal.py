@@ -14,7 +14,7 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -72,7 +72,9 @@ class Journal:
             if self._path is not None:
                 os.fsync(self._file.fileno())
         except OSError as error:
-            raise UsageError(f"{self._path}: cannot be written ({error.strerror or error})") from None
+            raise UsageError(
+                f"{self._path or 'the temporary record'}: cannot be written ({error.strerror or error})"
+            ) from None
         self._places[number] = Place(self._end + HEAD_SIZE, len(piece))
         self._end += HEAD_SIZE + len(piece)
 
@@ -163,29 +165,49 @@ def journal_at(
     """
     beginning = _beginning(header)
     if path is None:
-        with tempfile.TemporaryFile() as file:
+        with _closed_in_the_end(tempfile.TemporaryFile()) as file:
             yield Journal(file, None, beginning)
         return
     target = check_target(path)
     if target.exists() and not resume:
         raise UsageError(f"{path}: an unfinished run is recorded there; resume it, or remove that file")
-    with _opened(target) as file:
+    with _closed_in_the_end(_opened(target)) as file:
         found = file.read(len(beginning))
         if found != beginning:
             if not beginning.startswith(found):  # nor cut off before there was a record
                 raise UsageError(f"{path}: {_difference(found + file.read(MOST_BYTES), header)}")
-            file.seek(0)
-            file.write(beginning)
-            file.flush()
-            os.fsync(file.fileno())
-            sync_folder(target.parent)
+            _begin(file, target, beginning, new=not found)
         yield Journal(file, target, beginning)
+
+
+@contextmanager
+def _closed_in_the_end(file: IO[bytes]) -> Iterator[IO[bytes]]:
+    """The file; what a full disk did not take is tried again when it is closed, and has been said."""
+    try:
+        yield file
+    finally:
+        with suppress(OSError):
+            file.close()
 
 
 def _beginning(header: Mapping[str, str]) -> bytes:
     """What the journal of a campaign begins with: three lines."""
     text = json.dumps(dict(header), sort_keys=True).encode()
     return b"%s%s\n%s\n" % (FORMAT, hashlib.sha256(text).hexdigest().encode(), text)
+
+
+def _begin(file: IO[bytes], target: Path, beginning: bytes, *, new: bool) -> None:
+    """Write what the journal begins with; where that fails no new file stays, which is no record."""
+    try:
+        file.seek(0)
+        file.write(beginning)
+        file.flush()
+        os.fsync(file.fileno())
+    except OSError as error:
+        if new:
+            target.unlink(missing_ok=True)
+        raise UsageError(f"{target}: cannot be written ({error.strerror or error})") from None
+    sync_folder(target.parent)
 
 
 def _opened(target: Path) -> IO[bytes]:

@@ -1,5 +1,6 @@
 """A journal that a disk, another program or an attacker altered: the same result or one line, at once."""
 
+import errno
 import hashlib
 import io
 import json
@@ -201,3 +202,22 @@ def test_a_disk_that_fails_is_said_in_one_line(path, monkeypatch):
         monkeypatch.setattr(os, "fsync", full)
         with pytest.raises(UsageError, match=r"cannot be written \(No space left on device\)"):
             journal.add(0, b"x")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
+def test_a_full_disk_is_said_also_where_closing_the_file_fails_again(path):
+    with pytest.raises(UsageError, match="journal: cannot be written"), journal_at(path, HEADER) as journal:
+        handle = os.open("/dev/full", os.O_RDWR)
+        os.dup2(handle, journal._file.fileno())
+        os.close(handle)
+        journal.add(0, b"small")
+
+
+def test_a_record_that_could_not_begin_is_none(path, monkeypatch):
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(UsageError, match="journal: cannot be written"), journal_at(path, HEADER):
+        pass
+    assert not path.exists()
