@@ -13,8 +13,10 @@ import numpy as np
 from shakedown.errors import UsageError
 from shakedown.model.arguments import require_problem
 from shakedown.model.constraints import GAP, Constraints, constraints
+from shakedown.model.field_values import FIRST_DIGIT
 from shakedown.model.loading import loading
 from shakedown.model.problem import FloatArray, Problem
+from shakedown.model.rigid_slips import ROUND_OFF as NO_STIFFNESS
 from shakedown.tolerances import DEFAULT, Tolerances
 
 ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
@@ -163,8 +165,9 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
     free, held = [*chosen, *(n + i for i in chosen)], [*k, *(n + i for i in k)]
     flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
     follow = flexibility @ kappa[np.ix_(free, held)]  # −∂u_O/∂u_K
-    stiffness = kappa[np.ix_(held, held)] - kappa[np.ix_(held, free)] @ follow
     c = len(k)
+    parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
+    stiffness = _condensed(*parts, c, _accuracy(problem))
     joint = replace(
         problem,
         A=stiffness[:c, :c],
@@ -175,6 +178,25 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
         **_condensed_loads(problem, held, free, follow),
     )
     return Zone(problem, tuple(chosen), tuple(k), joint, _without_round_off(follow[:, :c]), flexibility)
+
+
+def _accuracy(problem: Problem) -> float:
+    """What is round-off of the stiffness, relative to the terms that it is the difference of."""
+    given = problem.stiffness_accuracy
+    return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, ROUND_OFF)
+
+
+def _condensed(held: FloatArray, tie: FloatArray, follow: FloatArray, c: int, accuracy: float) -> FloatArray:
+    """κ of the closed nodes, (2c, 2c), the slips of those that nothing holds without any stiffness.
+
+    Where a node and open ones alone are what can move, all that is left of its stiffness is the round-off
+    of the difference, and nothing next to it would tell that.
+    """
+    left = held - tie @ follow
+    noise = accuracy * (np.abs(held) + np.abs(tie) @ np.abs(follow))
+    loose = np.flatnonzero((np.abs(left[:c]) <= noise[:c]).all(axis=1))
+    left[loose], left[:, loose] = 0.0, 0.0
+    return left
 
 
 def _without_round_off(slope: FloatArray) -> FloatArray:

@@ -212,7 +212,7 @@ def cut_cone(program: ConeProgram) -> ConeSolution:
         If a linear program has no end, or the cuts do not come to one.
     """
     rank, (rows, count) = program.rank, program.matrix.shape
-    planes = np.vstack([np.eye(rank), -np.eye(rank)]).reshape(-1, rank)
+    planes = np.vstack([np.eye(rank), -np.eye(rank)])
     for _ in range(MOST_CUTS):
         cuts = np.zeros((len(planes) + 1, count))
         cuts[:-1, :rank], cuts[:, rank] = planes, -1.0
