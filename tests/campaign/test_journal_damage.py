@@ -204,13 +204,18 @@ def test_a_disk_that_fails_is_said_in_one_line(path, monkeypatch):
             journal.add(0, b"x")
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
-def test_a_full_disk_is_said_also_where_closing_the_file_fails_again(path):
-    with pytest.raises(UsageError, match="journal: cannot be written"), journal_at(path, HEADER) as journal:
+def full_disk(path):
+    with journal_at(path, HEADER) as journal:
         handle = os.open("/dev/full", os.O_RDWR)
         os.dup2(handle, journal._file.fileno())
         os.close(handle)
         journal.add(0, b"small")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
+def test_a_full_disk_is_said_also_where_closing_the_file_fails_again(path):
+    with pytest.raises(UsageError, match="journal: cannot be written"):
+        full_disk(path)
 
 
 def test_a_record_that_could_not_begin_is_none(path, monkeypatch):
