@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.collapse_programs import collapse_in_box
+from shakedown.bounds.collapse_programs import collapse_in_box, collapse_limits
 from shakedown.bounds.least_box import Box, BoxMap
 from shakedown.bounds.lift_off import lift_off_bound
 from shakedown.bounds.upper import upper_bound
@@ -22,6 +22,7 @@ from shakedown.programs.row_programs import load_factor_program
 from shakedown.tolerances import DEFAULT, Tolerances
 from shakedown.uniqueness.coupling import coupling
 
+WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes, no limit in effect up to 100
 DOUBLINGS = 60  # of the load factor, where no λ_max ends the search
 STEPS = 100  # of the search; each closes the bracket by half at least every other time
 ACCURACY = 1e-11  # of the load factor, relative
@@ -64,12 +65,13 @@ class BoxBound(Result):
     low, high : (n,)
         The box at that load factor [length]; NaN where infeasible.
     limited_by
-        ``"first collapse"`` (a node loses its range of slips at some slip in the box), ``"lift-off"`` (some
+        ``"first collapse"`` (a node loses its range of slips at some slip in the box),
+        ``"search cut short"`` (it may, but in a large joint that is not sought to the end), ``"lift-off"`` (some
         slip in the box lifts a node off), ``"transient"`` (some slip in the box relieves a node of its
         pressure before the first period), or why nothing is proved: ``"coupling"`` (ρ* ≥ 1),
         ``"load domain"``, ``"mean load"``, ``"solver"``; ``"start"`` (the first load step does not admit
-        v₀, and some slip in the box relieves a node of its pressure there); empty where unbounded, or not found
-        up to the largest load factor tried.
+        v₀, and some slip in the box relieves a node of its pressure there); empty where unbounded, or not
+        found up to the largest load factor tried.
     node
         The node that collapses; −1 where none does.
     slip : (n,)
@@ -182,7 +184,9 @@ class _Boxes:
         self.problem, self.start, self._tolerances = problem, start, tolerances
         self.map, self._transient = BoxMap(problem, transient=transient), transient
         self._program = load_factor_program(self.map.rows, towards=+1.0, tolerances=tolerances).hold_basis()
-        self._known = np.zeros(problem.n)  # a node does not collapse below, in boxes no larger than …
+        self._anywhere = collapse_limits(self.map.rows).load_factors  # a node collapses nowhere below
+        self._left = max(WORK // problem.n**3, 2)  # how many programs may still be solved
+        self._known = self._anywhere  # a node does not collapse below, in boxes no larger than …
         self._largest = inf  # … that of this load factor
 
     def at(self, load_factor: float) -> Box:
@@ -225,13 +229,17 @@ class _Boxes:
     def first_end(self, box: Box, load_factor: float) -> _End:
         """The first collapse or lift-off in the box of a load factor."""
         if load_factor > self._largest:
-            self._known[:] = 0.0
+            self._known = self._anywhere
         found = _End(inf, "", -1, np.full(self.problem.n, nan))
         known = np.maximum(self._known, self.map.apart_below(box))
         self._program.set_columns(np.arange(self.problem.n), box.low, box.high)
         for node in np.argsort(known, kind="stable").tolist():
             if known[node] >= found.load_factor:
                 break  # nor does a node after it collapse earlier
+            if not self._left:  # what is known of the node holds without its program
+                found = _End(float(known[node]), "search cut short", node, np.full(self.problem.n, nan))
+                break
+            self._left -= 1
             x = collapse_in_box(self._program, self.map.rows, node, box.low, box.high)
             known[node] = inf if x is None else max(known[node], float(x[-1]))
             if x is not None and x[-1] < found.load_factor:

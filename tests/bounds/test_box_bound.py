@@ -201,3 +201,12 @@ def test_a_slip_that_the_first_load_does_not_admit_must_leave_every_node_pressed
     assert pressed.load_factor > 0
     state = shakedown.long_term_state(problem, 0.999 * pressed.load_factor, [2.0, -1.0])
     assert state.outcome == "shakedown"
+
+
+def test_a_search_cut_short_proves_what_it_has_reached(monkeypatch) -> None:
+    joint = replace(shakedown.example("block-33"), f=np.full(33, 0.2))
+    whole = shakedown.box_bound(joint)
+    monkeypatch.setattr("shakedown.bounds.box_bound.WORK", 0)
+    short = shakedown.box_bound(joint)
+    assert short.limited_by == "search cut short"
+    assert shakedown.lower_bound(joint).load_factor * (1 - 1e-9) <= short.load_factor <= whole.load_factor

@@ -215,7 +215,7 @@ def test_on_a_cluster_the_bytes_are_the_same(tmp_path):
     calls = []
     mapped(tmp_path / "whole.npz", 64)
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, silence_logs=50
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=":0", silence_logs=50
     ) as cluster:
         address = cluster.scheduler_address
         mapped(tmp_path / "cluster.npz", 64, scheduler=address, progress=lambda *done: calls.append(done))
