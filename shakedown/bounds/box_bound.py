@@ -66,12 +66,12 @@ class BoxBound(Result):
         The box at that load factor [length]; NaN where infeasible.
     limited_by
         ``"first collapse"`` (a node loses its range of slips at some slip in the box),
-        ``"search cut short"`` (it may, but in a large joint that is not sought to the end), ``"lift-off"`` (some
-        slip in the box lifts a node off), ``"transient"`` (some slip in the box relieves a node of its
-        pressure before the first period), or why nothing is proved: ``"coupling"`` (ρ* ≥ 1),
-        ``"load domain"``, ``"mean load"``, ``"solver"``; ``"start"`` (the first load step does not admit
-        v₀, and some slip in the box relieves a node of its pressure there); empty where unbounded, or not
-        found up to the largest load factor tried.
+        ``"search cut short"`` (it may, but in a large joint that is not sought to the end),
+        ``"lift-off"`` (some slip in the box lifts a node off), ``"transient"`` (some slip in the box
+        relieves a node of its pressure before the first period), or why nothing is proved:
+        ``"coupling"`` (ρ* ≥ 1), ``"load domain"``, ``"mean load"``, ``"solver"``; ``"start"`` (the
+        first load step does not admit v₀, and some slip in the box relieves a node of its pressure
+        there); empty where unbounded, or not found up to the largest load factor tried.
     node
         The node that collapses; −1 where none does.
     slip : (n,)
