@@ -159,8 +159,8 @@ def _safe_below(
     if np.any(np.isnan(centre)):
         return False
     ends = (0.0, max((each for each in load_factors if each < inf), default=0.0))
-    excess = max(float(rows.relative_excess(centre, end).max()) for end in ends)
-    return excess <= tolerances.feasibility
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond all floats no slip is safe
+        return all(bool(rows.relative_excess(centre, end).max() <= tolerances.feasibility) for end in ends)
 
 
 def _vector(name: str, values: ArrayLike, n: int) -> FloatArray:
