@@ -33,6 +33,22 @@ OUTSIDE = 1e-7  # of the size of the box, that counts as outside
 THREADS = 1
 TRIES, PRESSED = 100, 0.2  # to draw a joint; pressure that each try adds, as most fail by lift-off
 
+KEYS = (  # what is counted
+    "joints_found",
+    "runs",
+    "failed",
+    "undecided",
+    "large",
+    "large_otherwise",
+    "box_runs",
+    "box_failed",
+    "box_left",
+    "witnesses",
+    "witnesses_cycle",
+    "box_witnesses",
+    "box_witnesses_cycle",
+)
+
 
 def cases(short: bool) -> list[dict]:
     """COLLAPSE_BATCHES of each kind (1 by default; 6 make a million runs)."""
@@ -53,21 +69,7 @@ def measure(case: dict) -> dict:
     bands, shapes = [*BANDS, *BEYOND], [*SHAPES, "floating"]
     key = [case["seed"], case["n"], bands.index(case["band"]), shapes.index(case["shape"])]
     rng = np.random.default_rng(key)
-    counts = dict.fromkeys(
-        (
-            "joints_found",
-            "runs",
-            "failed",
-            "undecided",
-            "large",
-            "large_otherwise",
-            "box_runs",
-            "box_failed",
-            "box_left",
-        ),
-        0,
-    )
-    counts |= dict.fromkeys(("witnesses", "witnesses_cycle", "box_witnesses", "box_witnesses_cycle"), 0)
+    counts = dict.fromkeys(KEYS, 0)
     ratios, shares = [], []
     for number in range(case["joints"]):
         found = joint_of(rng, case, LOADS[number % len(LOADS)])
@@ -222,22 +224,6 @@ def in_boxes(rng: np.random.Generator, problem: shakedown.Problem, starts: int, 
             state = shakedown.long_term_state(problem, JUST_ABOVE * bound.load_factor, bound.slip)
             counts["box_witnesses_cycle"] += state.outcome != "shakedown"
     return shares
-
-
-KEYS = (
-    *(
-        "joints_found",
-        "runs",
-        "failed",
-        "undecided",
-        "large",
-        "large_otherwise",
-        "box_runs",
-        "box_failed",
-        "box_left",
-    ),
-    *("witnesses", "witnesses_cycle", "box_witnesses", "box_witnesses_cycle"),
-)
 
 
 def tables(rows: list[dict]) -> str:
