@@ -24,7 +24,7 @@ def mean_load_is_safe(
     problem: Problem, rows: Constraints, program: LinearProgram, certify: bool, tolerances: Tolerances
 ) -> bool:
     """Whether some slip is safe under the mean load alone."""
-    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is
+    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is, or one found without a program
         return True
     start = program.solve()
     exact = sought(starts_safe, problem, start, tolerances) if certify else None
