@@ -9,7 +9,7 @@ import shakedown
 from benchmarks.refinement import block_on_plane
 from benchmarks.timing import in_turn
 from shakedown import Evolution, loading, scales
-from shakedown.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.report.text_table import table
 
 TITLE = "Elastic blocks above the upper bound: one exact cycle against one Gauss–Seidel pass"

@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
 from shakedown import constraints
-from shakedown.enumeration.intersection import scaled_rows
-from shakedown.enumeration.tasks import Tree, pieces
+from shakedown.planar.enumeration.intersection import scaled_rows
+from shakedown.planar.enumeration.tasks import Tree, pieces
 from shakedown.report.text_table import table
 
 TITLE = "Critical load factors: time per subset"

@@ -28,9 +28,9 @@ from matplotlib.patches import Polygon
 
 import shakedown
 from shakedown import Constraints, FloatArray, Problem, plot
+from shakedown.ground.visible_text import with_unit
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
 from shakedown.report.text_table import table
-from shakedown.visible_text import with_unit
 
 TITLE = "Chapters IV and V: planes of slips and reactions, wedging, slip in the tenth cycle"
 CYCLE = 9  # the tenth

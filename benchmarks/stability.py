@@ -24,13 +24,13 @@ from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
 from shakedown import FloatArray, Problem, law_violation, reactions, scales
-from shakedown.kernels import event_loop
-from shakedown.kernels.active_set import factorize
-from shakedown.kernels.gauss_seidel import Stiffness, load_steps
-from shakedown.kernels.moving_state import begin, course, room_for
-from shakedown.kernels.run import run_along
+from shakedown.joint.loading import ramp_start
 from shakedown.long_term.fixed_steps import MAX_SWEEPS
-from shakedown.model.loading import ramp_start
+from shakedown.motion.kernels import event_loop
+from shakedown.motion.kernels.active_set import factorize
+from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.kernels.moving_state import begin, course, room_for
+from shakedown.motion.kernels.run import run_along
 from shakedown.report.text_table import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"

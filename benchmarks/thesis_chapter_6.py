@@ -26,7 +26,7 @@ def _equations() -> list[Entry]:
         ),
         entry(
             "(6.18)–(6.22)", "viscous motion beyond the discontinuity; damping D",
-            "shakedown.evolution.viscous_jump.ViscousMotion shakedown.Jump",
+            "shakedown.motion.viscous_jump.ViscousMotion shakedown.Jump",
         ),
         entry(
             "(6.31)–(6.40)", "perturbation of the corner; equilibrium with one node open",

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import click
 
 import shakedown
-from shakedown.visible_text import shortened
+from shakedown.ground.visible_text import shortened
 
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")

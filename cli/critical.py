@@ -6,8 +6,8 @@ import click
 
 import shakedown
 from shakedown import SIDE_NAMES, Problem
+from shakedown.ground.visible_text import with_unit
 from shakedown.report.words import critical_in_words
-from shakedown.visible_text import with_unit
 
 from .options import json_option, problem_argument, quiet_option
 from .output import (

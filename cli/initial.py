@@ -9,7 +9,7 @@ import numpy as np
 
 import shakedown
 from shakedown import FloatArray, Problem
-from shakedown.visible_text import shortened
+from shakedown.ground.visible_text import shortened
 
 from .claims import reads
 

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 import shakedown
-from shakedown.visible_text import shortened
+from shakedown.ground.visible_text import shortened
 
 from .claims import name_of, reads
 from .output import QUIET

@@ -12,11 +12,11 @@ import click
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
 from shakedown.report.words import down
-from shakedown.visible_text import LONGEST_NAME, one_line, visible
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask

@@ -11,7 +11,7 @@ from typing import TextIO
 import click
 
 import shakedown
-from shakedown.visible_text import one_line
+from shakedown.ground.visible_text import one_line
 
 from .group import NAME, shakedown_bounds
 

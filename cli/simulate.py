@@ -10,6 +10,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import (
@@ -18,7 +19,6 @@ from shakedown.report.words import (
     simulated_path_in_words,
     sliding_in_words,
 )
-from shakedown.visible_text import shortened, with_unit
 
 from .claims import OutputFile
 from .initial import initial_state, moved_by_transient, zone_nodes

@@ -8,7 +8,8 @@ import click
 
 import shakedown
 from shakedown import SIDE_NAMES, Problem
-from shakedown.evidence import Missing, present, sought
+from shakedown.ground.evidence import Missing, present, sought
+from shakedown.ground.visible_text import with_unit
 from shakedown.report.json_documents import (
     bounds_document,
     proved_document,
@@ -26,7 +27,6 @@ from shakedown.report.words import (
     up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
-from shakedown.visible_text import with_unit
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option

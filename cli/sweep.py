@@ -10,10 +10,10 @@ import numpy as np
 
 import shakedown
 from shakedown import FloatArray, Problem
+from shakedown.ground.visible_text import shortened
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.words import LOAD_DOMAIN, down, up
-from shakedown.visible_text import shortened
 
 from .claims import PICTURES, RECORD, OutputFile, name_of, reads, writes
 from .initial import initial_state

@@ -9,6 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.visible_text import with_unit
 from shakedown.report.json_documents import verification_document
 from shakedown.report.node_words import resolution, without_round_off
 from shakedown.report.words import (
@@ -21,7 +22,6 @@ from shakedown.report.words import (
     start_in_words,
     transient_in_words,
 )
-from shakedown.visible_text import with_unit
 
 from .claims import OutputFile, writes
 from .options import (

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown import Problem
-from shakedown.programs.best_zone import opened_by_mean_load
+from shakedown.bounds.best_zone import opened_by_mean_load
 
 
 def partly_open(seed, n=None):

@@ -1,8 +1,7 @@
-"""Bounds of the load factor, and what they guarantee.
+"""What is proved of any joint by programs alone: above which load factor never, from which state safely.
 
-Reading order: ``upper`` (λ_max and the safe slip), ``collapse_programs`` and ``lower`` (λ_1, first
-collapse), ``safe_slip`` (most room at one load factor), ``shakedown_bounds`` (both), ``certificate``
-(exact enclosures), then how far λ_1 is a guarantee: ``single_node_cycle``, ``lift_off``, ``proof_status``;
-``least_box`` (the box of slips that a state cannot leave) and ``box_bound`` (what it proves from that
-state); ``interior_point`` is the second road to both bounds.
+Reading order: ``upper`` (λ_max and the safe slip), ``best_zone`` (which nodes stay open),
+``safe_slip`` (most room at one load factor), ``exact_rows`` (a problem's rows without round-off),
+``certificate`` (exact enclosures), ``interior_point``
+(the second road to the bounds). Below them ``energy/``: what is proved from a given state on.
 """

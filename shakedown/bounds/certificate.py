@@ -6,19 +6,20 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.exact_rows import ExactRows, exact_rows
 from shakedown.bounds.interior_point import extreme_load_factor
-from shakedown.evidence import Missing
-from shakedown.model.constraints import Constraints, constraints
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.rigid_slips import rigid_slips
-from shakedown.model.status import Status
-from shakedown.programs.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
-from shakedown.programs.exact_rows import ExactRows, exact_rows
-from shakedown.programs.integer_algebra import enclosure
+from shakedown.ground.evidence import Missing
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.programs.exact.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
+from shakedown.programs.exact.integer_algebra import enclosure
+from shakedown.programs.exact.verified_vertex import verified_vertex
 from shakedown.programs.linear_program import Solution
-from shakedown.programs.verified_vertex import verified_vertex
 from shakedown.programs.vertex import without_round_off
-from shakedown.tolerances import Tolerances
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second

@@ -12,15 +12,16 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from shakedown.model.arguments import checked, node_numbers
-from shakedown.model.constraints import GAP, Constraints, constraints, step_loads
-from shakedown.model.contact_zone import contact_zone
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.model.status import Status
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked, node_numbers
+from shakedown.joint.constraints import GAP, Constraints, constraints, step_loads
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.programs.cone_program import CLARABEL_ENDS
 from shakedown.programs.equilibration import equilibration, typical_size
-from shakedown.tolerances import DEFAULT, Tolerances
 
 # The tolerance that Clarabel is asked for and the length of its steps; the second where the first stalls.
 ATTEMPTS = ((1e-11, 0.99), (1e-9, 0.9))

@@ -7,15 +7,16 @@ from typing import Literal
 
 import numpy as np
 
+from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.upper import rows_of
-from shakedown.model.arguments import check_load_factor, checked
-from shakedown.model.constraints import Constraints, rows_named
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.model.status import Status
-from shakedown.programs.best_zone import chosen_zone
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.constraints import Constraints, rows_named
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.programs.row_programs import widest
-from shakedown.tolerances import DEFAULT, Tolerances
 
 
 @dataclass(frozen=True, eq=False, repr=False)

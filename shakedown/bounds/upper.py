@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.certificate import (
     UPPER_CERTIFIED_UP_TO,
     Certificate,
@@ -14,18 +15,18 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
-from shakedown.errors import UsageError
-from shakedown.evidence import Missing, sought
-from shakedown.model.arguments import checked
-from shakedown.model.constraints import Constraints, constraints, rows_named, through_transient
-from shakedown.model.contact_zone import Zone
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.model.status import Status
-from shakedown.programs.best_zone import chosen_zone
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked
+from shakedown.joint.constraints import Constraints, constraints, rows_named, through_transient
+from shakedown.joint.contact_zone import Zone
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.programs.linear_program import INF, Solution
 from shakedown.programs.row_programs import load_factor_program, widest
-from shakedown.tolerances import DEFAULT, Tolerances
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"

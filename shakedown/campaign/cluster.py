@@ -8,8 +8,8 @@ from threading import Timer
 from typing import TYPE_CHECKING
 
 from shakedown.campaign.crew import Losses, Work
-from shakedown.errors import UsageError
-from shakedown.visible_text import visible
+from shakedown.ground.errors import UsageError
+from shakedown.ground.visible_text import visible
 
 if TYPE_CHECKING:
     from distributed import Client

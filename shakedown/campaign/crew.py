@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from shakedown.argument_kinds import check_fields
-from shakedown.errors import SolverError, UsageError
-from shakedown.model.arguments import check_count
-from shakedown.programs.blas_threads import all_cores
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.blas_threads import all_cores
+from shakedown.ground.errors import SolverError, UsageError
+from shakedown.joint.arguments import check_count
 
 Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
 

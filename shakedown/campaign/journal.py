@@ -18,9 +18,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
-from shakedown.errors import UsageError
 from shakedown.files.atomic_write import check_target, is_at, locked, sync_folder
-from shakedown.visible_text import shortened
+from shakedown.ground.errors import UsageError
+from shakedown.ground.visible_text import shortened
 
 KIND = b"shakedown campaign, format "
 FORMAT = KIND + b"2\n"

@@ -11,9 +11,9 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
 from shakedown.files.npy import read_array, read_header
-from shakedown.model.problem import Problem
+from shakedown.ground.errors import ProblemError
+from shakedown.joint.problem import Problem
 
 
 def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:

@@ -14,7 +14,7 @@ from threading import Thread
 from threadpoolctl import threadpool_limits
 
 from shakedown.campaign.crew import Losses, Work
-from shakedown.errors import UsageError
+from shakedown.ground.errors import UsageError
 
 WANTED = "expected functions that other processes can import (of a module, no lambda)"
 _pickled: bytes  # the work of this process, where it is a worker

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from shakedown.argument_kinds import checked
 from shakedown.condensation.contact_frame import (
     ContactFrame,
     check_out_of_plane,
@@ -25,12 +24,14 @@ from shakedown.condensation.stiffness_checks import (
     checked_matrix,
     zero_modes,
 )
-from shakedown.errors import ProblemError
-from shakedown.model.field_values import DOMAIN, LOOP
-from shakedown.model.initial_gap import with_initial_gap
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.tolerances import DEFAULT
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.field_values import DOMAIN, LOOP
+from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 
 
 @dataclass(frozen=True, eq=False, repr=False)

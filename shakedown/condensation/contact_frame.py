@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
-from shakedown.tolerances import DEFAULT
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
 
 IntArray = NDArray[np.intp]
 

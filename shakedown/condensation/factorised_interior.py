@@ -10,9 +10,9 @@ from scipy.sparse.linalg import ArpackError, SuperLU, splu
 from shakedown.condensation.contact_frame import ContactFrame
 from shakedown.condensation.load_case import LoadCase
 from shakedown.condensation.loose_motion import Places, loose_motion
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
-from shakedown.tolerances import DEFAULT
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
 
 _COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace to 64 vectors
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.argument_kinds import check_fields
-from shakedown.errors import ProblemError
-from shakedown.given_numbers import real_values
-from shakedown.model.problem import FloatArray
-from shakedown.model.result import Result
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.given_numbers import real_values
+from shakedown.joint.result import Result
 
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
 

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigsh
 
-from shakedown.model.problem import FloatArray
+from shakedown.ground.float_array import FloatArray
 
 Places = Mapping[int, Sequence[float]]  # node → (x, y, z)
 _NULL = 1e-9  # of the largest diagonal entry: an eigenvalue that is a motion without resistance

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
-from shakedown.tolerances import DEFAULT
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
 
 
 def checked_matrix(K: Any, dofs: NDArray[np.intp]) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
@@ -85,7 +85,7 @@ def check_condensed(K: sparse.csr_array, nodes: NDArray[np.intp]) -> None:
     >>> check_condensed(chain, np.array([1, 2, 3]))
     Traceback (most recent call last):
         ...
-    shakedown.errors.ProblemError: K: expected a condensed matrix, found 2 of 9 node pairs ...
+    shakedown.ground.errors.ProblemError: K: expected a condensed matrix, found 2 of 9 node pairs ...
     """
     labels, index = np.unique(nodes, return_inverse=True)
     entries = K.tocoo()

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.errors import UsageError
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.classical import cylinder_on_flat, press_fit
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
-from shakedown.model.arguments import checked
-from shakedown.model.problem import Problem
+from shakedown.ground.errors import UsageError
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
 
 
 @checked

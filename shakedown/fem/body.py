@@ -22,10 +22,10 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from shakedown.argument_kinds import check_fields
 from shakedown.condensation.load_case import LoadCase
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 
 IntArray = NDArray[np.intp]
 

@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import MeshQuad
 
-from shakedown.errors import UsageError
 from shakedown.fem.body import ElasticBody, Material, Support
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Displacement, Traction
 from shakedown.fem.mesh import block_mesh
-from shakedown.model.arguments import checked
-from shakedown.model.problem import FloatArray, Problem
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
 
 HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 

@@ -8,14 +8,15 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.argument_kinds import checked
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import node_names
-from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.fem.origin import Contact, origin_text
-from shakedown.model.initial_gap import with_initial_gap
-from shakedown.model.problem import FloatArray, Problem
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.problem import Problem
 
 
 @checked

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
 
 
 @dataclass(frozen=True)

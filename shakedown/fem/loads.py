@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 from skfem import LinearForm
 from skfem.helpers import dot
 
-from shakedown.argument_kinds import check_fields
 from shakedown.condensation.load_case import LoadCase
-from shakedown.errors import ProblemError
 from shakedown.fem.body import ElasticBody, Support
-from shakedown.model.problem import FloatArray
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 
 Field = float | Callable[[FloatArray], FloatArray]
 History = ArrayLike | Callable[[FloatArray], FloatArray]

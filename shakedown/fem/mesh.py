@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from skfem import Mesh, MeshQuad, MeshTri
 
-from shakedown.errors import ProblemError
 from shakedown.fem.origin import remember_file
-from shakedown.model.arguments import checked
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import checked
 
 
 @checked

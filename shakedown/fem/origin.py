@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from skfem import Mesh, MeshQuad
 
 from shakedown.fem.body import BodyLoad, ElasticBody, Material, Support
-from shakedown.model.problem import FloatArray
+from shakedown.ground.float_array import FloatArray
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from

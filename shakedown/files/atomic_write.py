@@ -9,9 +9,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
 from shakedown.files.regular_file import kind_of
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
 
 try:
     import fcntl

@@ -6,10 +6,10 @@ from importlib import resources
 
 import numpy as np
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
 from shakedown.files.npz import load_problem
-from shakedown.model.problem import Problem
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
+from shakedown.joint.problem import Problem
 
 
 @checked

@@ -11,14 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import ProblemError, UsageError
 from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
 from shakedown.files.regular_file import open_regular
-from shakedown.model.field_values import LOOP, NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.visible_text import LONGEST_NAME, shortened
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import LONGEST_NAME, shortened
+from shakedown.joint.field_values import LOOP, NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
+from shakedown.joint.problem import Problem
 
 SCHEMA = "shakedown/1"
 KEYS = frozenset(SHAPES) | frozenset(TEXTS)

@@ -4,7 +4,7 @@ import os
 import stat
 from typing import BinaryIO
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 
 _KINDS = (
     (stat.S_ISDIR, "a directory"),

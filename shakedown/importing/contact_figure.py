@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
 from shakedown.importing.import_model import Import
 from shakedown.readers.mesh import CORNERS
 

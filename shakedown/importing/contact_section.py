@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from shakedown.condensation.contact_frame import node_names
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
 from shakedown.importing.toml_table import Table
-from shakedown.model.problem import FloatArray
 from shakedown.readers import Mesh, read_table
 
 _NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.argument_kinds import checked
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import friction_left_out
-from shakedown.errors import ProblemError
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
 from shakedown.importing.contact_section import ContactSection, contact_section
-from shakedown.importing.evidence import LoadEvidence, load_evidence, rigid_residual
 from shakedown.importing.input_files import InputFiles, sha256
+from shakedown.importing.load_evidence import LoadEvidence, load_evidence, rigid_residual
 from shakedown.importing.load_section import (
     ImportContext,
     absent_before,
@@ -27,12 +29,11 @@ from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.stiffness_section import stiffness_section
 from shakedown.importing.toml_table import Table, read_toml
 from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.readers import Mesh, Stiffness
 from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.mesh import SOLIDS
-from shakedown.shown_values import plain
 
 
 @dataclass(frozen=True, eq=False, repr=False)

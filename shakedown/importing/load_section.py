@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
-from shakedown.model.problem import FloatArray
 from shakedown.readers import (
     Reactions,
     Stiffness,

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.toml_table import Table, shown
-from shakedown.model.problem import FloatArray
 from shakedown.readers import Mesh, read_coordinates, read_deck, read_grids
 from shakedown.readers.deck import is_deck
 from shakedown.readers.nastran_bulk import is_bulk_data

@@ -7,12 +7,12 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from shakedown.condensation.stiffness_checks import check_condensed
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
 from shakedown.importing.toml_table import Table
-from shakedown.model.problem import FloatArray
 from shakedown.readers import (
     Stiffness,
     read_analysis_set,

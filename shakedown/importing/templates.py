@@ -4,8 +4,8 @@ import os
 from importlib.resources import files
 from pathlib import Path
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import ProblemError, UsageError
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError, UsageError
 
 _KINDS = ("abaqus", "ansys", "calculix", "nastran", "reactions")
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.toml_table import Table
-from shakedown.model.problem import FloatArray
 from shakedown.readers import NumberTable, read_table
 from shakedown.readers.text import listed
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.evolution.cycle_record import CycleRecord
-from shakedown.model.problem import FloatArray
-from shakedown.model.result import Result
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.result import Result
+from shakedown.motion.cycle_record import CycleRecord
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,17 +8,18 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.box_bound import box_proves
-from shakedown.energy.energy_ball import EnergyBall, energy_ball
-from shakedown.errors import UsageError
-from shakedown.evidence import present, sought
-from shakedown.evolution.cycle_record import State
-from shakedown.evolution.integrator import Evolution
-from shakedown.evolution.reduced_scene import Scene
-from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.programs.blas_threads import on_one_thread
-from shakedown.tolerances import Tolerances
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import present, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.motion.cycle_record import State
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.reduced_scene import Scene
+from shakedown.planar.collapse.box_bound import box_proves
 
 
 @dataclass(frozen=True)

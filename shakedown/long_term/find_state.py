@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.evolution.evolve import expanded_history, require_closed
-from shakedown.evolution.reduced_scene import Scene, reduced_scene
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_arguments, check_count, checked
+from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import MANY, check_arguments, check_count, checked
-from shakedown.model.problem import Problem
-from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.motion.evolve import expanded_history, require_closed
+from shakedown.motion.reduced_scene import Scene, reduced_scene
 
 
 @checked

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.evolution.contact_law import law_violation, reactions, scales
-from shakedown.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.cycle_log import CycleLog, Cycles
 from shakedown.long_term.outcome import WINDOW, Outcome, Verdict, judge
-from shakedown.model.loading import loading, transient_path
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.tolerances import Tolerances
+from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 
 MAX_SWEEPS = 10_000
 

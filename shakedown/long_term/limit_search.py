@@ -6,16 +6,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.evolution.cycle_record import CycleRecord, State
-from shakedown.evolution.event_history import EventHistory
-from shakedown.evolution.integrator import Evolution
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
 from shakedown.long_term.cycle_map import CycleMap, Limit, follow_period, limit
 from shakedown.long_term.energy_proof import Passage
 from shakedown.long_term.outcome import cycles_in_words
 from shakedown.long_term.state import LongTermState
 from shakedown.long_term.steady_period import settled_state, unsettled_state
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.tolerances import Tolerances
+from shakedown.motion.cycle_record import CycleRecord, State
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.integrator import Evolution
 
 LONGEST_PERIOD = 8  # cycles
 

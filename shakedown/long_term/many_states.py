@@ -7,17 +7,11 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.errors import UsageError
-from shakedown.evolution.integrator import RECORD_ROWS, ROUNDING, Evolution
-from shakedown.kernels.event_loop import DONE, EFFORT, PAUSED
-from shakedown.kernels.moving_state import room_for
-from shakedown.kernels.run import run_along
-from shakedown.long_term.cycle_map import limit
-from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.outcome import Outcome
-from shakedown.long_term.state import LongTermState
-from shakedown.model.arguments import (
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import (
     MANY,
     check_arguments,
     check_count,
@@ -26,13 +20,16 @@ from shakedown.model.arguments import (
     real_array,
     require_problem,
 )
-from shakedown.model.loading import transient_path
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.programs.blas_threads import on_one_thread
-from shakedown.settling.path_check import Scale, path_check
-from shakedown.settling.period_map import period_map
-from shakedown.settling.search import (
+from shakedown.joint.loading import transient_path
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.cycle_map import limit
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.long_term.outcome import Outcome
+from shakedown.long_term.settling.path_check import Scale, path_check
+from shakedown.long_term.settling.period_map import period_map
+from shakedown.long_term.settling.search import (
     CYCLIC_SLIP,
     HANDED_OVER,
     LIMIT_WANTED,
@@ -44,8 +41,12 @@ from shakedown.settling.search import (
     Search,
     search,
 )
-from shakedown.settling.settle import nodes_of_map, restart, settle, take_limit
-from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.long_term.settling.settle import nodes_of_map, restart, settle, take_limit
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.integrator import RECORD_ROWS, ROUNDING, Evolution
+from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED
+from shakedown.motion.kernels.moving_state import room_for
+from shakedown.motion.kernels.run import run_along
 
 BLOCK = 4096  # states that a thread takes at once
 MOST_REMEMBERED = 4096  # states between two cycles

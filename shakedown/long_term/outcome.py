@@ -6,8 +6,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.cycle_log import Cycles
-from shakedown.model.problem import FloatArray
 
 
 class Outcome(StrEnum):

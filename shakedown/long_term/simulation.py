@@ -8,22 +8,23 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
-from shakedown.evolution.initial_state import beginning
-from shakedown.evolution.viscous_jump import Jump
 from shakedown.files.atomic_write import atomic_write
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import short
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import check_arguments, checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.cycle_log import Cycles, logged
 from shakedown.long_term.fixed_steps import History, Stepping
 from shakedown.long_term.limit_search import LimitSearch
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
-from shakedown.model.arguments import check_arguments, checked
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
-from shakedown.shown_values import short
-from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.initial_state import beginning
+from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "gauss-seidel")
 

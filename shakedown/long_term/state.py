@@ -8,12 +8,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.evolution.event_history import EventHistory
-from shakedown.evolution.reduced_scene import Scene
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
 from shakedown.long_term.outcome import Outcome
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.result import Result
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.reduced_scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

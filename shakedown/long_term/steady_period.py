@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.evolution.contact_law import law_violation, reactions
-from shakedown.evolution.cycle_record import CycleRecord
-from shakedown.evolution.event_history import EventHistory, EventKind
-from shakedown.evolution.integrator import Evolution
-from shakedown.kernels.gauss_seidel import OPEN
+from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.outcome import Outcome, cycles_in_words, nodes_in_words, numbers
 from shakedown.long_term.state import LongTermState
-from shakedown.model.problem import FloatArray
+from shakedown.motion.contact_law import law_violation, reactions
+from shakedown.motion.cycle_record import CycleRecord
+from shakedown.motion.event_history import EventHistory, EventKind
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.gauss_seidel import OPEN
 
 
 def settled_state(

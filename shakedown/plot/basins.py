@@ -13,12 +13,13 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from shakedown.errors import UsageError
-from shakedown.model.arguments import checked
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of, work_unit
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of, work_unit
 from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, node_name
-from shakedown.visible_text import with_unit
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness

@@ -7,11 +7,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
-from shakedown.model.arguments import checked, real_array
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import stress_unit, units_of, work_unit
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked, real_array
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.motion.event_history import EventHistory
 from shakedown.plot.loops import friction_work
 from shakedown.plot.style import (
     BLACK,
@@ -23,7 +25,6 @@ from shakedown.plot.style import (
     positions,
     style_of,
 )
-from shakedown.visible_text import with_unit
 
 
 @checked

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from shakedown.visible_text import visible
+from shakedown.ground.visible_text import visible
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINTS = 72  # of an inch: then a place on the figure is a place in the picture

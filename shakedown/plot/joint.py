@@ -4,12 +4,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from shakedown.model.arguments import checked
-from shakedown.model.loading import loading
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import stress_unit, units_of
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import stress_unit, units_of
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, axes_for, flanks, positions
-from shakedown.visible_text import with_unit
 
 MOST_ARROWS = 40
 LONGEST_ARROW = 0.16  # of the size of the picture

@@ -7,15 +7,15 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.shakedown_bounds import ShakedownBounds
-from shakedown.errors import UsageError
+from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.ground.errors import UsageError
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
-from shakedown.model.arguments import checked
-from shakedown.model.problem import Problem
-from shakedown.model.units import units_of
+from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, style_of
-from shakedown.universal.guarantee_curve import GuaranteeCurve
-from shakedown.visible_text import with_unit
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points

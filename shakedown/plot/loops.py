@@ -5,12 +5,14 @@ from collections.abc import Iterable
 import numpy as np
 from matplotlib.axes import Axes
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
-from shakedown.model.arguments import checked
-from shakedown.model.loading import loading
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of, work_unit
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of, work_unit
+from shakedown.motion.event_history import EventHistory
 from shakedown.plot.style import (
     GREY,
     LINES,
@@ -19,7 +21,6 @@ from shakedown.plot.style import (
     node_name,
     path_of,
 )
-from shakedown.visible_text import with_unit
 
 MOST_LOOPS = 4
 

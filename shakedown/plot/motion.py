@@ -9,13 +9,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write
-from shakedown.model.arguments import check_count, checked, is_finite
-from shakedown.model.constraints import BACKWARD, constraints
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import check_count, checked, is_finite
+from shakedown.joint.constraints import BACKWARD, constraints
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.motion.event_history import EventHistory
 from shakedown.plot.planes import draw_rows, loads_felt, window
 from shakedown.plot.style import (
     BLACK,
@@ -31,7 +33,6 @@ from shakedown.plot.style import (
     path_of,
 )
 from shakedown.programs.polygon import corners
-from shakedown.visible_text import with_unit
 
 FRAMES, MOST_FRAMES = 60, 10_000
 PER_SECOND = 12

@@ -7,12 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory, EventKind
-from shakedown.model.arguments import check_load_factor, checked
-from shakedown.model.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.plot.style import (
     BLACK,
     GREEN,
@@ -29,7 +31,6 @@ from shakedown.plot.style import (
     style_of,
 )
 from shakedown.programs.polygon import corners
-from shakedown.visible_text import with_unit
 
 ROW_COLOURS = (SKY, ORANGE)
 SECTORS = 4  # stick sectors drawn, at most

@@ -11,9 +11,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from shakedown.errors import UsageError
-from shakedown.model.arguments import check_load_factor, checked
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
 
 EVERY, THIS, DEPENDS, NEVER = (

@@ -10,13 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
 from shakedown.files.atomic_write import atomic_write, check_target
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.units import units_of
-from shakedown.visible_text import shortened, with_unit
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.motion.event_history import EventHistory
 
 # Okabe–Ito colours, told apart by readers with colour-blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"

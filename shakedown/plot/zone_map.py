@@ -8,10 +8,11 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.errors import UsageError
-from shakedown.evolution.event_history import EventHistory
-from shakedown.model.arguments import checked
-from shakedown.model.problem import FloatArray, Problem
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+from shakedown.motion.event_history import EventHistory
 from shakedown.plot.style import BLACK, GREY, STATES, Recorded, axes_for, flanks, path_of, positions
 
 DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark

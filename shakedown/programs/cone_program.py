@@ -9,12 +9,12 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from shakedown.errors import SolverError
-from shakedown.evidence import Missing, sought
-from shakedown.interior.dense_programs import cone_optimum
-from shakedown.model.problem import FloatArray
-from shakedown.model.status import Status
+from shakedown.ground.errors import SolverError
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
 from shakedown.programs.equilibration import power_of_two, typical_size
+from shakedown.programs.interior.dense_programs import cone_optimum
 from shakedown.programs.linear_program import INF, LinearProgram
 
 DENSE_FROM = 60  # rows, from where on dense interior points are quicker

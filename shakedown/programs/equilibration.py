@@ -4,8 +4,8 @@ from math import frexp, ldexp, sqrt
 
 import numpy as np
 
-from shakedown.model.problem import FloatArray
-from shakedown.tolerances import DEFAULT
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
 
 _HALFWAY = sqrt(0.5)  # between two powers of two, on the scale of exponents
 

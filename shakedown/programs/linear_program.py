@@ -8,13 +8,13 @@ import highspy
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import SolverError
-from shakedown.interior.dense_programs import meeting_rows
-from shakedown.model.problem import FloatArray
-from shakedown.model.status import Status
+from shakedown.ground.errors import SolverError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.equilibration import equilibration, power_of_two, typical_size
+from shakedown.programs.interior.dense_programs import meeting_rows
 from shakedown.programs.vertex import End, Vertex, cleaned, polished, sharpened, violation
-from shakedown.tolerances import DEFAULT, Tolerances
 
 INF = highspy.kHighsInf
 PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies

@@ -5,10 +5,10 @@ from math import inf
 
 import numpy as np
 
-from shakedown.model.constraints import Constraints
-from shakedown.model.problem import FloatArray
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import Constraints
 from shakedown.programs.linear_program import INF, LinearProgram
-from shakedown.tolerances import DEFAULT, Tolerances
 
 
 def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerances = DEFAULT) -> LinearProgram:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.model.problem import FloatArray
+from shakedown.ground.float_array import FloatArray
 
 UNLIMITED = float("inf")
 

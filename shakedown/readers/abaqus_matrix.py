@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.stiffness import Stiffness, from_entries
 from shakedown.readers.text import integers, number, quoted, read_lines
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.condensation.contact_frame import checked_dofs
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.abaqus_matrix import NodalLoads
 from shakedown.readers.stiffness import Stiffness, printed_accuracy
 from shakedown.readers.text import integers, listed, number, numbers, quoted, read_lines

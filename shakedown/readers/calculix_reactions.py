@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.condensation.stiffness_checks import asymmetry
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, number, quoted, read_lines
-from shakedown.tolerances import DEFAULT
 
 SEVEN_DIGITS = 1e-7  # of printed reactions
 HEADING = re.compile(r"^\s*forces \(fx,fy,fz\) for set (\S+) and time\s+(\S+)", re.IGNORECASE)

@@ -7,7 +7,7 @@ those of the wedge without what the stress around the circumference carries.
 Abaqus takes and writes everything for the whole circumference.
 """
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.abaqus_matrix import ABAQUS_MATRIX
 from shakedown.readers.calculix_storage import NUMBERED
 from shakedown.readers.mesh import ABAQUS, CALCULIX, Mesh

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.table import read_table
 

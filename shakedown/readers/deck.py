@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers.deck_sets import Members, relative_displacements, resolved
 from shakedown.readers.mesh import ABAQUS, CALCULIX, Element, Mesh
 from shakedown.readers.text import integers, number, quoted, read_lines

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.text import integers, number, quoted
 
 Members = tuple[str, list[str], bool]  # where it stands, its fields, whether they are first, last, step

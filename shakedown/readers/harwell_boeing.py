@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.row_map import Rows, row_map
 from shakedown.readers.stiffness import Stiffness, check_entries_once, checked
 from shakedown.readers.text import integers, numbers, quoted, read_lines

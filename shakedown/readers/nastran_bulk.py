@@ -13,8 +13,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.nastran_cards import Card, card_fields, cards, of_superelement
 from shakedown.readers.text import integers, quoted, read_lines

@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.nastran_cards import cards, of_superelement
 from shakedown.readers.stiffness import Stiffness, from_entries
 from shakedown.readers.text import integers, listed, number, read_lines

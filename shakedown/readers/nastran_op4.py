@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers.nastran_bulk import UNREADABLE, pyyeti_module
 from shakedown.readers.row_map import Rows, row_map
 from shakedown.readers.stiffness import Stiffness, checked

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.calculix_reactions import HEADING, Reactions, read_calculix_reactions
 from shakedown.readers.table import NumberTable, read_table
 from shakedown.readers.text import read_lines

@@ -5,7 +5,7 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.deck import is_deck, read_deck
 from shakedown.readers.nastran_bulk import is_bulk_data, read_analysis_set
 from shakedown.readers.text import integers, quoted, read_lines

@@ -4,7 +4,7 @@ import os
 import re
 from pathlib import Path
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix
 from shakedown.readers.abaqus_substructure import read_abaqus_substructure
 from shakedown.readers.calculix_reactions import HEADING

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from shakedown.condensation.contact_frame import checked_dofs
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 
 FEWEST_DIGITS, MOST_DIGITS = (
     5,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shakedown.errors import ProblemError
-from shakedown.model.problem import FloatArray
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers.text import listed, number, quoted, read_lines
 
 DELIMITERS = {"tab": "\t", ";": ";", ",": ",", "space": None}

@@ -7,7 +7,7 @@ import stat
 from collections.abc import Iterable
 from pathlib import Path
 
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 
 MOST_BYTES = 4 << 30  # of one input file
 _FORTRAN = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[DdEe]([-+]?[0-9]{1,6})|([-+][0-9]{1,6}))\Z")

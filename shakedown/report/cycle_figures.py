@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown import plot
-from shakedown.evolution.event_history import EventHistory
-from shakedown.evolution.evolve import evolve
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
-from shakedown.model.problem import Problem
-from shakedown.model.units import units_of, work_unit
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import evolve
 from shakedown.plot.inline_svg import Panel, Picture, panel
 from shakedown.plot.loops import friction_work
 from shakedown.plot.style import node_name

@@ -11,12 +11,12 @@ import numpy as np
 from shakedown import plot
 from shakedown.campaign.payload import fingerprint
 from shakedown.condensation.stiffness_checks import zero_modes
-from shakedown.model.loading import loading
-from shakedown.model.problem import Problem
-from shakedown.model.units import stress_unit, units_of
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import stress_unit, units_of
 from shakedown.plot.inline_svg import Picture, panel
 from shakedown.report.words import coupling_in_words
-from shakedown.tolerances import DEFAULT
 
 FEW = 3  # nodes up to which each one has its own picture
 SOURCE = {

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from shakedown.report.words import down, up
 
 if TYPE_CHECKING:
-    from shakedown.designs.diagram import Sweep
-    from shakedown.designs.smallest_cycle import SmallestCycle
-    from shakedown.model.problem import Problem
+    from shakedown.joint.problem import Problem
+    from shakedown.studies.designs.diagram import Sweep
+    from shakedown.studies.designs.smallest_cycle import SmallestCycle
 
 # What is said of a region, and its name in a table.
 SHORT = {

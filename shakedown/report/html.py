@@ -11,12 +11,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from shakedown.argument_kinds import checked
-from shakedown.errors import UsageError
 from shakedown.files.atomic_write import atomic_write_together, check_target
-from shakedown.model.problem import Problem
-from shakedown.model.units import units_of
-from shakedown.programs.blas_threads import on_one_thread
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.visible_text import shortened, visible
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
 from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
@@ -51,7 +52,6 @@ from shakedown.report.words import (
     transient_in_words,
 )
 from shakedown.verification.verify import Verification
-from shakedown.visible_text import shortened, visible
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 

@@ -6,17 +6,17 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
-from shakedown.model.problem import Problem
-from shakedown.shown_values import plain as plain
-from shakedown.visible_text import visible
+from shakedown.ground.shown_values import plain as plain
+from shakedown.ground.visible_text import visible
+from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
-    from shakedown.bounds.box_bound import BoxBound
-    from shakedown.bounds.shakedown_bounds import ShakedownBounds
+    from shakedown.assessment.shakedown_bounds import ShakedownBounds
+    from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.upper import UpperBound
-    from shakedown.energy.energy_bound import EnergyBound
     from shakedown.long_term.simulation import Simulation
-    from shakedown.universal.universal_bound import UniversalBound
+    from shakedown.planar.collapse.box_bound import BoxBound
+    from shakedown.planar.universal.universal_bound import UniversalBound
     from shakedown.verification.verify import Verification
 
 

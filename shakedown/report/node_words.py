@@ -7,10 +7,11 @@ from itertools import groupby
 
 import numpy as np
 
-from shakedown.evolution.contact_law import scales
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.tolerances import DEFAULT, Tolerances
-from shakedown.visible_text import shortened
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.visible_text import shortened
+from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import scales
 
 MOST_LABELS = 4  # that are listed beside the numbers
 LONGEST_LABEL = 16  # characters of a label in a table

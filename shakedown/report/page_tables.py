@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.simulation import Simulation
-from shakedown.model.constraints import SIDE_NAMES
-from shakedown.model.problem import Problem
-from shakedown.model.units import units_of, work_unit
 from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import down, start_in_words, up
 from shakedown.verification.verify import Run, Verification
-from shakedown.visible_text import with_unit
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown import plot
-from shakedown.evolution.contact_law import scales
-from shakedown.model.units import units_of
+from shakedown.joint.units import units_of
+from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import PANEL, Panel, Picture, panel
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report.node_words import open_in_words, resolution, without_round_off

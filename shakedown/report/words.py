@@ -8,28 +8,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.model.loading import loading
-from shakedown.model.rigid_slips import rigid_slips
-from shakedown.model.status import Status
-from shakedown.model.units import units_of, work_unit
+from shakedown.ground.shown_values import down as down
+from shakedown.ground.shown_values import up as up
+from shakedown.ground.status import Status
+from shakedown.joint.loading import loading
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
 from shakedown.report.node_words import pinned_in_words, slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
-from shakedown.shown_values import down as down
-from shakedown.shown_values import up as up
 from shakedown.verification.from_state import box_proves_more
 
 if TYPE_CHECKING:
-    from shakedown.bounds.box_bound import BoxBound
-    from shakedown.bounds.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
-    from shakedown.energy.energy_bound import EnergyBound
-    from shakedown.enumeration.critical import CriticalLoadFactors
-    from shakedown.friction.thresholds import FrictionThresholds, Threshold
+    from shakedown.assessment.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
+    from shakedown.assessment.transient_limit import TransientLimit
+    from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.joint.problem import Problem
     from shakedown.long_term.simulation import Simulation
-    from shakedown.long_term.transient_limit import TransientLimit
-    from shakedown.model.problem import Problem
-    from shakedown.universal.guarantee_curve import GuaranteeCurve
-    from shakedown.universal.universal_bound import UniversalBound
+    from shakedown.planar.collapse.box_bound import BoxBound
+    from shakedown.planar.enumeration.critical import CriticalLoadFactors
+    from shakedown.planar.friction.thresholds import FrictionThresholds, Threshold
+    from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
+    from shakedown.planar.universal.universal_bound import UniversalBound
     from shakedown.verification.verify import Run
 
 
@@ -207,7 +207,7 @@ def start_in_words(run: Run) -> str:
 
 def sliding_in_words(run: Simulation) -> str:
     """That the body slides away, and when, in the words of its stop."""
-    from shakedown.evolution.cycle_record import SLIDES_AWAY  # compiled code stands behind it
+    from shakedown.motion.cycle_record import SLIDES_AWAY  # compiled code stands behind it
 
     return run.reason.replace(SLIDES_AWAY, f"{SLIDES_AWAY} (gross slip)", 1)
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from shakedown.model.rigid_slips import rigid_slips
-from shakedown.model.status import Status
+from shakedown.ground.shown_values import down, up
+from shakedown.ground.status import Status
+from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.node_words import open_in_words as open_in_words
 from shakedown.report.node_words import pinned_in_words
-from shakedown.shown_values import down, up
 
 if TYPE_CHECKING:
-    from shakedown.bounds.shakedown_bounds import UpperBound
-    from shakedown.model.problem import Problem
+    from shakedown.assessment.shakedown_bounds import UpperBound
+    from shakedown.joint.problem import Problem
 
 
 def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str]:

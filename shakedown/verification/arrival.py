@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
-from shakedown.evolution.integrator import Evolution
-from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.model.loading import loading, transient_path
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.tolerances import DEFAULT, Tolerances
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.gauss_seidel import OPEN
 
 
 def arrives_closed(

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeGuard
 import numpy as np
 
 if TYPE_CHECKING:
-    from shakedown.bounds.box_bound import BoxBound
-    from shakedown.energy.energy_bound import EnergyBound
+    from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.planar.collapse.box_bound import BoxBound
 
 
 class FromState(NamedTuple):

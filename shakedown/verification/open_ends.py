@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from shakedown.bounds.lower import LowerBound
+from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.upper import UpperBound
-from shakedown.energy.energy_bound import EnergyBound
-from shakedown.model.status import Status
-from shakedown.universal.universal_bound import UniversalBound
+from shakedown.ground.status import Status
+from shakedown.planar.collapse.lower import LowerBound
+from shakedown.planar.universal.universal_bound import UniversalBound
 
 
 def open_ends(*results: LowerBound | UpperBound | EnergyBound | UniversalBound) -> Iterator[str]:

@@ -6,19 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.bounds.box_bound import BoxBound
-from shakedown.bounds.lower import LowerBound
+from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.safe_slip import safe_slip
-from shakedown.bounds.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.upper import UpperBound
-from shakedown.energy.energy_ball import EnergyBall, energy_ball
-from shakedown.energy.energy_bound import EnergyBound
-from shakedown.evidence import Missing, sought
-from shakedown.model.loading import slip_reach, transient_path
-from shakedown.model.problem import FloatArray, Problem
-from shakedown.model.status import Status
-from shakedown.tolerances import DEFAULT, Tolerances
-from shakedown.universal.universal_bound import UniversalBound
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.loading import slip_reach, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.planar.collapse.box_bound import BoxBound
+from shakedown.planar.collapse.lower import LowerBound
+from shakedown.planar.universal.universal_bound import UniversalBound
 from shakedown.verification.arrival import arrives_closed
 from shakedown.verification.from_state import box_proves_more
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.argument_kinds import checked
-from shakedown.model.arguments import MANY, check_count, check_seed, require_problem
-from shakedown.model.field_values import LOOP
-from shakedown.model.loading import loading
-from shakedown.model.problem import Problem
+from shakedown.ground.argument_kinds import checked
+from shakedown.joint.arguments import MANY, check_count, check_seed, require_problem
+from shakedown.joint.field_values import LOOP
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
 
 
 @checked

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
-from shakedown.bounds.lower import LowerBound
-from shakedown.bounds.shakedown_bounds import ShakedownBounds
-from shakedown.model.problem import Problem
-from shakedown.model.status import Status
-from shakedown.tolerances import Tolerances
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.planar.collapse.lower import LowerBound
 
 ALL_NODES = 60  # up to so many nodes every one is asked on the second road; its programs grow as n³
 FIRST_NODES = 8  # of larger joints those that collapse first

@@ -7,27 +7,27 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from shakedown.bounds.box_bound import BoxBound, box_bound
+from shakedown.assessment.shakedown_bounds import ShakedownBounds, shakedown_bounds
+from shakedown.assessment.transient_limit import TransientLimit, transient_limit
+from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.interior_point import ConicBound
-from shakedown.bounds.lower import LowerBound
-from shakedown.bounds.shakedown_bounds import ShakedownBounds, shakedown_bounds
 from shakedown.bounds.upper import UpperBound
-from shakedown.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
-from shakedown.errors import UsageError
-from shakedown.evidence import Missing, present, sought
-from shakedown.friction.thresholds import FrictionThresholds, friction_thresholds
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing, present, sought
+from shakedown.ground.shown_values import plain, short
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
-from shakedown.long_term.transient_limit import TransientLimit, transient_limit
-from shakedown.model.arguments import MANY, check_load_factor, check_seed, checked
-from shakedown.model.problem import Problem
-from shakedown.model.result import Result
-from shakedown.programs.blas_threads import on_one_thread
-from shakedown.shown_values import plain, short
-from shakedown.tolerances import DEFAULT, Tolerances
-from shakedown.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
-from shakedown.universal.universal_bound import UniversalBound, universal_bound
+from shakedown.planar.collapse.box_bound import BoxBound, box_bound
+from shakedown.planar.collapse.lower import LowerBound
+from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
+from shakedown.planar.friction.thresholds import FrictionThresholds, friction_thresholds
+from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
+from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 from shakedown.verification.from_state import FromState, from_state
 from shakedown.verification.open_ends import open_ends
 from shakedown.verification.plan import AS_GIVEN, BELOW, Case, Known, planned_cases

@@ -9,8 +9,8 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds import lower as lower_room
-from shakedown.bounds.proof_status import guarantee_status
+from shakedown.planar.collapse import lower as lower_room
+from shakedown.planar.collapse.proof_status import guarantee_status
 
 
 def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:

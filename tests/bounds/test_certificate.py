@@ -11,7 +11,7 @@ import shakedown
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, solve_fractions
 from shakedown import Problem
-from shakedown.model.constraints import constraints
+from shakedown.joint.constraints import constraints
 
 
 def exact_bounds(problem: Problem) -> tuple[Fraction, Fraction]:

@@ -19,7 +19,7 @@ from benchmarks.floating_joints import (
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
-from shakedown.model.rigid_slips import rigid_slips
+from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.json_documents import bounds_document
 from shakedown.report.words import hints_in_words
 

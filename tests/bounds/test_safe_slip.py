@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.model.constraints import constraints
+from shakedown.joint.constraints import constraints
 
 
 def test_margin_is_the_distance_from_the_nearest_row() -> None:

@@ -8,11 +8,11 @@ import pytest
 
 import shakedown
 from shakedown import UsageError, loading, safe_slip, upper_bound
-from shakedown.evolution.cycle_record import State
-from shakedown.evolution.integrator import Evolution
-from shakedown.kernels.gauss_seidel import OPEN
-from shakedown.model.contact_zone import contact_zone
-from shakedown.programs.best_zone import best_zone
+from shakedown.bounds.best_zone import best_zone
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.motion.cycle_record import State
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.gauss_seidel import OPEN
 from tests.partly_open import SOME, partly_open
 
 RECEDING = shakedown.example("receding-block")

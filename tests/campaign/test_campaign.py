@@ -18,9 +18,9 @@ from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
-from shakedown.errors import SolverError, UsageError
 from shakedown.files.examples import example
-from shakedown.programs.blas_threads import all_cores
+from shakedown.ground.blas_threads import all_cores
+from shakedown.ground.errors import SolverError, UsageError
 
 HEADER = {"what": "squares"}
 WORKS = Path(campaign_works.__file__)

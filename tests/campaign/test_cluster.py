@@ -10,7 +10,7 @@ from campaign_works import Squares, squares
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
-from shakedown.errors import UsageError
+from shakedown.ground.errors import UsageError
 
 HEADER = {"what": "squares"}
 

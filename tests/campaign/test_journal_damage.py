@@ -17,7 +17,7 @@ from hostile.damaged_npz import HEADERS, npy, with_header
 from shakedown.campaign.journal import FORMAT, HEAD, MARK, journal_at
 from shakedown.campaign.payload import packed, unpacked
 from shakedown.campaign.pieces import run_campaign
-from shakedown.errors import ProblemError, UsageError
+from shakedown.ground.errors import ProblemError, UsageError
 
 HEADER = {"what": "squares", "seed": "0"}
 COUNT = 3

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.classical_contacts import line_contact_errors, press_fit_errors
-from shakedown.errors import UsageError
 from shakedown.fem import cylinder_on_flat, hertz, press_fit
+from shakedown.ground.errors import UsageError
 
 
 def test_the_press_fit_converges_to_lames_pressure_with_order_two():

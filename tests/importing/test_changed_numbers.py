@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.errors import ProblemError
+from shakedown.ground.errors import ProblemError
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_co
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
-from shakedown.model.initial_gap import with_initial_gap
+from shakedown.joint.initial_gap import with_initial_gap
 
 
 @pytest.fixture

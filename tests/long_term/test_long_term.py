@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.evolution.integrator import Evolution
 from shakedown.long_term.cycle_map import follow_period
+from shakedown.motion.integrator import Evolution
 from tests.joints import FAMILY, member, slow_problem
 
 

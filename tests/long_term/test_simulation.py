@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
-from shakedown.evolution.contact_law import law_violation
-from shakedown.kernels.gauss_seidel import (
+from shakedown.motion.contact_law import law_violation
+from shakedown.motion.kernels.gauss_seidel import (
     BACKWARD_SLIP,
     FORWARD_SLIP,
     NO_STATE,
@@ -267,7 +267,7 @@ class TestNodalState:
         assert state != NO_STATE
         new = np.array([q + a * v + b * w]), np.array([p + b * v + c * w])
         slip = np.array([0.0 if state == OPEN else v])
-        scale = shakedown.evolution.contact_law.Scales(1.0, 1.0)
+        scale = shakedown.motion.contact_law.Scales(1.0, 1.0)
         assert law_violation(np.array([f]), *new, np.array([w]), slip, scale).max() <= 1e-12
 
     def test_a_unit_in_the_last_place_never_opens_a_node(self):

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import UsageError, plot
-from shakedown.model.units import units_of
+from shakedown.joint.units import units_of
 from shakedown.plot.style import flanks
 
 BLOCK = shakedown.example("block-9")

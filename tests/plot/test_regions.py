@@ -6,7 +6,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import shakedown
 from shakedown import plot
-from shakedown.errors import UsageError
+from shakedown.ground.errors import UsageError
 
 TWO = shakedown.example("two-node")
 

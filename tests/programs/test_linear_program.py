@@ -5,7 +5,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, joint
-from shakedown.model.constraints import constraints
+from shakedown.joint.constraints import constraints
 from shakedown.programs import linear_program
 from shakedown.programs.linear_program import INF, LinearProgram
 from shakedown.programs.row_programs import load_factor_program

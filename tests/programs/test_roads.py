@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.errors import SolverError
-from shakedown.evidence import Missing, sought
+from shakedown.ground.errors import SolverError
+from shakedown.ground.evidence import Missing, sought
 from shakedown.programs import cone_program
 from shakedown.programs.cone_program import ROADS, ConeProgram, cut_cone
 from shakedown.programs.linear_program import INF, LinearProgram

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.ground.shown_values import down, up
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.page_tables import remarks
@@ -16,7 +17,6 @@ from shakedown.report.words import (
     critical_in_words,
     transient_in_words,
 )
-from shakedown.shown_values import down, up
 
 
 def test_jumps_open_nodes_and_proof_are_told():

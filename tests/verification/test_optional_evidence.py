@@ -7,22 +7,22 @@ from click.testing import CliRunner
 
 import shakedown
 from shakedown.cli.group import shakedown_bounds
-from shakedown.errors import SolverError
+from shakedown.ground.errors import SolverError
 
 WHY = "made to fail"
 OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
     "bounds.upper.certified_upper",
-    "bounds.lower.certified_lower",
-    "bounds.collapse_programs.starts_safe",
-    "bounds.proof_status.single_node_cycle",
-    "bounds.proof_status.lift_off_bound",
-    "bounds.proof_status.unique_in_contact",
-    "energy.energy_bound._certificate",
-    "energy.energy_bound.ExactBall.holds",
-    "universal.swing_bound.proved_swing",
-    "bounds.box_bound._box_bound",
+    "planar.collapse.lower.certified_lower",
+    "planar.collapse.collapse_programs.starts_safe",
+    "planar.collapse.proof_status.single_node_cycle",
+    "planar.collapse.proof_status.lift_off_bound",
+    "planar.collapse.proof_status.unique_in_contact",
+    "bounds.energy.energy_bound._certificate",
+    "bounds.energy.energy_bound.ExactBall.holds",
+    "planar.universal.swing_bound.proved_swing",
+    "planar.collapse.box_bound._box_bound",
     "long_term.energy_proof.box_proves",
-    "friction.thresholds.wedging_threshold",
+    "planar.friction.thresholds.wedging_threshold",
     "verification.verify.guarantee_curve",
     "verification.verify.transient_limit",
     "verification.plan.energy_ball",
@@ -71,16 +71,16 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
     "step",
     [
         "bounds.upper.certified_upper",
-        "bounds.lower.certified_lower",
-        "bounds.proof_status.single_node_cycle",
-        "bounds.proof_status.lift_off_bound",
-        "energy.energy_bound._certificate",
+        "planar.collapse.lower.certified_lower",
+        "planar.collapse.proof_status.single_node_cycle",
+        "planar.collapse.proof_status.lift_off_bound",
+        "bounds.energy.energy_bound._certificate",
     ],
 )
 def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
     monkeypatch.setattr(place(step), fails)
     if "lift_off" in step:  # what λ_U proves needs no word about λ_1
-        monkeypatch.setattr(place("universal.universal_bound.lift_off_bound"), fails)
+        monkeypatch.setattr(place("planar.universal.universal_bound.lift_off_bound"), fails)
     assert WHY in json.dumps(command("solve", "two-node")[0])
     assert WHY in words("solve", "two-node")
 
@@ -88,7 +88,7 @@ def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
 def test_the_certificates_of_the_swing_say_why_they_are_missing(monkeypatch):
     joint = shakedown.example("three-node")
     plain = shakedown.universal_bound(joint)
-    monkeypatch.setattr(place("universal.swing_bound.proved_swing"), fails)
+    monkeypatch.setattr(place("planar.universal.swing_bound.proved_swing"), fails)
     found = shakedown.universal_bound(joint)
     assert found.load_factor == pytest.approx(plain.load_factor, rel=LOOSE)
     assert (found.swing.certified, found.swing.uncertified) == (False, WHY)
@@ -129,7 +129,8 @@ def test_a_sweep_keeps_every_limit(monkeypatch, step):
 
 
 @pytest.mark.parametrize(
-    "step", ["universal.universal_bound.lift_off_bound", "universal.universal_bound.swing_bound"]
+    "step",
+    ["planar.universal.universal_bound.lift_off_bound", "planar.universal.universal_bound.swing_bound"],
 )
 def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step):
     monkeypatch.setattr(place(step), fails)
@@ -141,7 +142,7 @@ def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):
-    monkeypatch.setattr(place("energy.energy_bound.end_of"), fails)
+    monkeypatch.setattr(place("bounds.energy.energy_bound.end_of"), fails)
     found, code = command("solve", "two-node")
     assert code == 1
     assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")
@@ -177,6 +178,6 @@ def test_an_error_of_the_program_itself_is_not_swallowed(monkeypatch):
     def broken(*given):
         raise TypeError("an error in the program")
 
-    monkeypatch.setattr(place("energy.energy_bound._certificate"), broken)
+    monkeypatch.setattr(place("bounds.energy.energy_bound._certificate"), broken)
     with pytest.raises(TypeError):
         shakedown.energy_bound(shakedown.example("two-node"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.model.constraints import constraints, through_transient
+from shakedown.joint.constraints import constraints, through_transient
 from shakedown.report.words import bounds_in_words
 from shakedown.verification.arrival import arrives_closed
 from tests.joints import joint_of_kind

@@ -8,9 +8,9 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.bounds.interior_point import ConicBound
-from shakedown.model.status import Status
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.report.words import bounds_in_words, critical_in_words
-from shakedown.tolerances import DEFAULT
 from shakedown.verification import second_road as room
 from shakedown.verification.plan import ABOVE, UNSAFE, default_load_factors, region_of
 

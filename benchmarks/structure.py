@@ -1,0 +1,277 @@
+"""The structure of the package, counted from its source: ``python -m benchmarks.structure [ROOT]``.
+
+Nothing is imported or run. What is counted:
+
+- *code lines* of the package, without blank lines, comments and docstrings;
+- *arrows*: pairs of wings (the folders at the top of the package, and the command line) with an import
+  between them;
+- *plane rooms*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
+  ``u[:n]``, ``u[n:]``, ``n + i``), two rows a node (``[0::2]``, ``2 * j + 1``, interleaving), sides ±1;
+- *law rooms*: files that state Coulomb's law, the product of friction and pressure;
+- *public names* of the package;
+- *climbs*: followed from ``verify`` into every function that gets it, how often ``problem`` comes to a
+  room that stands on a higher floor than the one before. Floors are the longest chain of imports.
+"""
+
+import ast
+import io
+import sys
+import tokenize
+from collections.abc import Iterator
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+FRICTION = {"f", "friction", "mu", "mus"}
+PRESSURE = {
+    "p",
+    "p0",
+    "p1",
+    "p_w",
+    "p_mean",
+    "p_transient",
+    "P",
+    "B",
+    "pressure",
+    "normal",
+    "pressures",
+    "locked_p",
+}
+SIDES = {"BACKWARD", "FORWARD", "SIDES"}
+START = ("verification.verify", "verify", "problem")
+
+
+def sources(root: Path) -> dict[str, Path]:
+    """Dotted name of every source file: below the package, or cli.…, benchmarks.…"""
+    found = {}
+    for place, prefix in (("shakedown", ()), ("cli", ("cli",)), ("benchmarks", ("benchmarks",))):
+        for path in sorted((root / place).rglob("*.py")):
+            parts = (*prefix, *path.relative_to(root / place).with_suffix("").parts)
+            found[".".join(parts).removesuffix(".__init__")] = path
+    return found
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imported(path: Path, rooms: dict[str, Path]) -> Iterator[tuple[str, str, str]]:
+    """(room, name there, name here) of every import of the project in a file."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            modules = [(alias.name, "", alias.asname or alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            modules = [(node.module or "", alias.name, alias.asname or alias.name) for alias in node.names]
+        else:
+            continue
+        for module, name, here in modules:
+            top, _, below = module.partition(".")
+            if top not in ("shakedown", "benchmarks"):
+                continue
+            place = module if top == "benchmarks" else below or "__init__"
+            inner = f"{below}.{name}" if below else name
+            yield (inner, "", here) if inner in rooms and top == "shakedown" else (place, name, here)
+
+
+def wing(room: str) -> str:
+    return room.split(".")[0]
+
+
+def arrows(rooms: dict[str, Path]) -> set[tuple[str, str]]:
+    pairs = {(wing(room), wing(to)) for room, path in rooms.items() for to, _, _ in imported(path, rooms)}
+    apart = {"__init__", "__main__", "benchmarks"}  # doors, and what stands outside
+    return {(one, other) for one, other in pairs if one != other and not {one, other} & apart}
+
+
+def code_lines(path: Path) -> int:
+    """Lines with code on them."""
+    lines: set[int] = set()
+    silent = {
+        tokenize.COMMENT,
+        tokenize.NL,
+        tokenize.NEWLINE,
+        tokenize.INDENT,
+        tokenize.DEDENT,
+        tokenize.ENCODING,
+    }
+    for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
+        if token.type not in silent and token.type != tokenize.ENDMARKER:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(tree(path)):
+        if (
+            isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+            and ast.get_docstring(node) is not None
+        ):
+            lines.difference_update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
+    return len(lines)
+
+
+def _word(node: ast.AST) -> str:
+    """The last name in an operand: ``problem.f[:, None]`` is f."""
+    while isinstance(node, ast.Subscript):
+        node = node.value
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def _is(node: ast.AST | None, value: int) -> bool:
+    return isinstance(node, ast.Constant) and node.value == value and not isinstance(node.value, bool)
+
+
+def _is_plane(node: ast.AST) -> bool:
+    if isinstance(node, ast.BinOp):
+        words = {_word(node.left), _word(node.right)}
+        if isinstance(node.op, ast.Mult):
+            return (_is(node.left, 2) or _is(node.right, 2)) and bool(
+                words & {"n", "j", "i", "node", "nodes", "count"}
+            )
+        return isinstance(node.op, ast.Add) and "n" in words and "" not in words
+    if isinstance(node, ast.Slice):
+        halves = [end for end in (node.lower, node.upper) if end is not None]
+        pairs = _is(node.step, 2) and (node.lower is None or _is(node.lower, 0) or _is(node.lower, 1))
+        return pairs or (len(halves) == 1 and _word(halves[0]) == "n")
+    return isinstance(node, ast.Name) and node.id in SIDES
+
+
+def _is_law(node: ast.AST) -> bool:
+    if not (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult)):
+        return False
+    left, right = _word(node.left), _word(node.right)
+    return (left in FRICTION and right in PRESSURE) or (right in FRICTION and left in PRESSURE)
+
+
+def with_arithmetic(rooms: dict[str, Path], kind) -> list[str]:
+    return [room for room, path in rooms.items() if any(kind(node) for node in ast.walk(tree(path)))]
+
+
+def public_names(root: Path) -> int:
+    """The names that the package declares: in its stub, or where its own module imports them."""
+    stub = root / "shakedown" / "__init__.pyi"
+    face = tree(stub if stub.exists() else root / "shakedown" / "__init__.py")
+    return len(
+        {
+            a.asname
+            for node in ast.walk(face)
+            if isinstance(node, ast.ImportFrom)
+            for a in node.names
+            if a.asname
+        }
+    )
+
+
+def floors(rooms: dict[str, Path]) -> dict[str, int]:
+    """The longest chain of imports below every room."""
+    below = {
+        room: {to for to, _, _ in imported(path, rooms)} & set(rooms) - {room} for room, path in rooms.items()
+    }
+
+    @cache
+    def floor(room: str) -> int:
+        return 1 + max((floor(to) for to in below[room] if to != "__init__"), default=0)
+
+    return {room: floor(room) for room in rooms}
+
+
+class Trip:
+    """What is handed a parameter, function by function, in the order in which the code is written."""
+
+    def __init__(self, rooms: dict[str, Path]) -> None:
+        self.rooms, self.seen, self.route = rooms, set[tuple[str, str, str]](), list[str]()
+        self.names = {
+            room: {here: (to, name) for to, name, here in imported(path, rooms)}
+            for room, path in rooms.items()
+        }
+        self.functions = {
+            room: {
+                node.name: node
+                for node in ast.walk(tree(path))
+                if isinstance(node, ast.FunctionDef | ast.ClassDef)
+            }
+            for room, path in rooms.items()
+        }
+
+    def follow(self, room: str, function: str, parameter: str) -> list[str]:
+        """Rooms in the order in which they are entered, as often as they are."""
+        if not self.route or self.route[-1] != room:
+            self.route.append(room)
+        if (room, function, parameter) in self.seen:
+            return self.route
+        self.seen.add((room, function, parameter))
+        body = self.functions[room][function]
+        calls = [node for node in ast.walk(body) if isinstance(node, ast.Call)]
+        for call in sorted(calls, key=lambda call: (call.end_lineno, call.end_col_offset)):
+            for position, name in self._handed(call, parameter):
+                target = self._target(room, call)
+                into = target and self._parameter(*target, position, name)
+                if target and into:
+                    self.follow(*target, into)
+        return self.route
+
+    def _handed(self, call: ast.Call, parameter: str) -> Iterator[tuple[int, str]]:
+        for position, value in enumerate(call.args):
+            if isinstance(value, ast.Name) and value.id == parameter:
+                yield position, ""
+        for keyword in call.keywords:
+            if isinstance(keyword.value, ast.Name) and keyword.value.id == parameter and keyword.arg:
+                yield -1, keyword.arg
+
+    def _target(self, room: str, call: ast.Call) -> tuple[str, str] | None:
+        name = _word(call.func)
+        if name == "sought" and call.args:  # an optional step: what is called stands first
+            name = _word(call.args[0])
+        place, there = self.names[room].get(name, (room, name))
+        return (place, there) if there in self.functions.get(place, {}) else None
+
+    def _parameter(self, room: str, function: str, position: int, name: str) -> str:
+        """What a callee calls the argument at a position, or of a name."""
+        node = self.functions[room][function]
+        if isinstance(node, ast.ClassDef):
+            inner = [
+                part for part in node.body if isinstance(part, ast.FunctionDef) and part.name == "__init__"
+            ]
+            if not inner:
+                return ""
+            node, position = inner[0], position + 1
+        arguments = [argument.arg for argument in (*node.args.posonlyargs, *node.args.args)]
+        if name:
+            return name if name in arguments + [argument.arg for argument in node.args.kwonlyargs] else ""
+        return arguments[position] if position < len(arguments) else ""
+
+
+def climbs(rooms: dict[str, Path]) -> int:
+    height = floors(rooms)
+    route = Trip(rooms).follow(*START)
+    return sum(height[there] > height[here] for here, there in pairwise(route))
+
+
+def counts(root: Path) -> dict[str, int]:
+    rooms = sources(root)
+    package = {room: path for room, path in rooms.items() if wing(room) not in ("cli", "benchmarks")}
+    return {
+        "wings": len({wing(room) for room in rooms}),
+        "arrows": len(arrows(rooms)),
+        "rooms": len(package),
+        "plane rooms": len(with_arithmetic(package, _is_plane)),
+        "law rooms": len(with_arithmetic(package, _is_law)),
+        "code lines": sum(code_lines(path) for path in package.values()),
+        "public names": public_names(root),
+        "climbs": climbs(rooms),
+    }
+
+
+def main() -> None:
+    root = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1]
+    for what, count in counts(root).items():
+        print(f"{what:14} {count:7,}")
+    if "--list" in sys.argv:
+        package = {
+            room: path for room, path in sources(root).items() if wing(room) not in ("cli", "benchmarks")
+        }
+        print("plane:", *with_arithmetic(package, _is_plane), sep="\n  ")
+        print("law:", *with_arithmetic(package, _is_law), sep="\n  ")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+"""Up to which load factor does a given loading history shake down? (thesis §4.3.5)"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_count, checked, checked_initial_slip, is_finite
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.find_state import LongTermState, long_term_state
+from shakedown.long_term.outcome import Outcome
+
+BELOW = (
+    0.0,
+    1e-6,
+    1e-5,
+    1e-4,
+    2e-4,
+    4e-4,
+    6e-4,
+    8e-4,
+    1e-3,
+    2e-3,
+    5e-3,
+    1e-2,
+    1.5e-2,
+    2e-2,
+    3e-2,
+    0.1,
+    0.3,
+)  # where a proof is sought
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TransientLimit(Result):
+    """Result of :func:`transient_limit`.
+
+    Attributes
+    ----------
+    load_factor
+        λ_T: the largest load factor found to shake down; NaN where none does.
+    low, high
+        It shakes down at ``low`` (λ_T) and not at ``high``; ``high`` is infinite
+        where everything scanned shakes down, ``low`` NaN where nothing does.
+    proved
+        The largest load factor at or below ``low`` at which shakedown was proved (the
+        motion comes into the energy ball); NaN where no proof was found. The proof is for
+        this load factor: of smaller ones it says nothing.
+    cycling
+        The smallest simulated load factor above ``low`` at which a long-term state
+        other than shakedown was found: cyclic slip, ratchetting, or separation, where nodes
+        open and close and none slips in contact (``outcomes`` says which); infinite where there
+        is none.
+    initial_slip : (n,)
+        Slip at the start [length].
+    scanned : (s,)
+        Load factors simulated, in increasing order.
+    outcomes : (s,)
+        Long-term state at each.
+    monotone
+        Whether every scanned load factor below λ_T shakes down and none above it.
+    at_low, at_high
+        The two long-term states that enclose the limit.
+    at_proved
+        The long-term state at ``proved``, with its energy margin.
+    """
+
+    DOCUMENT: ClassVar[str] = "load_factor low high proved cycling initial_slip scanned outcomes monotone"
+    TABLE: ClassVar[str] = "scanned outcomes"
+
+    load_factor: float
+    low: float
+    high: float
+    proved: float
+    cycling: float
+    initial_slip: FloatArray
+    scanned: FloatArray
+    outcomes: tuple[Outcome, ...]
+    monotone: bool
+    at_low: LongTermState | None
+    at_high: LongTermState | None
+    at_proved: LongTermState | None
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Next to λ_T: shakedown is proved *at* the first, a cycle was found at the second.
+
+        Nothing is proved of load factors below the first: outcomes need not be monotone in λ.
+        """
+        return self.proved, self.cycling
+
+
+@checked
+@on_one_thread
+def transient_limit(
+    problem: Problem,
+    initial_slip: ArrayLike | None = None,
+    *,
+    open_nodes: Iterable[int] = (),
+    largest: float | None = None,
+    steps: int = 40,
+    accuracy: float = 1e-9,
+    tolerances: Tolerances = DEFAULT,
+) -> TransientLimit:
+    """The largest load factor at which the history from an initial slip shakes down (thesis §4.3.5).
+
+    Outcomes need not be monotone in λ. Therefore the range is scanned in equal
+    steps and the last change from shakedown to another outcome is bisected, both
+    with exact long-term states; everything simulated is reported. A little below the
+    limit the shakedown is then proved (:func:`energy_ball`), at that load factor: the nearer to
+    the limit, the later the motion comes into the ball. Of a load domain the corners are
+    followed in the order given, which is one path of many.
+
+    Parameters
+    ----------
+    problem
+        The joint, its transient load steps and its loading loop.
+    initial_slip : (n,), optional
+        Slip before the transient [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, as for :func:`evolve`.
+    largest
+        Upper end of the scan; by default a little above λ_max (that of the zone, with
+        nodes open), where there is one, beyond which nothing shakes down.
+    steps
+        Number of load factors scanned, beside λ = 0.
+    accuracy
+        Width of the final interval, relative to ``largest``.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, or ``largest`` is needed because the
+        problem has no finite upper bound.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> limit = transient_limit(shakedown.example("two-node"), accuracy=1e-4)
+    >>> round(limit.load_factor, 3), limit.monotone
+    (0.732, True)
+    >>> 0.731 < limit.proved <= limit.load_factor < limit.cycling
+    True
+    """
+    start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
+    top = _top(problem, opened, tolerances) if largest is None else largest
+    if not (is_finite(top) and top > 0):
+        raise UsageError(f"largest: expected a positive load factor, found {top!r}")
+    check_count("steps", steps, MANY)
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
+    histories = _Histories(problem, start, opened, tolerances, {})
+    low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
+    low, high = histories.bisected(low, high, accuracy * float(top))
+    return histories.limit(low, high)
+
+
+@dataclass(frozen=True)
+class _Histories:
+    """One history at many load factors: the long-term states found so far."""
+
+    problem: Problem
+    start: FloatArray
+    open_nodes: tuple[int, ...]
+    tolerances: Tolerances
+    runs: dict[float, LongTermState]
+
+    def shakes_down(self, load_factor: float) -> bool:
+        if load_factor not in self.runs:
+            self.runs[load_factor] = self._followed(load_factor)
+        return self.runs[load_factor].outcome == Outcome.SHAKEDOWN
+
+    def last_change(self, scan: FloatArray) -> tuple[float, float]:
+        """The last load factor scanned that shakes down, NaN if none does, and the one after it."""
+        good = [k for k, load_factor in enumerate(scan.tolist()) if self.shakes_down(load_factor)]
+        if not good:
+            return np.nan, float(scan[0])
+        return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
+
+    def bisected(self, low: float, high: float, width: float) -> tuple[float, float]:
+        """The same change, more narrowly."""
+        middle = 0.5 * (low + high)
+        while np.isfinite(high) and high - low > width and low < middle < high:  # floats are finite
+            low, high = (middle, high) if self.shakes_down(middle) else (low, middle)
+            middle = 0.5 * (low + high)
+        return low, high
+
+    def limit(self, low: float, high: float) -> TransientLimit:
+        """All that has been found, with a proof near ``low``."""
+        at_proved = self._proved(low) if np.isfinite(low) else None
+        scanned = np.array(sorted(self.runs))
+        outcomes = tuple(self.runs[float(x)].outcome for x in scanned)
+        expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)
+        return TransientLimit(
+            load_factor=low,
+            low=low,
+            high=high,
+            proved=np.nan if at_proved is None else at_proved.load_factor,
+            cycling=min((x for x in self.runs if x > low and _cycles(self.runs[x])), default=np.inf),
+            initial_slip=self.start,
+            scanned=scanned,
+            outcomes=outcomes,
+            monotone=bool(np.all(np.array([o == Outcome.SHAKEDOWN for o in outcomes]) == expected)),
+            at_low=self.runs.get(low),
+            at_high=self.runs.get(high),
+            at_proved=at_proved,
+        )
+
+    def _followed(self, load_factor: float) -> LongTermState:
+        return long_term_state(
+            self.problem, load_factor, self.start, open_nodes=self.open_nodes, tolerances=self.tolerances
+        )
+
+    def _proved(self, low: float) -> LongTermState | None:
+        """The state at the largest of some load factors up to ``low`` at which shakedown can be proved."""
+        for share in BELOW:
+            load_factor = (1.0 - share) * low
+            known = self.runs.get(load_factor)
+            state = self._followed(load_factor) if known is None else known
+            if state.proved:
+                return state
+        return None
+
+
+def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
+    """A little more than the upper bound, so that the scan ends above it."""
+    from shakedown.bounds.upper import upper_bound  # LPs are needed only here
+
+    upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
+    if upper.status != "optimal":
+        raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
+    return 1.05 * upper.load_factor
+
+
+def _cycles(state: LongTermState) -> bool:
+    return state.outcome not in (Outcome.SHAKEDOWN, Outcome.UNDECIDED)

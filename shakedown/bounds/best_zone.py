@@ -1,0 +1,228 @@
+"""Which nodes of a partly open joint stay open: the contact zone in which the load factor can be largest."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import require_problem
+from shakedown.joint.constraints import GAP, Constraints
+from shakedown.joint.contact_zone import Zone, contact_zone
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.programs.linear_program import INF
+from shakedown.programs.row_programs import Widest, load_factor_program, widest
+
+SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
+BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
+NEIGHBOURS = 8  # changes tried per round, those that promise most first
+
+
+@dataclass(frozen=True)
+class ZoneSearch:
+    """Result of :func:`best_zone`.
+
+    Attributes
+    ----------
+    zone
+        The best zone that was found; there may be better ones.
+    load_factor
+        Its λ_max; −inf where no zone visited has a safe slip at any load factor.
+    opened
+        The nodes that the mean load opens.
+    visited
+        Number of zones that were solved.
+    """
+
+    zone: Zone
+    load_factor: float
+    opened: tuple[int, ...]
+    visited: int
+
+
+@dataclass(frozen=True)
+class _Visit:
+    """One zone with its λ_max (−inf without a safe slip), where it is reached, and what holds it there.
+
+    ``margin`` tells zones without a safe slip apart: by how much (negative) its rows
+    contradict each other.
+    """
+
+    nodes: tuple[int, ...]
+    zone: Zone | None
+    load_factor: float
+    slip: FloatArray
+    multipliers: FloatArray
+    margin: float = 0.0
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """The better zone has the larger one."""
+        return self.load_factor, self.margin
+
+    def surpasses(self, other: "_Visit") -> bool:
+        """Whether this zone is better by more than round-off."""
+        if self.load_factor == other.load_factor == -inf:
+            return self.margin > other.margin + SURELY_MORE * abs(other.margin)
+        return self.load_factor > other.load_factor + SURELY_MORE * abs(other.load_factor)
+
+
+Visitor = Callable[[tuple[int, ...]], _Visit]
+
+
+def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSearch:
+    """Search the contact zone with the largest λ_max, one node at a time.
+
+    It begins with the nodes that the mean load opens, without slip and without
+    friction, and with no open node at all. Of a zone's linear program a gap with a
+    multiplier wants its node closed, and a node with both limits active (its pressure
+    is gone) wants to open; changes are made while λ_max grows. Where the mean load
+    opens no node and the joint has a safe slip, that is the answer at once.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    tolerances
+        The tolerances that decide.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> search = best_zone(shakedown.example("receding-block"))
+    >>> search.zone.open_nodes, search.opened
+    ((0, 1, 2, 3, 4, 28, 29, 30, 31, 32), ())
+    """
+    require_problem(problem)
+    visited: dict[tuple[int, ...], _Visit] = {}
+
+    def visit(nodes: tuple[int, ...]) -> _Visit:
+        if nodes not in visited:
+            visited[nodes] = _visit(problem, nodes, tolerances)
+        return visited[nodes]
+
+    opened = () if problem.C is None else opened_by_mean_load(problem)
+    best = visit(())
+    if problem.C is not None and (opened or best.load_factor == -inf):
+        for start in dict.fromkeys([opened, opened_by_mean_load(problem, friction=False), ()]):
+            found = _climb(visit, start, tolerances)
+            best = found if found.rank > best.rank else best
+    zone = contact_zone(problem, ()) if best.zone is None else best.zone
+    return ZoneSearch(zone, best.load_factor, opened, len(visited))
+
+
+def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
+    """From one zone to better ones while there are any, changing one node at a time."""
+    best = visit(start)
+    while True:  # ends: every step is better than all before, and there are finitely many zones
+        tried = [visit(nodes) for nodes in _neighbours(best, tolerances)]
+        better = max(tried, key=lambda one: one.rank, default=best)
+        if not better.surpasses(best):
+            return best
+        best = better
+
+
+def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int, ...]:
+    """The nodes that open under the mean load, closed ones not slipping, or sliding without friction.
+
+    From all nodes closed, the node under the largest tension opens; nodes that would
+    close again do. Every set is tried once at most.
+    """
+    n, kappa, loop = problem.n, problem.kappa, loading(problem)
+    r_w = np.concatenate([loop.q0, loop.p0])
+    is_open, seen = np.zeros(n, dtype=bool), set()
+    while is_open.tobytes() not in seen:
+        seen.add(is_open.tobytes())
+        free = np.flatnonzero(np.concatenate([is_open | (not friction), is_open]))
+        u = np.zeros(2 * n)
+        u[free] = _equilibrium(kappa[np.ix_(free, free)], -r_w[free])
+        p = r_w[n:] + kappa[n:] @ u
+        noise = 8 * n * np.finfo(float).eps * (np.abs(r_w[n:]) + np.abs(kappa[n:]) @ np.abs(u))
+        pulled = ~is_open & (p < -noise)
+        if pulled.any():
+            is_open[np.argmin(np.where(pulled, p, inf))] = True
+        else:
+            is_open &= u[n:] >= 0
+    return tuple(int(i) for i in np.flatnonzero(is_open))
+
+
+def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
+    """Displacements under a force; the smallest ones where a rigid motion leaves them open."""
+    try:
+        u = np.linalg.solve(stiffness, force)
+    except np.linalg.LinAlgError:
+        u = np.full(len(force), inf)
+    with np.errstate(invalid="ignore"):
+        left = np.abs(stiffness @ u - force).max(initial=0.0)
+    if left <= BALANCED * np.abs(force).max(initial=0.0):
+        return np.asarray(u)
+    return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
+
+
+def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> _Visit:
+    nothing = np.zeros(0)
+    try:
+        zone = contact_zone(problem, nodes, tolerances=tolerances)
+    except UsageError:  # all nodes open, or open nodes that nothing holds
+        return _Visit(nodes, None, -inf, nothing, nothing, -inf)
+    rows = zone.constraints
+    end = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
+    if end.status == "unbounded":
+        return _Visit(nodes, zone, inf, nothing, nothing)
+    if end.vertex is not None:
+        return _Visit(
+            nodes, zone, float(end.vertex.x[-1]), rows.slips(end.vertex.x[:-1]), -end.vertex.multipliers
+        )
+    against = _contradiction(rows, tolerances)
+    return _Visit(nodes, zone, -inf, nothing, against.multipliers, against.margin)
+
+
+def _contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
+    """By how much the rows leave no safe slip at any load factor, and the multipliers that show it."""
+    matrix = np.column_stack([rows.coefficients, rows.d])
+    sizes = np.abs(matrix).max(axis=1)
+    norms = np.where(sizes > 0, sizes, 1.0)
+    return widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
+
+
+def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
+    """Zones that differ in one node and may be better: those that its rows ask for, the strongest first."""
+    if visit.zone is None:  # what nothing holds open is closed again
+        yield from (tuple(sorted(set(visit.nodes) - {node})) for node in visit.nodes[:NEIGHBOURS])
+        return
+    rows, pressing = visit.zone.constraints, visit.multipliers
+    if len(pressing) == 0:  # unbounded: there is no better one
+        return
+    weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
+    gaps = rows.side == GAP
+    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(gaps & (weight > 0))}
+    by_node = weight[~gaps].reshape(-1, 2)
+    lifting = by_node.min(axis=1) > 0 if len(visit.slip) == 0 else _at_the_apex(visit, rows, tolerances)
+    for node, share in zip(rows.node[~gaps][::2][lifting], by_node[lifting].sum(axis=1), strict=True):
+        wish[int(node)] = float(share)
+    for node in sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]:
+        yield tuple(sorted(set(visit.nodes) ^ {node}))
+
+
+def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:
+    """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
+    friction = rows.side != GAP
+    tight = np.abs(rows.relative_excess(visit.slip, visit.load_factor)) <= tolerances.feasibility
+    return np.asarray(tight[friction].reshape(-1, 2).all(axis=1))
+
+
+def chosen_zone(
+    problem: Problem, open_nodes: Iterable[int] | Literal["auto"], tolerances: Tolerances = DEFAULT
+) -> Zone:
+    """The zone that a caller asks for: given node by node, or ``"auto"`` for the best one found."""
+    if isinstance(open_nodes, str):
+        if open_nodes != "auto":
+            raise UsageError(f"open nodes: expected node numbers or 'auto', found {open_nodes!r}")
+        return best_zone(problem, tolerances=tolerances).zone
+    return contact_zone(problem, open_nodes, tolerances=tolerances)

@@ -1,0 +1,271 @@
+"""The farthest load factor that the rows about a slip allow: rows that matter, then Newton's method."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.energy.cone_rows import ConeRows
+from shakedown.ground.errors import SolverError
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+from shakedown.programs.cone_program import ROADS, ConeProgram
+
+FIRST_ROWS = (
+    40  # with these, and half as many as there are nodes, most programs are solved in one or two rounds
+)
+NEWTON_STEPS = 5
+SHARP = 1e-10  # what may be left between λ and what its multipliers prove, relatively
+PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively
+ROUND_OFF = 32 * np.finfo(float).eps
+SINGULAR = 1e-6  # relative singular value of a Newton system that the cone solver cannot tell from zero
+
+
+@dataclass(frozen=True)
+class Farthest:
+    """The end of the program: max λ subject to :class:`ConeRows`.
+
+    Attributes
+    ----------
+    status
+        How it ended.
+    y : (r,)
+        The solution.
+    load_factor
+        The largest λ that the rows allow at y in floats.
+    multipliers : (k,)
+        μ ≥ 0. Optimal: dᵀμ = 1, ‖Hᵀμ‖ ≤ sᵀμ, and μᵀ(g − δ s) = λ. Infeasible:
+        the last is negative, with dᵀμ ≥ 0.
+    """
+
+    status: Status
+    y: FloatArray
+    load_factor: float
+    multipliers: FloatArray
+
+
+def farthest(rows: ConeRows, tolerances: Tolerances, road: int = 0) -> Farthest:
+    """Maximise λ, on a road of the cone program. Rows are added to it as they turn out to be violated.
+
+    The solution is a combination of the rows that carry a multiplier, so k rows
+    need no more than k + 2 unknowns.
+    """
+    chosen = _first_rows(rows)
+    while True:  # ends: every round takes further rows, and there are finitely many
+        part = rows.among(chosen)
+        found = _solved(part, road)
+        if found.status != Status.OPTIMAL and len(chosen) < len(rows.d):
+            if found.status == Status.INFEASIBLE:
+                return _among_all(found, chosen, rows)
+            chosen = np.arange(len(rows.d))
+            continue
+        if found.status != Status.OPTIMAL:
+            return found
+        excess = rows.excess(found.y, found.load_factor)
+        violated = np.flatnonzero(excess > tolerances.feasibility)
+        added = np.setdiff1d(violated, chosen)
+        if not added.size:
+            return _sharp(rows, _among_all(found, chosen, rows))
+        worst = added[np.argsort(-excess[added])[: max(FIRST_ROWS, len(chosen))]]
+        chosen = np.sort(np.append(chosen, worst))
+
+
+def _first_rows(rows: ConeRows) -> NDArray[np.intp]:
+    """The rows that limit λ first at y = 0, and the sign of λ."""
+    count = len(rows.d)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = rows.g - rows.offset * rows.s
+        slope = np.maximum(np.linalg.norm(rows.H, axis=1), rows.s)
+        first = np.where(rows.d > 0, room / rows.d, np.where(room < 0, -np.inf, np.inf))
+        first = np.where((rows.d > 0) | (slope > 0), first, np.inf)
+    kept = np.argsort(first[:-1], kind="stable")[: FIRST_ROWS + count // 4]
+    return np.sort(np.append(kept, count - 1))
+
+
+def _solved(rows: ConeRows, road: int) -> Farthest:
+    """The program of a few rows, in the space of y that they span."""
+    basis = _span(rows.H)
+    rank = basis.shape[1]
+    H = rows.H @ basis
+    program = ConeProgram(
+        np.column_stack([H, rows.s, rows.d]),
+        rows.g,
+        np.append(np.zeros(rank + 1), -1.0),
+        rank,
+        rows.offset,
+    )
+    found = program.solve(road)
+    y = basis @ found.x[:rank]
+    return Farthest(found.status, y, float(found.x[-1]), found.multipliers)
+
+
+def _span(H: FloatArray) -> FloatArray:
+    """Orthonormal columns that span the rows of H, or all of its space where that is not larger."""
+    if len(H) >= H.shape[1]:
+        return np.eye(H.shape[1])
+    return np.linalg.qr(H.T)[0]
+
+
+def _among_all(found: Farthest, chosen: NDArray[np.intp], rows: ConeRows) -> Farthest:
+    multipliers = np.zeros(len(rows.d))
+    multipliers[chosen] = found.multipliers
+    return replace(found, multipliers=multipliers)
+
+
+def _sharp(rows: ConeRows, found: Farthest) -> Farthest:
+    """The solution with its conditions solved once more by Newton's method where that gains.
+
+    At any y the rows themselves give a load factor that holds in floats; the y at which
+    it comes nearest to what the multipliers prove is kept.
+    """
+    best = replace(found, load_factor=rows.farthest(found.y))
+    for singular in (ROUND_OFF, SINGULAR):
+        candidate = _newton(rows, found, singular)
+        if candidate is None:
+            continue
+        sharper = replace(candidate, load_factor=rows.farthest(candidate.y))
+        worst = rows.excess(sharper.y, sharper.load_factor).max()
+        allowed = max(rows.excess(best.y, best.load_factor).max(), ROUND_OFF)
+        if worst <= allowed and _open(rows, sharper) < _open(rows, best):
+            best = sharper
+        if _open(rows, best) <= ROUND_OFF * abs(best.load_factor):  # nothing is left to gain
+            break
+    return best
+
+
+def _open(rows: ConeRows, end: Farthest) -> float:
+    """What is left between a load factor and what its multipliers prove."""
+    return abs(rows.proved(end.multipliers) - end.load_factor)
+
+
+def _newton(rows: ConeRows, found: Farthest, singular: float) -> Farthest | None:
+    """Stationarity and the active rows as equations in (y, λ, μ); None where they cannot be solved.
+
+    The equations are singular where both limits of one node decide alone: moving the
+    centre so that the pressure of that node rises then gains as much room as the larger
+    radius needs. The shortest step is taken, what is below ``singular`` counts as zero.
+    """
+    share = found.multipliers * np.maximum(np.linalg.norm(rows.H, axis=1), np.abs(rows.d))
+    slack = -rows.excess(found.y, found.load_factor)
+    active = np.flatnonzero((share > PULLING * share.max()) & (slack < NEAR))
+    part = rows.among(active)
+    basis = _span(part.H)
+    part = replace(part, H=part.H @ basis)
+    y, load_factor, mu = basis.T @ found.y, found.load_factor, found.multipliers[active]
+    rank = len(y)
+    for _ in range(NEWTON_STEPS):
+        if not 0 < np.linalg.norm(y) < np.inf:
+            return None
+        step = np.linalg.lstsq(*_equations(part, y, load_factor, mu), rcond=singular)[0]
+        y, load_factor, mu = y + step[:rank], load_factor + step[rank], mu + step[rank + 1 :]
+    if np.any(mu < 0) or not np.isfinite(load_factor):
+        return None
+    multipliers = np.zeros(len(rows.d))
+    multipliers[active] = mu
+    return Farthest(Status.OPTIMAL, basis @ y, float(load_factor), multipliers)
+
+
+def _equations(
+    rows: ConeRows, y: FloatArray, load_factor: float, mu: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Matrix and right-hand side of one Newton step in (y, λ, μ)."""
+    rank, count = len(y), len(mu)
+    length = float(np.linalg.norm(y))
+    towards, pull = y / length, float(rows.s @ mu)
+    slopes = rows.H + rows.s[:, None] * towards
+    matrix = np.zeros((rank + 1 + count, rank + 1 + count))
+    matrix[:rank, :rank] = pull / length * (np.eye(rank) - np.outer(towards, towards))
+    matrix[:rank, rank + 1 :] = slopes.T
+    matrix[rank, rank + 1 :] = rows.d
+    matrix[rank + 1 :, :rank] = slopes
+    matrix[rank + 1 :, rank] = rows.d
+    value = rows.H @ y + load_factor * rows.d + (length + rows.offset) * rows.s - rows.g
+    return matrix, -np.concatenate([slopes.T @ mu, [rows.d @ mu - 1.0], value])
+
+
+@dataclass(frozen=True)
+class Room:
+    """The point (y, λ) with the largest margin t ≤ 1 to every row, relative to its size.
+
+    Where t < 0 the multipliers prove that the rows contradict each other, as those of
+    :class:`Farthest` do.
+    """
+
+    y: FloatArray
+    load_factor: float
+    margin: float
+    multipliers: FloatArray
+
+
+def widest_room(rows: ConeRows) -> Room:
+    """Maximise the margin that every row keeps."""
+    sizes = np.maximum(rows.sizes, np.linalg.norm(rows.H, axis=1))
+    sizes[-1] = 0.0
+    rank = rows.H.shape[1]
+    matrix = np.column_stack([rows.H, rows.s, rows.d, sizes])
+    matrix = np.vstack([matrix, np.append(np.zeros(rank + 2), 1.0)])
+    program = ConeProgram(
+        matrix, np.append(rows.g, 1.0), np.append(np.zeros(rank + 2), -1.0), rank, rows.offset
+    )
+    found = program.solve()
+    if found.status != Status.OPTIMAL:
+        raise SolverError(f"the cone program for the largest margin ended as '{found.status}'")
+    return Room(found.x[:rank], float(found.x[-2]), float(found.x[-1]), found.multipliers[:-1])
+
+
+def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
+    """The end of the program on the first road on which it is one; of several optima the sharpest.
+
+    Where the solver finds none, or no proof of it, the largest margin tells whether there is one.
+
+    Raises
+    ------
+    SolverError
+        If no road comes to an end that the rows confirm.
+    """
+    best, failure = None, "the cone program ended with limits broken"
+    for road in range(ROADS):
+        if best is not None and road == ROADS - 1:
+            break  # cutting planes are for where nothing else has come to an end
+        end = sought(farthest, about, tolerances, road)
+        if isinstance(end, Missing):
+            failure = end.reason
+            break  # the program itself has tried the roads that follow
+        if end.status == Status.UNBOUNDED:
+            return end
+        if end.status == Status.INFEASIBLE:
+            if contradiction(about, end) <= tolerances.feasibility:
+                return end
+            failure = "the cone program ended as infeasible without a proof"
+        elif _kept(about, end) <= tolerances.feasibility:
+            best = end if best is None or _open(about, end) < _open(about, best) else best
+            enough = tolerances.second_road if road else SHARP
+            if _open(about, best) <= enough * abs(best.load_factor):
+                break
+    if best is not None:
+        return best
+    room = widest_room(about)
+    if room.margin > tolerances.feasibility:
+        raise SolverError(failure)
+    return Farthest(Status.INFEASIBLE, room.y, np.nan, room.multipliers)
+
+
+def _kept(about: ConeRows, end: Farthest) -> float:
+    """The largest violation of a row but the sign of λ, which is taken as zero beyond it."""
+    load_factor = end.load_factor if end.load_factor * about.d[-1] <= 0.0 else 0.0
+    return float(about.excess(end.y, load_factor).max())
+
+
+def contradiction(about: ConeRows, end: Farthest) -> float:
+    """By how much multipliers fail to prove that the rows contradict each other (Farkas)."""
+    mu = end.multipliers
+    value = -mu @ (about.g - about.offset * about.s)
+    if not value > 0:
+        return np.inf
+    pull = float(np.linalg.norm(about.H.T @ mu) - about.s @ mu)
+    sizes = float(np.linalg.norm(np.abs(about.H).T @ mu)) or 1.0
+    d, weights = about.d[:-1], mu[:-1]  # the sign of λ takes up what is positive
+    drift = -float(d @ weights) / float(np.abs(d) @ weights or 1.0)
+    return max(pull / sizes, drift, 0.0)

@@ -1,0 +1,129 @@
+"""The constraint rows of a problem as stored, in exact arithmetic."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.programs.exact.integer_algebra import IntegerRows
+
+Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
+
+_NEAR = 1e-12  # a load step this near to the largest, relative to its terms, may be it: round-off is below
+
+
+@dataclass(frozen=True)
+class ExactRows:
+    """The 2n constraint rows of the problem as stored, each times a positive number that makes it whole.
+
+    Attributes
+    ----------
+    matrix
+        [G | d], 2n rows of n + 1 integers; zero in the columns of pinned slips.
+    right
+        g, 2n integers.
+    factors
+        Those positive numbers.
+    """
+
+    matrix: IntegerRows
+    right: list[int]
+    factors: list[Fraction]
+
+
+@once_per_problem
+def exact_rows(problem: Problem) -> ExactRows:
+    """The rows of ``constraints(problem)``, in the unknowns of programs, without any round-off.
+
+    Built once per problem. The columns of pinned slips are zero: exact arithmetic would take the
+    round-off that stands there for a spring.
+
+    Every stored number is a binary fraction, so the rows are rational: the sample
+    mean divides by m. A column of the loading that ``loading`` takes as constant
+    is constant here too.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> loop = {"q_w": [[1.0], [-1.0]], "p_w": [[3.0], [3.0]]}
+    >>> rows = exact_rows(shakedown.Problem(A=[[2.0]], B=[[0.5]], f=0.5, **loop))
+    >>> [[x / rows.matrix[0][1] for x in row] for row in rows.matrix], rows.right[0] / rows.matrix[0][1]
+    ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
+    """
+    rigid = rigid_slips(problem)
+    A, f = _exact(rigid.columns(problem.A)), _exact(problem.f)
+    fB = f[:, None] * _exact(rigid.columns(problem.B))
+    q0, p0 = _mean(problem.q_w, problem.q_mean), _mean(problem.p_w, problem.p_mean)
+    G = np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * problem.n, problem.n)
+    g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * problem.n)
+    return _whole(np.column_stack([G, _extremes(problem, f, q0, p0), g]))
+
+
+def _exact(array: FloatArray) -> Exact:
+    from flint import fmpq
+
+    flat = [fmpq(*x.as_integer_ratio()) for x in array.ravel().tolist()]
+    exact = np.empty(len(flat), dtype=object)
+    exact[:] = flat
+    return exact.reshape(array.shape)
+
+
+def _mean(samples: FloatArray, mean: FloatArray | None) -> Exact:
+    if mean is not None:
+        return _exact(mean)
+    from flint import fmpq
+
+    means = [total / len(samples) for total in _totals(samples)]
+    return np.array([fmpq(value.numerator, value.denominator) for value in means], dtype=object)
+
+
+def _totals(samples: FloatArray) -> list[Fraction]:
+    """The exact sum of every column: each entry is a whole number of the finest binary unit of its column."""
+    totals = []
+    for column in samples.T:
+        mantissa, exponent = np.frexp(column)
+        finest = int(exponent[column != 0].min(initial=0)) - 53 if column.any() else 0
+        lifts = np.where(column != 0, exponent - 53 - finest, 0).tolist()
+        whole = np.ldexp(mantissa, 53).astype(np.int64).tolist()
+        total = sum(number << lift for number, lift in zip(whole, lifts, strict=True))
+        totals.append(total * Fraction(2) ** finest)
+    return totals
+
+
+def _extremes(problem: Problem, f: Exact, q0: Exact, p0: Exact) -> Exact:
+    """d: the largest of ±q¹ − f p¹ over the load steps; in floats it is known which steps can be it."""
+    loop, steps, largest = loading(problem), step_loads(problem), constraints(problem).d
+    terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.f * (np.abs(problem.p_w) + np.abs(loop.p0))
+    slack = _NEAR * terms.max(axis=0).repeat(2)
+    moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
+    d = np.empty(2 * problem.n, dtype=object)
+    for row in range(2 * problem.n):
+        j, side = row // 2, 1 - 2 * (row % 2)
+        near = np.flatnonzero(steps[:, row] >= largest[row] - slack[row])
+        q1 = _exact(problem.q_w[near, j]) - q0[j] if moving_q[j] else 0
+        p1 = _exact(problem.p_w[near, j]) - p0[j] if moving_p[j] else 0
+        d[row] = np.max(side * q1 - f[j] * p1)
+    return d
+
+
+def _whole(rows: Exact) -> ExactRows:
+    """Every row times the least common denominator of its entries."""
+    from flint import fmpq_mat
+
+    matrix: IntegerRows = []
+    right: list[int] = []
+    factors: list[Fraction] = []
+    for row in rows.tolist():
+        numerators, denominator = fmpq_mat(1, len(row), row).numer_denom()
+        *left, last = (int(x) for x in numerators.entries())
+        matrix.append(left)
+        right.append(last)
+        factors.append(Fraction(int(denominator)))
+    return ExactRows(matrix, right, factors)

@@ -1,0 +1,183 @@
+"""Values of any kind as results show them: as JSON knows them, in a few words, rounded, and compared."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.visible_text import one_line
+
+LONGEST_VALUE = 56  # characters of one value
+LONGEST_WHOLE, LOG_2 = 20, 0.30103  # digits of a whole number that is written out; log10 of 2
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON knows it: arrays as lists, infinities as "inf"/"-inf", undefined numbers as None.
+
+    Examples
+    --------
+    >>> plain({"slip": np.array([1.0, np.nan]), "load_factor": math.inf})
+    {'slip': [1.0, None], 'load_factor': 'inf'}
+    """
+    if value is None or isinstance(value, bool | int):
+        return value if value is None or isinstance(value, bool) or type(value) is int else int(value)
+    if isinstance(value, str):  # an enumeration member becomes its text
+        return str(value)
+    if isinstance(value, float):
+        if math.isnan(value):
+            return None
+        return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    return _plain_parts(value)
+
+
+def _plain_parts(value: Any) -> Any:
+    """What has parts, as JSON knows it."""
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, tuple) and hasattr(value, "_asdict"):
+        return {key: plain(item) for key, item in value._asdict().items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    if is_dataclass(value):
+        return {name: plain(getattr(value, name)) for name in field_names(value)}
+    return one_line(str(value))
+
+
+def down(value: float, digits: int = 7) -> str:
+    """A number rounded down, for what holds below it.
+
+    What is rounded is the shortest decimal number that stands for the float, so that 1.9 stays 1.9.
+
+    Examples
+    --------
+    >>> down(0.65737347), up(0.73914551), down(1.9)
+    ('0.6573734', '0.7391456', '1.9')
+    """
+    return _rounded(value, digits, ROUND_FLOOR)
+
+
+def up(value: float, digits: int = 7) -> str:
+    """A number rounded up, for what holds above it."""
+    return _rounded(value, digits, ROUND_CEILING)
+
+
+def _rounded(value: float, digits: int, rounding: str) -> str:
+    if not math.isfinite(value):
+        return f"{value:g}"
+    shortest = Decimal(repr(float(value)))
+    return f"{float(Context(prec=digits, rounding=rounding).create_decimal(shortest)):.{digits}g}"
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two values of fields are equal: arrays by value, NaN as equal to NaN; never raises.
+
+    Examples
+    --------
+    >>> same((np.array([1.0, np.nan]), "a"), (np.array([1.0, np.nan]), "a"))
+    True
+    """
+    if one is other:
+        return True
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return type(one) is type(other) and _same_arrays(one, other)
+    if isinstance(one, float) and isinstance(other, float):
+        return one == other or (math.isnan(one) and math.isnan(other))
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        pairs = zip(one, other, strict=False)
+        return type(one) is type(other) and len(one) == len(other) and all(same(a, b) for a, b in pairs)
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if type(one) is type(other) and is_dataclass(one) and not _compares_itself(one):
+        return all(same(getattr(one, d.name), getattr(other, d.name)) for d in fields(one) if d.compare)
+    if hasattr(one, "tocsr") and hasattr(other, "tocsr"):  # sparse matrices
+        return one.shape == other.shape and abs(one - other).nnz == 0
+    return bool(one == other)
+
+
+def _compares_itself(value: Any) -> bool:
+    """Whether its class says what is equal, and can do so where arrays are in it."""
+    return type(value).__eq__ is not object.__eq__ and hasattr(value, "to_dict")
+
+
+def _same_arrays(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    if one.dtype.kind in "fc" and other.dtype.kind in "fc":
+        return np.array_equal(one, other, equal_nan=True)
+    return np.array_equal(one, other)
+
+
+def short(value: Any) -> str:
+    """A value in a few words: long arrays by their shape and range, results by their first numbers.
+
+    Examples
+    --------
+    >>> short(np.linspace(0.0, 1.0, 33)), short(2 / 3)
+    ('33 numbers from 0 to 1', '0.6666666667')
+    """
+    if isinstance(value, bool | np.bool_) or value is None:
+        return str(value)
+    if isinstance(value, str):
+        return repr(one_line(str(value), LONGEST_VALUE))
+    if isinstance(value, float | np.floating):
+        return f"{value:.10g}"
+    if isinstance(value, int) and abs(value) >= 10**LONGEST_WHOLE:  # Python refuses to write the longest ones
+        return f"{'-' * (value < 0)}10^{int(value.bit_length() * LOG_2)}"
+    if isinstance(value, np.ndarray):
+        return _short_array(value)
+    if hasattr(value, "in_one_line"):
+        return str(value.in_one_line(LONGEST_VALUE))
+    if isinstance(value, tuple | list) and not hasattr(value, "_asdict"):
+        return _short_sequence(value)
+    if isinstance(value, Mapping):
+        return f"{len(value)} entries"
+    text = str(value)
+    own = type(value).__repr__ is object.__repr__ or len(text) > 2 * LONGEST_VALUE or "\n" in text
+    return f"<{type(value).__name__}>" if own else text
+
+
+def _short_array(array: NDArray[Any]) -> str:
+    if array.ndim <= 1 and array.size <= 6 and array.dtype.kind in "fiub":
+        text = str(array.item()) if array.ndim == 0 else f"[{', '.join(map(_cell_text, array.tolist()))}]"
+        if len(text) <= LONGEST_VALUE:
+            return text
+    size = " × ".join(map(str, array.shape))
+    if array.dtype.kind == "b":
+        return f"{size} flags, {int(array.sum())} set"
+    if array.dtype.kind not in "fiu" or not array.size:
+        return f"{size} of {array.dtype}"
+    known = array[np.isfinite(array)]
+    if not known.size:
+        return f"{size} numbers, none finite"
+    if known.min() == known.max() and known.size == array.size:
+        return f"{size} times {known.min():.6g}"
+    return f"{size} numbers from {known.min():.6g} to {known.max():.6g}"
+
+
+def _short_sequence(value: Sequence[Any]) -> str:
+    texts = [short(item) for item in value[:LONGEST_VALUE]]
+    open_, close = "[]" if isinstance(value, list) else "()"
+    text = f"{open_}{', '.join(texts)}{',' * (close == ')' and len(value) == 1)}{close}"
+    if len(text) <= LONGEST_VALUE and len(texts) == len(value):
+        return text
+    kinds = {type(item).__name__ for item in value}
+    return f"{len(value)} × {kinds.pop() if len(kinds) == 1 else 'various'}"
+
+
+def _cell_text(value: float) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def field_names(value: Any) -> list[str]:
+    """Fields of a dataclass that are shown."""
+    return [d.name for d in fields(value) if d.repr]

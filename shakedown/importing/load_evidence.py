@@ -1,0 +1,75 @@
+"""Evidence of an import: what rigid motions meet, and what each load amounts to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.condensation.condense import Condensation
+from shakedown.condensation.load_case import LoadCase
+from shakedown.ground.float_array import FloatArray
+from shakedown.importing.contact_section import ContactSection
+from shakedown.joint.result import Result
+from shakedown.readers import Mesh, Stiffness
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadEvidence(Result):
+    """Resultants of a load case at factor 1.
+
+    Attributes
+    ----------
+    name : str
+        The load case.
+    applied : (2,)
+        Sum of its nodal forces along the two axes [force].
+    contact : (2,)
+        Sum of the welded reactions along them: forces of the contact on the
+        first body [force]. Where the contact alone holds the model, and no
+        displacement is prescribed, it is minus the applied force.
+    """
+
+    name: str
+    applied: FloatArray
+    contact: FloatArray
+
+
+def load_evidence(
+    case: LoadCase, reduced: Condensation, stiffness: Stiffness, contact: ContactSection
+) -> LoadEvidence:
+    """Resultants of one load case."""
+    applied = np.zeros(2)
+    if case.force is not None:
+        applied = np.array([case.force[stiffness.dofs[:, 1] == axis].sum() for axis in contact.axes])
+    welded, frame = reduced.welded_reactions(case), reduced.frame
+    carried = welded[: reduced.n] @ frame.tangents + welded[reduced.n :] @ frame.normals
+    return LoadEvidence(case.name, applied, carried)
+
+
+def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int]) -> float:
+    """Largest force that a rigid motion in the plane meets, relative to max |K| and the motion.
+
+    A body of revolution moves along its axis only.
+
+    NaN where the mesh does not know the coordinates of every node with rows, or
+    the rows are not displacements (multipliers, modes).
+    """
+    if mesh is None:
+        return float("nan")
+    there = set(mesh.labels.tolist())
+    moving = np.isin(stiffness.dofs[:, 1], axes)
+    if not set(stiffness.dofs[moving, 0].tolist()) <= there:
+        return float("nan")
+    xyz = mesh.at(stiffness.dofs[moving, 0])[:, [axes[0] - 1, axes[1] - 1]]
+    xyz = xyz - xyz.mean(axis=0)
+    size = max(float(np.abs(xyz).max()), np.finfo(float).tiny)
+    motions = np.zeros((len(stiffness.dofs), 3))  # along the two axes, and turned in their plane
+    along = stiffness.dofs[moving, 1] == axes[0]
+    rotation = np.where(along, -xyz[:, 1], xyz[:, 0]) / size
+    motions[moving] = np.column_stack([along, ~along, rotation])
+    turning = np.flatnonzero(stiffness.dofs[:, 1] == 3 + ({1, 2, 3} - set(axes)).pop())
+    sign = 1.0 if axes in ((1, 2), (2, 3), (3, 1)) else -1.0
+    motions[turning, 2] = sign / size
+    if mesh.axisymmetric:  # moves as a body along its axis only
+        motions = motions[:, 1:2]
+    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < 1e35]).max())
+    return float(np.abs(stiffness.K @ motions).max() / scale)

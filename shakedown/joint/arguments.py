@@ -1,0 +1,117 @@
+"""Checks of the arguments that several functions take."""
+
+from collections.abc import Iterable
+from math import isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.ground.argument_kinds import checked as checked
+from shakedown.ground.argument_kinds import written
+from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
+from shakedown.ground.shown_values import short
+from shakedown.joint.field_values import LARGEST, check_slip
+from shakedown.joint.problem import Problem
+
+MANY = 1_000_000  # of what is kept in memory, or followed one after the other
+
+
+def is_finite(value: object) -> bool:
+    """Whether a value is one finite real number, as a float."""
+    number = real_number(value)
+    return number is not None and isfinite(number)
+
+
+def check_load_factor(load_factor: float, problem: Problem | None = None) -> None:
+    """Raise ``UsageError`` unless a load factor is a finite number ≥ 0, with forces that are numbers."""
+    if not (is_finite(load_factor) and float(load_factor) >= 0):
+        raise UsageError(f"load factor: expected a number >= 0, found {written(load_factor)}")
+    loads = () if problem is None else (problem.q_w, problem.p_w, problem.q_mean, problem.p_mean)
+    largest = max((float(np.abs(load).max()) for load in loads if load is not None), default=1.0)
+    if load_factor > LARGEST or load_factor * largest > LARGEST:
+        raise UsageError(
+            f"load factor: expected one with reactions up to {LARGEST:g}, found {written(load_factor)}"
+        )
+
+
+def check_count(name: str, count: int, most: int = LARGEST_WHOLE) -> None:
+    """Raise ``UsageError`` unless a number of cycles, threads, … is whole, at least 1 and at most so many."""
+    whole = whole_number(count)
+    if whole is None:
+        raise UsageError(f"{name}: expected a whole number, found {written(count)}")
+    if whole < 1:
+        raise UsageError(f"{name}: expected at least 1, found {whole}")
+    if whole > most:
+        raise UsageError(f"{name}: expected at most {most:,}, found {whole}")
+
+
+def check_seed(seed: int) -> int:
+    """The seed of what is random; raises ``UsageError`` unless it is whole and at least 0."""
+    whole = whole_number(seed)
+    if whole is None or whole < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {written(seed)}")
+    return whole
+
+
+def require_problem(problem: object) -> None:
+    """Raise ``UsageError`` where something else is given as a problem."""
+    if not isinstance(problem, Problem):
+        raise UsageError(f"problem: expected a Problem, found {type(problem).__name__}")
+
+
+def real_array(name: str, values: ArrayLike) -> FloatArray:
+    """A private float64 copy; raises ``UsageError`` unless all of it is real and finite."""
+    try:
+        array = real_values(values)
+    except ValueError:  # ragged
+        raise UsageError(f"{name}: expected a regular array of numbers, found ragged rows") from None
+    if array.dtype.kind not in "fiu":
+        raise UsageError(f"{name}: expected real numbers, found {written(values)}")
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is not finite
+        array = array.astype(np.float64)
+    if not np.isfinite(array).all():
+        raise UsageError(f"{name}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
+    return array
+
+
+def node_numbers(name: str, nodes: Iterable[int], n: int) -> tuple[int, ...]:
+    """Some of n nodes by number, in the order given; raises ``UsageError`` for anything else."""
+    found = []
+    for node in nodes:
+        number = whole_number(node)
+        if number is None or not 0 <= number < n:
+            raise UsageError(f"{name}: expected node numbers from 0 to {n - 1}, found {short(node)}")
+        found.append(number)
+    return tuple(found)
+
+
+def check_arguments(load_factor: float, cycles: int, problem: Problem | None = None) -> None:
+    """Raise ``UsageError`` where the load factor or the number of cycles is out of range."""
+    check_load_factor(load_factor, problem)
+    check_count("cycles", cycles)
+
+
+def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
+    """An initial slip as a private array (n,), zero by default; raises ``UsageError`` if mis-shaped."""
+    require_problem(problem)
+    slip = np.zeros(problem.n) if initial_slip is None else real_array("initial slip", initial_slip)
+    if slip.shape != (problem.n,):
+        raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
+    stiffness = max(float(np.abs(K).max()) for K in (problem.A, problem.B, problem.C) if K is not None)
+    try:
+        check_slip("initial slip", stiffness, float(np.abs(slip).max()))
+    except ProblemError as error:
+        raise UsageError(str(error)) from None
+    return slip
+
+
+def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray | None:
+    """The diagonal of D as a private array (2n,); raises ``UsageError`` unless it is positive throughout."""
+    if damping is None:
+        return None
+    D = real_array("damping", damping)
+    if D.shape != (2 * problem.n,) or not (D > 0).all():
+        raise UsageError(f"damping: expected {2 * problem.n} positive numbers, found {damping}")
+    return D

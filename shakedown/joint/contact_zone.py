@@ -1,0 +1,256 @@
+"""Contact zones: a joint of which some nodes stay open while the others stay closed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import require_problem
+from shakedown.joint.constraints import GAP, Constraints, constraints
+from shakedown.joint.field_values import FIRST_DIGIT
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
+
+ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A joint with the nodes of a set O open and carrying nothing, all others closed.
+
+    Where q = p = 0 the displacements of the open nodes follow from equilibrium,
+
+        u_O = −κ_OO⁻¹ (r_w,O + κ_OK (v_K, w_K)),
+
+    and what is left is a joint of the closed nodes K with the stiffness
+    κ̃ = κ_KK − κ_KO κ_OO⁻¹ κ_OK and the welded reactions r̃_w = r_w,K − κ_KO κ_OO⁻¹ r_w,O.
+
+    Attributes
+    ----------
+    problem
+        The whole joint.
+    open_nodes, closed_nodes
+        O and K, in increasing order.
+    joint
+        The joint of the closed nodes, with κ̃ and r̃_w; the whole joint where O is empty.
+    slope : (2o, k)
+        −∂(v_O, w_O)/∂v_K [–].
+    flexibility : (2o, 2o)
+        κ_OO⁻¹ [length/force].
+    """
+
+    problem: Problem
+    open_nodes: tuple[int, ...]
+    closed_nodes: tuple[int, ...]
+    joint: Problem
+    slope: FloatArray
+    flexibility: FloatArray
+
+    @cached_property
+    def constraints(self) -> Constraints:
+        """The frictional rows of the closed nodes, then one row per open node: it stays open.
+
+        Rows name the nodes of the whole joint; the columns are the slips of the closed nodes.
+        """
+        rows = constraints(self.joint)
+        if not self.open_nodes:
+            return rows
+        o = len(self.open_nodes)
+        loop, welded = loading(self.problem), self._of_open
+        h0 = welded(loop.q0[None], loop.p0[None])[0, o:]
+        h1 = welded(loop.q1, loop.p1)[:, o:]
+        closed = np.array(self.closed_nodes, dtype=np.intp)
+        return Constraints(
+            G=np.vstack([rows.G, self.slope[o:]]),
+            d=np.concatenate([rows.d, h1.max(axis=0)]),
+            g=np.concatenate([rows.g, -h0]),
+            node=np.concatenate([closed[rows.node], self.open_nodes]),
+            side=np.concatenate([rows.side, np.full(o, GAP)]),
+            step=np.concatenate([rows.step, h1.argmax(axis=0)]),
+            rigid=rows.rigid,
+        )
+
+    def _of_open(self, q: FloatArray, p: FloatArray) -> FloatArray:
+        """κ_OO⁻¹ r_w,O for some load steps (m, n): (m, 2o)."""
+        o = list(self.open_nodes)
+        return np.hstack([q[:, o], p[:, o]]) @ self.flexibility.T
+
+    @property
+    def pinned(self) -> tuple[int, ...]:
+        """The nodes of the whole joint whose slips are set to zero, as no row knows them."""
+        return tuple(self.closed_nodes[k] for k in self.constraints.pinned)
+
+    def spread(self, slip: FloatArray, elsewhere: float = np.nan) -> FloatArray:
+        """What belongs to the closed nodes (k,) in an array of all nodes (n,)."""
+        everywhere = np.full(self.problem.n, elsewhere)
+        everywhere[list(self.closed_nodes)] = slip
+        return everywhere
+
+    def slips(self, slip: FloatArray) -> FloatArray:
+        """Slips of all nodes (n,) [length]: of open ones their displacement under the mean load."""
+        loop = loading(self.problem)
+        return self.displacements(slip, loop.q0[None], loop.p0[None])[0, : self.problem.n]
+
+    def follow(self, change: FloatArray) -> FloatArray:
+        """Change of the slips of all nodes (…, n) with that of the closed ones (…, k): open ones follow."""
+        everywhere = np.zeros((*change.shape[:-1], self.problem.n))
+        everywhere[..., list(self.closed_nodes)] = change
+        everywhere[..., list(self.open_nodes)] = -change @ self.slope[: len(self.open_nodes)].T
+        return everywhere
+
+    def displacements(self, slip: FloatArray, q_w: FloatArray, p_w: FloatArray) -> FloatArray:
+        """u = (v, w) of all nodes, (m, 2n) [length], with the closed ones at ``slip`` (k,).
+
+        Parameters
+        ----------
+        slip : (k,)
+            Slips of the closed nodes [length].
+        q_w, p_w : (m, n)
+            Welded reactions of the whole joint [force].
+        """
+        n, k, o = self.problem.n, list(self.closed_nodes), len(self.open_nodes)
+        u = np.zeros((len(q_w), 2 * n))
+        u[:, k] = slip
+        if o:
+            free = -self.slope @ slip - self._of_open(q_w, p_w)
+            u[:, list(self.open_nodes)] = free[:, :o]
+            u[:, [n + i for i in self.open_nodes]] = free[:, o:]
+        return u
+
+
+def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tolerances = DEFAULT) -> Zone:
+    """The joint that is left where some nodes are open and carry nothing.
+
+    Parameters
+    ----------
+    problem
+        The whole joint; it needs C where a node is open.
+    open_nodes
+        The nodes of O, numbered from 0.
+    tolerances
+        ``singular_pivot`` decides whether κ_OO holds the open nodes in place.
+
+    Raises
+    ------
+    UsageError
+        If a node is not one of the joint's, no node stays closed, or κ_OO is singular.
+    ProblemError
+        If the problem has no C.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> zone = contact_zone(shakedown.example("two-node"), [1])
+    >>> zone.closed_nodes, zone.joint.A.round(2), zone.joint.B.round(2)
+    ((0,), array([[219.67]]), array([[344.3]]))
+    """
+    require_problem(problem)
+    chosen = _node_numbers(problem, open_nodes)
+    k = [i for i in range(problem.n) if i not in set(chosen)]
+    if not k:
+        raise UsageError(
+            f"open nodes: expected at least one node that stays closed, found all {problem.n} open"
+        )
+    if not chosen:
+        return Zone(problem, (), tuple(k), problem, np.zeros((0, problem.n)), np.zeros((0, 0)))
+    n, kappa = problem.n, problem.kappa
+    free, held = [*chosen, *(n + i for i in chosen)], [*k, *(n + i for i in k)]
+    flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
+    follow = flexibility @ kappa[np.ix_(free, held)]  # −∂u_O/∂u_K
+    c = len(k)
+    parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
+    stiffness = _condensed(*parts, c, _accuracy(problem))
+    joint = replace(
+        problem,
+        A=stiffness[:c, :c],
+        B=stiffness[c:, :c],
+        C=stiffness[c:, c:],
+        initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, k],
+        **problem.node_data(k),
+        **_condensed_loads(problem, held, free, follow),
+    )
+    return Zone(problem, tuple(chosen), tuple(k), joint, _without_round_off(follow[:, :c]), flexibility)
+
+
+def _accuracy(problem: Problem) -> float:
+    """What is round-off of the stiffness, relative to the terms that it is the difference of."""
+    given = problem.stiffness_accuracy
+    return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, ROUND_OFF)
+
+
+def _condensed(held: FloatArray, tie: FloatArray, follow: FloatArray, c: int, accuracy: float) -> FloatArray:
+    """κ of the closed nodes, (2c, 2c), the slips of those that nothing holds without any stiffness.
+
+    Where a node and open ones alone are what can move, all that is left of its stiffness is the round-off
+    of the difference, and nothing next to it would tell that.
+    """
+    left = held - tie @ follow
+    noise = accuracy * (np.abs(held) + np.abs(tie) @ np.abs(follow))
+    loose = np.flatnonzero((np.abs(left[:c]) <= noise[:c]).all(axis=1))
+    left[loose], left[:, loose] = 0.0, 0.0
+    return left
+
+
+def _without_round_off(slope: FloatArray) -> FloatArray:
+    """A slope, with what is round-off of the largest set to exact zero.
+
+    Of similar bodies B should vanish; a gap would else seem to depend on slips
+    that are large enough.
+    """
+    noise = ROUND_OFF * len(slope) * np.abs(slope).max(initial=0.0)
+    return np.where(np.abs(slope) <= noise, 0.0, slope)
+
+
+def _node_numbers(problem: Problem, open_nodes: Iterable[int]) -> list[int]:
+    """The open nodes in increasing order, each once."""
+    try:
+        given = list(open_nodes)
+    except TypeError:
+        raise UsageError(f"open nodes: expected node numbers, found {open_nodes!r}") from None
+    for node in given:
+        if not isinstance(node, Integral) or isinstance(node, bool) or not 0 <= node < problem.n:
+            raise UsageError(f"open nodes: expected numbers from 0 to {problem.n - 1}, found {node!r}")
+    return sorted({int(node) for node in given})
+
+
+def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) -> FloatArray:
+    """κ_OO⁻¹, each displacement measured on the scale of its own stiffness."""
+    diagonal = np.diag(stiffness)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
+    if not values[0] > tolerances.singular_pivot * values[-1]:
+        named = ", ".join(map(str, nodes[:8]))
+        raise UsageError(
+            f"open nodes: expected nodes that the body holds when open, found {named} free to move"
+        )
+    return np.asarray((vectors / values) @ vectors.T * np.outer(scale, scale))
+
+
+def _condensed_loads(
+    problem: Problem, held: list[int], free: list[int], follow: FloatArray
+) -> dict[str, Any]:
+    """The welded reactions of the closed nodes with the open ones free, for every kind of load step."""
+    condensed: dict[str, Any] = {}
+    c = len(held) // 2
+    pairs = (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean"))
+    mean = loading(problem)
+    for q_key, p_key in pairs:
+        q, p = getattr(problem, q_key), getattr(problem, p_key)
+        if q_key == "q_mean" and not (q is None and p is None):  # one alone may be given
+            q, p = mean.q0, mean.p0
+        if q is None or p is None:
+            condensed |= {q_key: None, p_key: None}
+            continue
+        both = np.concatenate([q, p], axis=-1)
+        left = both[..., held] - both[..., free] @ follow
+        condensed |= {q_key: left[..., :c], p_key: left[..., c:]}
+    return condensed

@@ -1,0 +1,37 @@
+"""What follows from a problem alone is built once and kept with it."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TypeVar
+
+from shakedown.joint.arguments import require_problem
+from shakedown.joint.problem import Problem
+
+T = TypeVar("T")
+
+
+class _Kept(dict[str, object]):
+    """The results kept with one problem; not copied and not sent along, they can be built again."""
+
+    def __reduce__(self) -> tuple[type, tuple[()]]:
+        return _Kept, ()
+
+
+def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
+    """Build what a problem determines at the first call, and hand out the same thing ever after.
+
+    A :class:`Problem` does not change once it is made, nor may what is kept with
+    it. Raises ``UsageError`` where something else is given as a problem.
+    """
+    name = f"{build.__module__}.{build.__qualname__}"
+
+    @wraps(build)
+    def kept(problem: Problem) -> T:
+        require_problem(problem)
+        results = problem.__dict__.setdefault("_derived", _Kept())
+        if name not in results:
+            results[name] = build(problem)
+        found: T = results[name]
+        return found
+
+    return kept

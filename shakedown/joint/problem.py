@@ -1,0 +1,327 @@
+"""A discrete elastic contact with Coulomb friction and one period of its loading."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import same
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.visible_text import shortened, visible
+from shakedown.joint.field_values import (
+    DOMAIN,
+    FIRST_DIGIT,
+    LOOP,
+    NAMES,
+    SHAPES,
+    TEXTS,
+    check_ratios,
+    check_shapes,
+    in_range,
+    json_object,
+    load_path,
+    names,
+    plain_text,
+    real_numbers,
+)
+
+OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "node_area", "label")  # each belongs to one node
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Problem:
+    """Contact stiffness, friction and loading loop of a joint, validated on construction.
+
+    The reactions at the n contact nodes are (thesis (2.10), (2.11))
+
+        q = q_w(t) + A v + Bᵀ w,        p = p_w(t) + B v + C w,
+
+    with the slip v, the gap w ≥ 0, the tangential reaction q and the normal
+    reaction p (compression positive). Units are free but must be consistent:
+    stiffness = force / length.
+
+    Parameters
+    ----------
+    A, B : (n, n)
+        Tangential stiffness and coupling [force/length]; A symmetric, B general.
+    f : () or (n,)
+        Friction coefficient(s) ≥ 0; stored per node.
+    q_w, p_w : (m, n)
+        Welded reactions over one loading period, one row per load step, at load
+        factor 1 [force]. The period closes from the last row to the first.
+    C : (n, n), optional
+        Normal stiffness [force/length]; needed only where a node may separate.
+    q_mean, p_mean : (n,), optional
+        The constant part of the loading [force]; the sample mean by default.
+    load_path : str, optional
+        What the load steps are: ``"loop"`` (default), followed in their order in every
+        period; or ``"domain"``, corners of which the loads take any mixture in any order.
+        Of a domain only what holds for every such path is called a bound or proved.
+    q_transient, p_transient : (k, n), optional
+        Load steps before the first period (thesis (4.18)) [force].
+    initial_slip : (n,) or (s, n), optional
+        Initial states to verify [length]; stored as (s, n).
+    x : (n,), optional
+        Node positions along the contact [length], for plots only.
+    coordinates : (n, 3), optional
+        Where the nodes are in the model that the problem was made from [length].
+    normal, tangent : (n, 3), optional
+        Unit vectors there, into the (first) body and in the direction of positive slip [–].
+    node_area : (n,), optional
+        Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
+        tractions. Of a plane model it is that of unit thickness, or of the one it has.
+    stiffness_accuracy : float, optional
+        How accurate the stored A and B are, relative to their entries: 1e-7 where they come
+        from seven printed digits. What meets less resistance than that is a rigid slip
+        (:class:`~shakedown.joint.rigid_slips.RigidSlips`). By default that of floating-point
+        numbers which went through the condensation of a large model.
+    label : (n,), optional
+        What each node, or pair of nodes, is called in that model.
+    load_names : (c,), optional
+        Names of the load cases that the loading is made of.
+    name, units : str, optional
+        Shown in reports.
+    source : str, optional
+        Where the problem comes from, as JSON: ``{"toolkit", "command", "configuration",
+        "files": [{"name", "sha256"}, …]}`` where it was imported.
+
+    Raises
+    ------
+    ProblemError
+        If an entry is missing, mis-shaped, not real and finite or out of range
+        (1e-100 to 1e100 in whatever units), if f < 0, if A
+        or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
+        semi-definite, or if an area is negative, a direction no unit vector, a label
+        cannot be shown in one line, ``source`` is no JSON object or ``load_path`` neither word.
+        The message names the key, what was expected and found.
+
+    Examples
+    --------
+    >>> problem = Problem(A=[[2.0]], B=[[0.5]], f=0.4, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]])
+    >>> problem.n, problem.m, problem.f
+    (1, 2, array([0.4]))
+    """
+
+    A: FloatArray
+    B: FloatArray
+    f: FloatArray
+    q_w: FloatArray
+    p_w: FloatArray
+    C: FloatArray | None = None
+    q_mean: FloatArray | None = None
+    p_mean: FloatArray | None = None
+    q_transient: FloatArray | None = None
+    p_transient: FloatArray | None = None
+    initial_slip: FloatArray | None = None
+    x: FloatArray | None = None
+    coordinates: FloatArray | None = None
+    normal: FloatArray | None = None
+    tangent: FloatArray | None = None
+    node_area: FloatArray | None = None
+    stiffness_accuracy: float | None = None
+    label: tuple[str, ...] | None = None
+    load_names: tuple[str, ...] | None = None
+    name: str = ""
+    units: str = ""
+    source: str = ""
+    load_path: str = LOOP
+
+    if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
+
+        def __init__(
+            self,
+            *,
+            A: ArrayLike,
+            B: ArrayLike,
+            f: ArrayLike,
+            q_w: ArrayLike,
+            p_w: ArrayLike,
+            C: ArrayLike | None = None,
+            q_mean: ArrayLike | None = None,
+            p_mean: ArrayLike | None = None,
+            q_transient: ArrayLike | None = None,
+            p_transient: ArrayLike | None = None,
+            initial_slip: ArrayLike | None = None,
+            x: ArrayLike | None = None,
+            coordinates: ArrayLike | None = None,
+            normal: ArrayLike | None = None,
+            tangent: ArrayLike | None = None,
+            node_area: ArrayLike | None = None,
+            stiffness_accuracy: float | None = None,
+            label: ArrayLike | None = None,
+            load_names: ArrayLike | None = None,
+            name: str = "",
+            units: str = "",
+            source: str = "",
+            load_path: str = LOOP,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        for key in TEXTS:
+            check = {"source": json_object, "load_path": load_path}.get(key, plain_text)
+            object.__setattr__(self, key, check(key, getattr(self, key)))
+        given = [key for key in SHAPES if getattr(self, key) is not None]
+        listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
+        arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
+        check_shapes({key: np.shape(value) for key, value in (arrays | listed).items()})
+        n = arrays["A"].shape[0]
+        if arrays["f"].ndim == 0:
+            arrays["f"] = np.full(n, float(arrays["f"]))
+        if "initial_slip" in arrays:
+            arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
+        _check_values(arrays)
+        if "stiffness_accuracy" in arrays:
+            object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
+        for key, array in arrays.items():
+            array.setflags(write=False)
+            object.__setattr__(self, key, array)
+        for key, found in listed.items():
+            object.__setattr__(self, key, found)
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.A.shape[0]
+
+    @property
+    def m(self) -> int:
+        """Number of load steps in one period."""
+        return self.q_w.shape[0]
+
+    @property
+    def is_domain(self) -> bool:
+        """Whether the load steps are the corners of a load domain, and not a loop in their order."""
+        return self.load_path == DOMAIN
+
+    @cached_property
+    def kappa(self) -> FloatArray:
+        """The contact stiffness κ = [[A, Bᵀ], [B, C]], shape (2n, 2n) [force/length].
+
+        Raises ``ProblemError`` where the problem has no C.
+        """
+        if self.C is None:
+            raise ProblemError("key 'C': needed because nodes may separate, found none")
+        return np.block([[self.A, self.B.T], [self.B, self.C]])
+
+    def node_name(self, node: int) -> str:
+        """A node by its number, and by its label where it has one.
+
+        Examples
+        --------
+        >>> loop = {"f": 0.4, "q_w": [[1.0]], "p_w": [[3.0]]}
+        >>> Problem(A=[[2.0]], B=[[0.5]], **loop, label=[4711]).node_name(0)
+        '0 (FE 4711)'
+        """
+        return f"{node}" if self.label is None else f"{node} (FE {self.label[node]})"
+
+    def node_data(self, nodes: Iterable[int]) -> dict[str, Any]:
+        """What belongs to each of some nodes alone, by field: friction, position, label, area, …
+
+        With it a problem of some of the nodes is made.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> shakedown.example("two-node").node_data([1])
+        {'f': array([0.35])}
+        """
+        chosen, found = list(nodes), dict[str, Any]()
+        for key in OF_NODES:
+            value = getattr(self, key)
+            if isinstance(value, tuple):
+                found[key] = tuple(value[i] for i in chosen)
+            elif value is not None:
+                found[key] = value[chosen]
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """How a document introduces the joint: name, size, labels, units and load path, without its data."""
+        size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
+        known = {"labels": None if self.label is None else list(self.label), "units": self.units}
+        known["load_path"] = self.load_path if self.is_domain else None
+        return size | {key: value for key, value in known.items() if value}
+
+    def __repr__(self) -> str:
+        parts = [repr(shortened(visible(self.name), 60))] if self.name else []
+        parts += [f"n={self.n}", f"m={self.m}"]
+        parts += [repr(shortened(visible(self.units), 20))] if self.units else []
+        parts += ["load domain"] if self.is_domain else []
+        return f"<Problem {', '.join(parts)}>"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Problem):
+            return NotImplemented
+        return all(same(getattr(self, d.name), getattr(other, d.name)) for d in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _check_values(arrays: dict[str, FloatArray]) -> None:
+    f = arrays["f"]
+    if np.any(f < 0):
+        j = int(np.argmax(f < 0))
+        raise ProblemError(f"key 'f': expected friction coefficients >= 0, found {f[j]} at node {j}")
+    for key, array in arrays.items():
+        arrays[key] = in_range(key, array)
+    check_ratios(arrays)
+    accuracy = arrays.get("stiffness_accuracy", np.float64(0.5))
+    if not 0.0 < accuracy < 1.0:
+        raise ProblemError(
+            f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
+        )
+    _check_places(arrays)
+    rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
+    for key in ("A", "C"):
+        if key in arrays:
+            arrays[key] = _symmetrised(key, arrays[key], rounding)
+    if "C" in arrays:
+        stiffness, label = (
+            np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]]),
+            "keys 'A', 'B', 'C': expected kappa = [[A, B^T], [B, C]] positive semi-definite",
+        )
+    else:
+        stiffness, label = arrays["A"], "key 'A': expected a positive semi-definite matrix"
+    _check_semidefinite(stiffness, label, rounding)
+
+
+def _check_places(arrays: dict[str, FloatArray]) -> None:
+    """Areas are not negative, directions have unit length."""
+    area = arrays.get("node_area", np.zeros(0))
+    if np.any(area < 0):
+        j = int(np.argmax(area < 0))
+        raise ProblemError(f"key 'node_area': expected areas >= 0, found {area[j]:.9g} at node {j}")
+    for key in ("normal", "tangent"):
+        length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=1)
+        wrong = np.abs(length - 1) > DEFAULT.printed_digits
+        if np.any(wrong):
+            j = int(np.argmax(wrong))
+            raise ProblemError(
+                f"key '{key}': expected vectors of length 1, found the length {length[j]:.9g} at node {j}"
+            )
+
+
+def _symmetrised(key: str, matrix: FloatArray, rounding: float) -> FloatArray:
+    error = np.abs(matrix - matrix.T)
+    if error.max() > max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max():
+        i, j = np.unravel_index(int(np.argmax(error)), error.shape)
+        raise ProblemError(
+            f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
+            f"but {key}[{j},{i}] = {matrix[j, i]:.9g}"
+        )
+    return 0.5 * matrix + 0.5 * matrix.T
+
+
+def _check_semidefinite(matrix: FloatArray, expected: str, rounding: float) -> None:
+    """Entries off by ``rounding`` of themselves move an eigenvalue by as much of the largest row sum."""
+    scale = np.abs(matrix).max()
+    if scale == 0.0:
+        return
+    eigenvalues = np.linalg.eigvalsh(matrix / scale)
+    printed = rounding * float(np.abs(matrix / scale).sum(axis=0).max())
+    if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
+        raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")

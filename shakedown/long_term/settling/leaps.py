@@ -1,0 +1,130 @@
+"""The end of a search: leaps along the affine map to its limit, and one period that confirms it."""
+
+import numpy as np
+
+from shakedown.long_term.settling.limit_of_powers import double_leap
+from shakedown.long_term.settling.path_check import begin_check, end_check
+from shakedown.long_term.settling.period_map import along_basis, displace, distance_to_limit
+from shakedown.long_term.settling.repeats import admissible, remember
+from shakedown.long_term.settling.search import (
+    CONFIRM,
+    CYCLIC_SLIP,
+    HANDED_OVER,
+    LEAP,
+    LEAVE,
+    NEXT_LEAP,
+    RATCHETTING,
+    REPEATS,
+    SEPARATION,
+    SHAKEDOWN,
+    WALK,
+    Search,
+)
+from shakedown.motion.kernels.active_set import add_product, larger, largest
+from shakedown.motion.kernels.named_state import inner
+
+MOST_LEAPS = 60
+
+
+@inner
+def begin_leaps(se: Search) -> None:
+    """Before the limit stands the way there; a drift that changes reactions cannot go on for ever."""
+    act, pm, m = se.first.active, se.map, 2 * se.first.active.n
+    for j in range(m):
+        se.drift[j], se.force[j] = along_basis(pm, pm.drift, j), 0.0
+    add_product(act, se.drift, se.force)
+    if not largest(se.force, m) <= 1e-3 * se.check.near * se.stiffness:
+        pm.decaying = False  # there is no limit to go to
+    for j in range(act.n, m):
+        se.drift[j] = 0.0  # gaps do not grow for ever
+    for i in range(act.n):
+        se.contact[i] = pm.contact[i]
+    se.leap, se.leaps, se.phase = 1.0, 0, NEXT_LEAP
+
+
+@inner
+def next_leap(se: Search) -> None:
+    """Try the limit where it is near, else the state twice as many periods ahead."""
+    pm = se.map
+    se.phase, se.done, se.placed = LEAVE, 0, False
+    if se.leaps == MOST_LEAPS:
+        return
+    se.leaps += 1
+    near = pm.decaying and distance_to_limit(pm, se.leap) <= 1e3 * se.check.near
+    if near:
+        displace(pm, pm.limit, se.goal)
+    else:
+        double_leap(pm)
+        se.leap *= 2.0
+        displace(pm, pm.change, se.goal)
+    if admissible(se, se.goal):
+        se.phase = CONFIRM if near else LEAP
+        se.from_limit, se.contraction = True, pm.contraction ** (1.0 / se.period)
+
+
+@inner
+def after_leap(se: Search) -> None:
+    """Leap further where the period has run through the sequence of the map."""
+    se.signatures[se.done - 1] = np.int64(se.first.motion.signature)
+    if se.done < se.period:
+        return
+    se.phase = NEXT_LEAP
+    for k in range(se.period):
+        if se.signatures[k] != se.wanted[k]:
+            se.phase = LEAVE
+            return
+    for j in range(2 * se.first.active.n):
+        se.reached[j] = se.goal[j]
+
+
+@inner
+def leave_leaps(se: Search) -> None:
+    """Walk on from the last state that has been found to run through the sequence."""
+    for j in range(2 * se.first.active.n):
+        se.goal[j] = se.reached[j]
+    se.remembered, se.signed, se.patience, se.phase, se.placed = 0, 0, 2, WALK, False
+    remember(se, se.goal)
+
+
+@inner
+def begin_confirmation(se: Search) -> None:
+    """Count from the start of the period."""
+    n = se.first.active.n
+    se.dissipation = 0.0
+    for i in range(n):
+        se.slip[i], se.opened[i] = 0.0, 0
+    begin_check(se.check, n)
+
+
+@inner
+def after_confirmation(se: Search) -> None:
+    """The answer, if the period, or a shorter one, has come back to the goal."""
+    mo, n, far = se.first.motion, se.first.active.n, 0.0
+    for i in range(n):
+        se.slip[i] += mo.slip[i]
+        se.opened[i] |= mo.opened[i]
+    se.dissipation += mo.dissipation
+    share = se.done / se.period
+    for j in range(2 * n):
+        far = larger(far, abs(mo.u[j] - se.goal[j] - share * se.drift[j]))
+    if se.period % se.done == 0 and far <= se.check.near:
+        judge_period(se, share)
+    elif se.done == se.period:
+        se.phase = LEAVE if se.from_limit else REPEATS
+
+
+@inner
+def judge_period(se: Search, share: float) -> None:
+    """What the period that has been confirmed says; handed over where it breaks the friction law."""
+    act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
+    se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)
+    breathing, drifts = False, False
+    for i in range(act.n):
+        breathing = breathing or (se.opened[i] == 1 and check.always_open[i] == 0)
+        drifts = drifts or abs(share * se.drift[i]) > near
+    if not check.violation <= se.friction_law:
+        se.verdict = HANDED_OVER
+    elif largest(se.slip, act.n) <= 4.0 * near:
+        se.verdict = SEPARATION if breathing else SHAKEDOWN
+    else:
+        se.verdict = RATCHETTING if drifts else CYCLIC_SLIP

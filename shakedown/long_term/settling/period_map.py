@@ -1,0 +1,205 @@
+"""The affine map of one period, carried in compiled code.
+
+As :class:`shakedown.long_term.cycle_map.CycleMap`, for the nodes alone that are stuck at the start
+and move within the period. The others keep their slips exactly, so that the map leaves the space of
+these nodes as it is: there lie all its powers of the increment, and their limit.
+"""
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.active_set import ActiveSet, larger
+from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.moving_state import Motion
+from shakedown.motion.kernels.named_state import (
+    Integers,
+    NamedState,
+    Reals,
+    entered,
+    fields,
+    inner,
+    keeping,
+)
+
+
+@structref.register
+class PeriodMapType(types.StructRef):
+    """Compiled type of :class:`PeriodMap`."""
+
+
+class PeriodMap(NamedState):
+    """v ↦ v + d + J (v − v_start) of k nodes, its powers and its limit.
+
+    Attributes
+    ----------
+    start : (2n,)
+        u before the period.
+    contact : (n,)
+        Contact states there.
+    stuck : (t,)
+        Nodes stuck there, whose slips are the parameters of the state.
+    moves : (k,)
+        Those of them, by place in ``stuck``, that move within the period.
+    basis, tangent : (2n, t)
+        ∂u/∂v_stuck before and after the period.
+    delay : (t,)
+        As in :class:`Motion`.
+    power : (k, k)
+        J, or J^leap.
+    change : (k,)
+        d, or Σ_{i < leap} Jⁱ d [length].
+    limit, drift : (k,)
+        Σ Jⁱ d without what drifts; what the slips gain per period for ever [length].
+    image, work, inverse
+        Scratch (n,), (n, n), (n, n).
+    n, t, k
+        Numbers of nodes.
+    contraction, decaying
+        As in :class:`shakedown.long_term.cycle_map.Limit`.
+    """
+
+    start: Reals
+    contact: Integers
+    stuck: Integers
+    moves: Integers
+    basis: Reals
+    tangent: Reals
+    delay: Reals
+    power: Reals
+    change: Reals
+    limit: Reals
+    drift: Reals
+    image: Reals
+    work: Reals
+    inverse: Reals
+    n: int
+    t: int
+    k: int
+    contraction: float
+    decaying: bool
+
+
+structref.define_boxing(PeriodMapType, PeriodMap)
+PERIOD_MAP = PeriodMapType(fields(PeriodMap))
+
+
+def period_map(n: int) -> PeriodMap:
+    """Room for the map of n nodes."""
+    arrays = {
+        "start": np.zeros(2 * n),
+        "contact": np.zeros(n, dtype=np.int64),
+        "stuck": np.zeros(n, dtype=np.int64),
+        "moves": np.zeros(n, dtype=np.int64),
+        "basis": np.zeros((2 * n, n)),
+        "tangent": np.zeros((2 * n, n)),
+        "delay": np.zeros(n),
+        "power": np.zeros((n, n)),
+        "change": np.zeros(n),
+        "limit": np.zeros(n),
+        "drift": np.zeros(n),
+        "image": np.zeros(n),
+        "work": np.zeros((n, n)),
+        "inverse": np.zeros((n, n)),
+    }
+    return keeping(_period_map(*arrays.values()), arrays)
+
+
+@entered
+def _period_map(  # type: ignore[no-untyped-def]
+    start, contact, stuck, moves, basis, tangent, delay, power, change, limit, drift, image, work, inverse
+):
+    new = structref.new(PERIOD_MAP)
+    new.start, new.contact, new.stuck, new.moves = start.ctypes, contact.ctypes, stuck.ctypes, moves.ctypes
+    new.basis, new.tangent, new.delay, new.power = basis.ctypes, tangent.ctypes, delay.ctypes, power.ctypes
+    new.change, new.limit, new.drift, new.image = change.ctypes, limit.ctypes, drift.ctypes, image.ctypes
+    new.work, new.inverse = work.ctypes, inverse.ctypes
+    new.n, new.t, new.k, new.contraction, new.decaying = len(contact), 0, 0, 0.0, True
+    return new
+
+
+@inner
+def begin_map(pm: PeriodMap, act: ActiveSet, mo: Motion) -> None:
+    """Take the present state as the start of a period and follow its derivative from here on.
+
+    Every moving node that is not stuck follows the stuck ones by its equations.
+    """
+    n, m, t, size = act.n, 2 * act.n, 0, act.size
+    kappa, cols, coefs, inverse = act.kappa, act.col, act.coef, act.inverse
+    for j in range(m):
+        pm.start[j] = mo.u[j]
+    for i in range(n):
+        pm.contact[i] = act.state[i]
+        if act.state[i] == STICK:
+            pm.stuck[t] = i
+            t += 1
+    pm.t = t
+    basis, rows = pm.basis, pm.tangent
+    for j in range(m * t):
+        basis[j] = 0.0
+    for c in range(t):
+        basis[pm.stuck[c] * t + c] = 1.0
+    for b in range(size):
+        for c in range(t):
+            x = kappa[cols[b] * m + pm.stuck[c]]
+            if coefs[b] != 0.0:
+                x -= coefs[b] * kappa[(n + cols[b]) * m + pm.stuck[c]]
+            rows[b * t + c] = x
+    for b in range(size):
+        for d in range(size):
+            x = inverse[b * m + d]
+            for c in range(t):
+                basis[cols[b] * t + c] -= x * rows[d * t + c]
+    for j in range(m * t):
+        rows[j] = basis[j]
+    mo.tangent, mo.delay, mo.parameters = pm.tangent, pm.delay, t
+
+
+@inner
+def end_map(pm: PeriodMap, mo: Motion) -> None:
+    """J and d of the nodes that have moved within the period that ends here."""
+    t, k, stuck, tangent = pm.t, 0, pm.stuck, pm.tangent
+    for a in range(t):
+        node = stuck[a]
+        moved = mo.u[node] != pm.start[node]
+        for b in range(t):
+            moved = moved or tangent[node * t + b] != (1.0 if a == b else 0.0)
+        if moved:
+            pm.moves[k] = a
+            pm.change[k] = mo.u[node] - pm.start[node]
+            k += 1
+    pm.k = k
+    for a in range(k):
+        row = stuck[pm.moves[a]] * t
+        for b in range(k):
+            pm.power[a * k + b] = tangent[row + pm.moves[b]]
+
+
+@inner
+def distance_to_limit(pm: PeriodMap, leap: float) -> float:
+    """Largest slip that is left to the limit after so many periods, drift apart."""
+    far = 0.0
+    for a in range(pm.k):
+        far = larger(far, abs(pm.change[a] - leap * pm.drift[a] - pm.limit[a]))
+    return far
+
+
+@inner
+def displace(pm: PeriodMap, change: FloatArray, u: FloatArray) -> None:
+    """The start with the slips of the k nodes changed and the others in equilibrium, as ``u`` (2n,)."""
+    n = pm.n
+    for j in range(2 * n):
+        if j >= n and pm.contact[j - n] != OPEN:
+            u[j] = 0.0
+        else:
+            u[j] = pm.start[j] + along_basis(pm, change, j)
+
+
+@inner
+def along_basis(pm: PeriodMap, change: FloatArray, j: int) -> float:
+    """Change of a displacement with the slips of the k nodes."""
+    total = 0.0
+    for a in range(pm.k):
+        total += pm.basis[j * pm.t + pm.moves[a]] * change[a]
+    return total

@@ -1,0 +1,195 @@
+"""The beginning of a search: cycles one by one, until the state returns or its contact states repeat."""
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.long_term.settling.path_check import broken_law
+from shakedown.long_term.settling.period_map import begin_map, end_map
+from shakedown.long_term.settling.search import (
+    CONFIRM,
+    HANDED_OVER,
+    LIMIT,
+    MAP,
+    REPEATS,
+    SEARCHING,
+    WALK,
+    Search,
+)
+from shakedown.motion.kernels.active_set import add_product, factorize, larger
+from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, STICK
+from shakedown.motion.kernels.named_state import inner
+
+
+@inner
+def begin_search(se: Search, start: FloatArray) -> None:
+    """At rest with this slip: the load from which it rises to its first step, and what counts as zero."""
+    act, path, goal, locked = se.first.active, se.first.course.path, se.goal, se.force
+    n, m, force = act.n, 2 * act.n, se.least_force
+    for i in range(n):
+        goal[i], goal[n + i] = start[i], 0.0
+        se.contact[i] = BACKWARD_SLIP if act.f[i] == 0.0 else STICK
+    for j in range(m):
+        total = 0.0
+        for i in range(n):
+            total += abs(act.kappa[j * m + i]) * abs(goal[i])
+        force = larger(force, total)
+        locked[j] = 0.0
+    add_product(act, goal, locked)
+    for i in range(n):
+        path[i] = -locked[i]
+        path[n + i] = abs(path[m + n + i] + locked[n + i]) - locked[n + i]
+    for course in (se.first.course, se.cyclic.course, se.recorded.course):
+        course.force, course.settled = se.limit * force, se.rounding * force
+    se.first.motion.parameters = 0
+    se.cycles, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, False
+    se.phase, se.verdict, se.placed = WALK, SEARCHING, False
+
+
+@inner
+def place_state(se: Search) -> None:
+    """Go on from the goal."""
+    act, mo = se.first.active, se.first.motion
+    for j in range(2 * act.n):
+        mo.u[j] = se.goal[j]
+    for i in range(act.n):
+        act.state[i] = se.contact[i]
+    if factorize(act) == 0:
+        se.verdict = HANDED_OVER
+    se.placed = True
+
+
+@inner
+def remember(se: Search, u: FloatArray) -> None:
+    """Keep a state; a search with too many of them is handed over."""
+    m = 2 * se.first.active.n
+    if se.remembered == se.capacity:
+        se.verdict = HANDED_OVER
+        return
+    for j in range(m):
+        se.past[se.remembered * m + j] = u[j]
+    se.remembered += 1
+
+
+@inner
+def keep_signature(se: Search) -> None:
+    """Append the signature of the last cycle; the oldest is forgotten."""
+    room = 2 * se.longest_period
+    if se.signed == room:
+        for k in range(room - 1):
+            se.signatures[k] = se.signatures[k + 1]
+        se.signed = room - 1
+    se.signatures[se.signed] = np.int64(se.first.motion.signature)
+    se.signed += 1
+
+
+@inner
+def after_walk(se: Search) -> None:
+    """Where the state is what it was some cycles ago, one period is to confirm it."""
+    act, mo = se.first.active, se.first.motion
+    remember(se, mo.u)
+    keep_signature(se)
+    se.period = returned_after(se)
+    if se.period == 0:
+        se.phase = REPEATS
+        return
+    if not admissible(se, mo.u):
+        se.verdict = HANDED_OVER
+    se.contraction = observed_contraction(se, se.period)
+    for j in range(2 * act.n):
+        se.goal[j], se.drift[j] = mo.u[j], 0.0
+    for i in range(act.n):
+        se.contact[i] = act.state[i]
+    se.phase, se.done, se.placed, se.from_limit = CONFIRM, 0, False, False
+
+
+@inner
+def returned_after(se: Search) -> int:
+    """After how many cycles the state is what it was, to round-off; 0 where it is not."""
+    last = se.remembered - 1
+    for period in range(1, min(se.longest_period, last) + 1):
+        if distance(se, last - period, last) <= 1e-3 * se.check.near:
+            return period
+    return 0
+
+
+@inner
+def distance(se: Search, one: int, other: int) -> float:
+    """Largest difference of two states of the past."""
+    m, far = 2 * se.first.active.n, 0.0
+    for j in range(m):
+        far = larger(far, abs(se.past[one * m + j] - se.past[other * m + j]))
+    return far
+
+
+@inner
+def observed_contraction(se: Search, period: int) -> float:
+    """Factor per cycle between the last two distances to the present state that stand out of round-off."""
+    last, nearer = se.remembered - 1, 0.0
+    for one in range(last - period, -1, -period):
+        far = distance(se, one, last)
+        if far > 10.0 * se.check.near:
+            if nearer > 0.0:
+                return (nearer / far) ** (1.0 / period)
+            nearer = far
+    return 0.0
+
+
+@inner
+def admissible(se: Search, u: FloatArray) -> bool:
+    """Whether a state between two cycles obeys the contact and friction law."""
+    act, course, r = se.first.active, se.cyclic.course, se.force
+    n, m, worst = act.n, 2 * act.n, 0.0
+    for j in range(m):
+        r[j] = course.path[course.steps * m + j]
+    add_product(act, u, r)
+    for i in range(n):
+        worst = larger(worst, broken_law(se.check, act.f[i], r[i], r[n + i], u[n + i], 0.0))
+    return worst <= se.friction_law
+
+
+@inner
+def look_for_repeats(se: Search) -> None:
+    """Where the sequence of contact states repeats, one more period of it with its derivative."""
+    se.patience -= 1
+    se.phase = WALK
+    if se.patience > 0:
+        return
+    for period in range(1, se.longest_period + 1):
+        if sequence_repeats(se, period):
+            begin_map(se.map, se.first.active, se.first.motion)
+            se.phase, se.period, se.done = MAP, period, 0
+            return
+
+
+@inner
+def sequence_repeats(se: Search, period: int) -> bool:
+    """Whether the last cycles have the signatures of those before; those are then ``wanted``."""
+    if se.signed < 2 * period:
+        return False
+    for k in range(period):
+        last = se.signatures[se.signed - period + k]
+        if last != se.signatures[se.signed - 2 * period + k]:
+            return False
+        se.wanted[k] = last
+    return True
+
+
+@inner
+def after_map(se: Search) -> None:
+    """The map of the period, where this has run through the expected sequence."""
+    act, mo = se.first.active, se.first.motion
+    keep_signature(se)
+    if se.done < se.period:
+        return
+    mo.parameters = 0
+    remember(se, mo.u)
+    se.phase = LIMIT
+    for k in range(se.period):
+        if se.signatures[se.signed - se.period + k] != se.wanted[k]:
+            se.phase = WALK
+    for i in range(act.n):
+        if act.state[i] != se.map.contact[i]:
+            se.phase = WALK
+    for j in range(2 * act.n):
+        se.reached[j] = mo.u[j]
+    end_map(se.map, mo)

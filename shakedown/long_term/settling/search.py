@@ -1,0 +1,203 @@
+"""A search for long-term states as compiled code holds it: its rules, where it has got to, its answers."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.long_term.settling.path_check import PATH_CHECK, PathCheck
+from shakedown.long_term.settling.period_map import PERIOD_MAP, PeriodMap
+from shakedown.motion.kernels.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
+from shakedown.motion.kernels.run import RUN, Run
+
+START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
+SEARCHING, LIMIT_WANTED, HANDED_OVER, UNDECIDED, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(8)
+
+
+class Rules(NamedTuple):
+    """How long to search, and what counts as zero, in the units of the joint.
+
+    Attributes
+    ----------
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    capacity
+        States that are remembered; a search that needs more is handed over.
+    least_force, limit, rounding
+        The force scale of the loads; multiples of the largest force that count as zero and as settled.
+    friction_law
+        Largest relative violation of the friction law.
+    stiffness
+        Largest entry of κ.
+    """
+
+    most_cycles: int
+    longest_period: int
+    capacity: int
+    least_force: float
+    limit: float
+    rounding: float
+    friction_law: float
+    stiffness: float
+
+
+class Answers(NamedTuple):
+    """What has been found for each of s initial slips.
+
+    Attributes
+    ----------
+    final_slip, slip : (s, n)
+        Slips at the end of a period; Σ|Δv| in contact over it.
+    dissipation, contraction : (s,)
+        Per cycle.
+    verdict, period, cycles : (s,)
+        HANDED_OVER or an outcome; cycles of a period; cycles followed.
+    signature : (s,)
+        Of the contact states of a period.
+    """
+
+    final_slip: FloatArray
+    slip: FloatArray
+    dissipation: FloatArray
+    contraction: FloatArray
+    verdict: NDArray[np.int64]
+    period: NDArray[np.int64]
+    cycles: NDArray[np.int64]
+    signature: NDArray[np.uint64]
+
+
+@structref.register
+class SearchType(types.StructRef):
+    """Compiled type of :class:`Search`."""
+
+
+class Search(NamedState):
+    """One search after the other for the long-term states of a joint.
+
+    Attributes
+    ----------
+    first, cyclic, recorded
+        Runs of one moving state through its first cycle, with what comes before it; through
+        another one; through another one, recorded.
+    map, check
+        The map of a period; the friction law along a period.
+    past : (capacity, 2n)
+        u after the cycles followed so far.
+    signatures, wanted : (2 · longest period,)
+        Of the last cycles; of the period that is expected to repeat.
+    goal, reached : (2n,)
+        The state to be confirmed or tried; the last one found to run through the sequence.
+    contact : (n,)
+        Contact states of the goal.
+    force, drift : (2n,)
+        Scratch, reactions; what the slips gain per period for ever.
+    slip : (n,)
+        Σ|Δv| since the period began.
+    opened : (n,)
+        1 where the node was open in it.
+    row, verdict, phase
+        Which initial slip, what has been found, what is being done.
+    resumed, placed
+        Whether the present cycle has been entered already, and whether the goal has been gone to.
+    from_limit
+        Whether it is a limit that is to be confirmed.
+    period, done
+        Cycles of the period, and of these followed in the present phase.
+    cycles, remembered, signed, patience, leaps
+        Cycles followed; states in ``past``; entries of ``signatures``; cycles to wait before the
+        next map; leaps tried.
+    leap
+        Periods leapt over.
+    contraction, dissipation
+        Factor per cycle; since the period began.
+    """
+
+    first: Annotated[Run, RUN]
+    cyclic: Annotated[Run, RUN]
+    recorded: Annotated[Run, RUN]
+    map: Annotated[PeriodMap, PERIOD_MAP]
+    check: Annotated[PathCheck, PATH_CHECK]
+    past: Reals
+    signatures: Integers
+    wanted: Integers
+    goal: Reals
+    reached: Reals
+    contact: Integers
+    force: Reals
+    drift: Reals
+    slip: Reals
+    opened: Integers
+    row: int
+    verdict: int
+    phase: int
+    resumed: bool
+    placed: bool
+    from_limit: bool
+    period: int
+    done: int
+    cycles: int
+    remembered: int
+    signed: int
+    patience: int
+    leaps: int
+    leap: float
+    signature: Hash
+    contraction: float
+    dissipation: float
+    most_cycles: int
+    longest_period: int
+    capacity: int
+    least_force: float
+    limit: float
+    rounding: float
+    friction_law: float
+    stiffness: float
+
+
+structref.define_boxing(SearchType, Search)
+SEARCH = SearchType(fields(Search))
+
+
+def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: Rules) -> Search:
+    """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
+    n = pm.contact.size
+    arrays = {
+        "past": np.zeros((rules.capacity, 2 * n)),
+        "signatures": np.zeros(2 * rules.longest_period, dtype=np.int64),
+        "wanted": np.zeros(2 * rules.longest_period, dtype=np.int64),
+        "goal": np.zeros(2 * n),
+        "reached": np.zeros(2 * n),
+        "contact": np.zeros(n, dtype=np.int64),
+        "force": np.zeros(2 * n),
+        "drift": np.zeros(2 * n),
+        "slip": np.zeros(n),
+        "opened": np.zeros(n, dtype=np.int64),
+    }
+    parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}
+    new = _search(*parts.values(), *arrays.values())
+    _obey(new, rules)
+    return keeping(new, parts | arrays)
+
+
+@entered
+def _search(  # type: ignore[no-untyped-def]
+    first, cyclic, recorded, pm, check, past, signatures, wanted, goal, reached, contact, force, drift, slip,
+    opened,
+):  # fmt: skip
+    new = structref.new(SEARCH)
+    new.first, new.cyclic, new.recorded, new.map, new.check = first, cyclic, recorded, pm, check
+    new.past, new.signatures, new.wanted = past.ctypes, signatures.ctypes, wanted.ctypes
+    new.goal, new.reached, new.contact = goal.ctypes, reached.ctypes, contact.ctypes
+    new.force, new.drift, new.slip, new.opened = force.ctypes, drift.ctypes, slip.ctypes, opened.ctypes
+    return new
+
+
+@entered
+def _obey(se, rules):  # type: ignore[no-untyped-def]
+    se.most_cycles, se.longest_period, se.capacity = rules.most_cycles, rules.longest_period, rules.capacity
+    se.least_force, se.limit, se.rounding = rules.least_force, rules.limit, rules.rounding
+    se.friction_law, se.stiffness = rules.friction_law, rules.stiffness
+    se.row, se.phase, se.verdict, se.placed, se.resumed = 0, START, SEARCHING, False, False

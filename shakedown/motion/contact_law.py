@@ -1,0 +1,125 @@
+"""Contact and friction law at the nodes, re-checked independently of how a state was computed."""
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scales(Result):
+    """What "small" is measured against in one scene.
+
+    Attributes
+    ----------
+    force
+        Largest welded reaction over the loop and the transient [force].
+    length
+        Slip that changes a tangential reaction by ``force`` at the softest node [length].
+    """
+
+    force: float
+    length: float
+
+
+@checked
+def scales(problem: Problem, load_factor: float) -> Scales:
+    """Force and length scale of a problem at a load factor.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> scales(shakedown.example("one-node"), 1.0)
+    Scales(force=2.8, length=2.8)
+    """
+    check_load_factor(load_factor, problem)
+    return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
+
+
+def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
+    """Force and length scale of a problem under these welded reactions."""
+    force = max(float(np.abs(path).max(initial=0.0)) for path in paths) or 1.0
+    stiffness = np.diag(problem.A)[np.diag(problem.A) > 0]
+    return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
+
+
+@checked
+def reactions(
+    problem: Problem, q_w: FloatArray, p_w: FloatArray, v: FloatArray, w: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Nodal reactions (q, p) at one instant or, row by row, at several (thesis (2.10), (2.11)).
+
+    Parameters
+    ----------
+    q_w, p_w : (..., n)
+        Welded reactions [force].
+    v, w : (..., n)
+        Slips and gaps [length].
+
+    Returns
+    -------
+    q, p : (..., n)
+        Tangential and normal reactions [force], compression positive.
+    """
+    q, p = q_w + v @ problem.A, p_w + v @ problem.B.T
+    if np.any(w):
+        C = problem.kappa[problem.n :, problem.n :]
+        q, p = q + w @ problem.B, p + w @ C
+    return q, p
+
+
+@checked
+def law_violation(
+    f: FloatArray, q: FloatArray, p: FloatArray, w: FloatArray, slip: FloatArray, scale: Scales
+) -> FloatArray:
+    """By how much a state breaks the contact and friction law (thesis (2.3)–(2.9)).
+
+    Complementary pairs enter as the smaller of the two relative sizes, so that
+    no threshold decides whether a node "is" open or slipping.
+
+    Parameters
+    ----------
+    f : (n,)
+        Friction coefficients.
+    q, p : (..., n)
+        Reactions [force].
+    w : (..., n)
+        Gaps [length].
+    slip : (..., n)
+        Slip in contact since the instant before [length]; its sign is the direction.
+    scale
+        Force and length scale.
+
+    Returns
+    -------
+    violation : (..., n)
+        Relative violation, 0 where the law holds.
+
+    Examples
+    --------
+    A node that slips forward must be at q = −f p:
+
+    >>> import numpy as np
+    >>> f, one = np.array([0.5]), np.array([1.0])
+    >>> law_violation(f, -0.5 * one, one, 0 * one, one, Scales(1.0, 1.0))
+    array([0.])
+    >>> law_violation(f, 0.5 * one, one, 0 * one, one, Scales(1.0, 1.0))
+    array([1.])
+    """
+    q, p = q / scale.force, p / scale.force
+    w, slip = w / scale.length, slip / scale.length
+    parts = [
+        -w,  # no penetration
+        -p,  # no tension
+        np.minimum(w, np.maximum(np.abs(p), np.abs(q))),  # an open node carries nothing
+        np.abs(q) - f * p,  # Coulomb's limit
+        np.minimum(slip, np.abs(q + f * p)),  # forward slip only at q = -f p
+        np.minimum(-slip, np.abs(q - f * p)),  # backward slip only at q = +f p
+    ]
+    return np.maximum(reduce(np.maximum, parts), 0.0)

@@ -1,0 +1,81 @@
+"""What one cycle of an exact evolution did, the state between cycles, and why an evolution stopped."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.viscous_jump import Jump
+
+SLIDES_AWAY = "the body slides away"
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why an evolution ended before its time.
+
+    Attributes
+    ----------
+    reason
+        In words.
+    cycle
+        When, in cycles.
+    node
+        The node concerned; −1 where it is none alone.
+    slides_away
+        Whether the body slides away for good: friction and stiffness do not hold it.
+    """
+
+    reason: str
+    cycle: float
+    node: int
+    slides_away: bool = False
+
+
+@dataclass(frozen=True)
+class CycleRecord:
+    """What one cycle did.
+
+    Attributes
+    ----------
+    end_slip : (n,)
+        Slip at its end [length].
+    slip : (n,)
+        Σ|Δv| in contact [length]; of a jump the change of v where a node is closed
+        before and after it (:attr:`Jump.slip` has the whole way).
+    friction_dissipation
+        What friction takes, in jumps too [force × length].
+    jump_dissipation
+        What the damping takes in jumps: the rest of the energy that they release [force × length].
+    opened : (n,)
+        Whether the node was open for some time.
+    events
+        Number of events other than load steps.
+    signature
+        Identifies the sequence of contact states passed through.
+    jumps
+        The jumps in this cycle.
+    """
+
+    end_slip: FloatArray
+    slip: FloatArray
+    friction_dissipation: float
+    jump_dissipation: float
+    opened: NDArray[np.bool_]
+    events: int
+    signature: int
+    jumps: tuple[Jump, ...]
+
+    @property
+    def dissipation(self) -> float:
+        """What friction and the damping of jumps take [force × length]."""
+        return self.friction_dissipation + self.jump_dissipation
+
+
+@dataclass(frozen=True)
+class State:
+    """A state between two cycles: slips and gaps u = (v, w), (2n,), and contact states, (n,)."""
+
+    u: FloatArray
+    contact: NDArray[np.int64]

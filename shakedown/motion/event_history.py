@@ -1,0 +1,157 @@
+"""What happened during an event-driven evolution: every event, and the state at it."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import check_count
+from shakedown.joint.result import Result
+from shakedown.motion.kernels.moving_state import (
+    CLOSES,
+    JUMPS,
+    LOAD_STEP,
+    OPENS,
+    REACHES_BACKWARD_LIMIT,
+    REACHES_FORWARD_LIMIT,
+)
+
+HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
+SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order
+
+
+class EventKind(IntEnum):
+    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps."""
+
+    LOAD_STEP = LOAD_STEP
+    REACHES_BACKWARD_LIMIT = REACHES_BACKWARD_LIMIT
+    REACHES_FORWARD_LIMIT = REACHES_FORWARD_LIMIT
+    OPENS = OPENS
+    CLOSES = CLOSES
+    JUMPS = JUMPS
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EventHistory(Result):
+    """The path of an evolution, one row per event; between rows everything is linear in time.
+
+    Attributes
+    ----------
+    cycle : (s,)
+        Time in cycles; what precedes the first period has negative times.
+    kind : (s,)
+        What happened at that time (:class:`EventKind`).
+    node : (s,)
+        The node that it happened to; −1 where it concerns none.
+    v, w : (s, n)
+        Slips and gaps [length].
+    q, p : (s, n)
+        Reactions [force].
+    q_w, p_w : (s, n)
+        Welded reactions [force].
+    state : (s, n)
+        State from this time on: 0 stick, +1 backward slip, −1 forward slip, 2 open.
+    """
+
+    cycle: FloatArray
+    kind: NDArray[np.int64]
+    node: NDArray[np.int64]
+    v: FloatArray
+    w: FloatArray
+    q: FloatArray
+    p: FloatArray
+    q_w: FloatArray
+    p_w: FloatArray
+    state: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.cycle)
+
+    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "EventHistory":
+        """The history at chosen rows only."""
+        return EventHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
+
+    def thinned(self, keep: int = 1) -> "EventHistory":
+        """Only the load steps, every ``keep``-th of them, and the last state.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> history = shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=3).history
+        >>> len(history) > len(history.thinned()) > len(history.thinned(10))
+        True
+        """
+        check_count("keep", keep)
+        steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
+        return self.rows(np.union1d(steps, [len(self) - 1]))
+
+    @property
+    def signature(self) -> int:
+        """64 bits for the contact states of a period and the changes between them, wherever it is cut.
+
+        Neither the instants nor the load steps of the changes count.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> joint, slips = shakedown.example("two-node"), ([0.0, 0.0], [2.0, 1.0])
+        >>> one, other = (shakedown.long_term_state(joint, 0.9, slip).history for slip in slips)
+        >>> one.signature == other.signature
+        True
+        """
+        lasting = np.flatnonzero(np.diff(self.cycle) > SHORT)
+        codes = np.full(len(lasting), HASH_START, dtype=np.uint64)
+        for states in self.state[lasting].T:
+            codes = (codes ^ (states + 2).astype(np.uint64)) * HASH_PRIME
+        changes = codes != np.roll(codes, 1)
+        if not changes.any():
+            return int(codes[0]) if len(codes) else 0
+        mixed = (np.roll(codes, 1)[changes] * HASH_PRIME) ^ codes[changes]
+        return int(((mixed ^ (mixed >> np.uint64(32))) * HASH_PRIME).sum())
+
+    def at(self, cycle: FloatArray) -> "EventHistory":
+        """The exact states at given times in cycles, by linear interpolation between events.
+
+        At a jump the state after it counts. The last load step of m begins at 1 − 1/m of a
+        cycle: the end of a cycle is the beginning of the next one.
+
+        Raises
+        ------
+        UsageError
+            If a time lies before the first event or after the last.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=2).history.at([0.0, 1.0]).v.round(4)
+        array([[0.    , 0.    ],
+               [0.    , 0.7132]])
+        """
+        cycle = np.asarray(cycle, dtype=float)
+        first, last = self.cycle[[0, -1]]
+        outside = cycle[~((cycle >= first - SHORT) & (cycle <= last + SHORT))]
+        if outside.size:
+            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
+        right = np.clip(np.searchsorted(self.cycle, cycle, side="right"), 1, len(self) - 1)
+        left = right - 1
+        span = self.cycle[right] - self.cycle[left]
+        share = np.where(span > 0, (cycle - self.cycle[left]) / np.where(span > 0, span, 1.0), 1.0)[:, None]
+
+        def between(values: FloatArray) -> FloatArray:
+            return values[left] + share * (values[right] - values[left])
+
+        return EventHistory(
+            cycle=cycle,
+            kind=np.full(len(cycle), EventKind.LOAD_STEP, dtype=np.int64),
+            node=np.full(len(cycle), -1, dtype=np.int64),
+            v=between(self.v),
+            w=between(self.w),
+            q=between(self.q),
+            p=between(self.p),
+            q_w=between(self.q_w),
+            p_w=between(self.p_w),
+            state=self.state[left],
+        )

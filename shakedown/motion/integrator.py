@@ -1,0 +1,325 @@
+"""Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked_damping
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import law_violation, scales_of
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.initial_state import beginning
+from shakedown.motion.kernels import event_loop as kernel
+from shakedown.motion.kernels.active_set import active_set, factorize
+from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.moving_state import (
+    LOAD_STEP,
+    Course,
+    Precision,
+    begin,
+    course,
+    follow_derivative,
+    motion_at_rest,
+    resume,
+    room_for,
+    without_tangent,
+)
+from shakedown.motion.kernels.rate_problem import rates
+from shakedown.motion.kernels.rate_search import enumerate_states
+from shakedown.motion.kernels.run import Progress, Run, progress, run_along
+from shakedown.motion.viscous_jump import Jump, ViscousMotion, default_damping, potential_energy
+
+RECORD_ROWS = 512
+ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such a residual are settled
+NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
+MOST_RETRIES = 20  # of one instant, each with a larger change of load
+MOST_JUMPS = 20  # per node and load step of a cycle
+
+
+@once_per_problem
+def closed_stiffness(problem: Problem) -> FloatArray:
+    """κ, with zeros for C where no node may open."""
+    C = np.zeros_like(problem.A) if problem.C is None else problem.C
+    return np.block([[problem.A, problem.B.T], [problem.B, C]])
+
+
+class Evolution:
+    """A joint under its loading loop at one load factor, carried from cycle to cycle without error.
+
+    The first cycle begins with the transient load steps, where the problem has
+    them. What comes first of all is a ramp: with the initial slip v₀ given, the
+    tangential reactions grow from zero to what v₀ and the first load step
+    prescribe, under the normal load of that step. It moves nothing where v₀ is
+    admissible at the first load step, and it brings the state to equilibrium
+    where it is not. Nodes that are open at the start are in equilibrium all the while.
+
+    Parameters
+    ----------
+    problem, load_factor, initial_slip, tolerances, damping, open_nodes
+        As for :func:`evolve`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
+    >>> first, second = evolution.cycle(), evolution.cycle()
+    >>> second.slip.round(6)
+    array([0.      , 1.893552])
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        load_factor: float,
+        initial_slip: ArrayLike | None = None,
+        tolerances: Tolerances = DEFAULT,
+        damping: ArrayLike | None = None,
+        open_nodes: Iterable[int] = (),
+    ) -> None:
+        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
+        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)
+        n = problem.n
+        self.kappa = closed_stiffness(problem)
+        given = checked_damping(problem, damping)
+        self.damping = default_damping(self.kappa) if given is None else given
+        self.load, transient = np.hstack(loading(problem).at(load_factor)), transient_path(problem)
+        self.scale = scales_of(problem, self.load, transient)
+        self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
+        self.motion = motion_at_rest(n)
+        self.precision = self._precision(start.state.u)
+        self.done = 0  # cycles
+        self.pieces: list[EventHistory] = []
+        self.jumps: list[Jump] = []  # of the present cycle
+        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
+        self._before = np.vstack([start.load, transient])
+        self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
+        self._courses: dict[bool, Course] = {}  # by: through the first cycle
+        self.stop: Stop | None
+        self.left: bool  # whether contact is lost for good
+        self.slides: bool  # whether a jump has no end although nodes are in contact
+        self.state = start.state
+
+    def _precision(self, start: FloatArray) -> Precision:
+        """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""
+        locked = np.abs(self.kappa) @ np.abs(start)
+        force = max(self.scale.force, float(locked.max()))
+        t = self.tolerances
+        return Precision(t.limit * force, t.limit * self.scale.length, t.rate, ROUNDING * force)
+
+    def course_after(self, before: FloatArray) -> Course:
+        """One period after these welded reactions (s, 2n)."""
+        path = np.vstack([before, self.load])
+        separable = self.problem.C is not None
+        return course(path, self.problem.m - len(path), separable, self.precision)
+
+    @property
+    def state(self) -> State:
+        """The state between two cycles; may be set to continue from another one."""
+        return State(self.motion.u.copy(), self.active.state.copy())
+
+    @state.setter
+    def state(self, state: State) -> None:
+        self.stop, self.left, self.slides = None, False, False
+        self.motion.u[:] = state.u
+        self.active.state[:] = state.contact
+        if factorize(self.active) == 0:
+            raise UsageError("state: expected one in which the moving nodes are held, found a singular one")
+
+    def violation(self, state: State) -> float:
+        """By how much a state between two cycles breaks the contact and friction law (relative)."""
+        n = self.problem.n
+        r = self.load[-1] + self.kappa @ state.u
+        still = np.zeros(n)
+        return float(law_violation(self.problem.f, r[:n], r[n:], state.u[n:], still, self.scale).max())
+
+    def cycle(self, *, record: bool = False, tangent: FloatArray | None = None) -> CycleRecord | None:
+        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
+
+        Parameters
+        ----------
+        record
+            Keep the events (:attr:`history`).
+        tangent : (2n, t), optional
+            Derivative of u = (v, w) with respect to t parameters; carried along in place.
+        """
+        done = self._follow(1, record, tangent)
+        if done is None:
+            return None
+        return CycleRecord(
+            end_slip=self.motion.u[: self.problem.n].copy(),
+            slip=self.motion.slip.copy(),
+            friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
+            jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
+            opened=self.motion.opened.astype(np.bool_),
+            events=done.events,
+            signature=int(done.signature),
+            jumps=tuple(self.jumps),
+        )
+
+    def advance(self, cycles: int) -> int:
+        """Carry the joint through so many cycles without a record of each; how many it passes.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
+        >>> evolution.advance(100), evolution.stop is None
+        (100, True)
+        """
+        before = self.done
+        while self.done < before + cycles:
+            left = before + cycles - self.done
+            if self._follow(1 if self.done == 0 else left, False, None) is None:
+                break
+        return self.done - before
+
+    def _run(self, record: bool) -> Run:
+        """The run through the next cycle; there are few of them, made when they are first needed."""
+        first = self.done == 0
+        if (first, record) not in self._runs:
+            if first not in self._courses:
+                self._courses[first] = self.course_after(self._before if first else self.load[-1:])
+            room = room_for(RECORD_ROWS if record else 0, self.problem.n)
+            run = run_along(self.active, self.rates, self.motion, room, self._courses[first])
+            self._runs[first, record] = run
+        return self._runs[first, record]
+
+    def _follow(self, cycles: int, record: bool, tangent: FloatArray | None) -> Progress | None:
+        """Run the compiled loop through cycles of one course; None, and ``stop`` says why, where it ends."""
+        run, before = self._run(record), self.done
+        begin(self.motion)
+        if tangent is not None:
+            delay = np.zeros(tangent.shape[1])
+            follow_derivative(self.motion, tangent, delay)
+        self.jumps, self._nudged = [], None
+        while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
+            status = kernel.follow(run, cycles)
+            now = progress(run)
+            found = status == kernel.NO_RATES and self._finds_rates()
+            if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
+                self.pieces.append(self._history(run, now.rows - found))
+            self.done = before + now.passes
+            if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
+                continue
+            if status != kernel.NO_RATES or not self._jump(now, run):
+                break
+        if tangent is not None:
+            follow_derivative(self.motion, *without_tangent(self.problem.n))
+        if status == kernel.DONE:
+            return now
+        self._say_why(status, now, run)
+        return None
+
+    def _finds_rates(self) -> bool:
+        """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
+        return enumerate_states(self.active, self.rates, self.precision.rate)
+
+    def _jump(self, now: Progress, run: Run) -> bool:
+        """Carry the state across an instant without rates; False where the motion does not come to rest."""
+        motion, path, n, step = self.motion, run.course.path, self.problem.n, now.step
+        if len(self.jumps) == MOST_JUMPS * n * (len(path) - 1):
+            return False
+        retries = self._retries(step, now.time)
+        if retries == MOST_RETRIES:
+            return False
+        rate = path[step + 1] - path[step]
+        if not rate.any():
+            return False
+        nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
+        time = min(now.time + nudge, 1.0)
+        self._nudged = (step, time, retries)
+        load, before = path[step] + time * rate, motion.u.copy()
+        moving = ViscousMotion(
+            self.kappa, self.problem.f, before, self.active.state, motion.r, load, self.damping,
+            self.precision, self.scale,
+        )  # fmt: skip
+        rest = moving.to_rest()
+        if rest is None:
+            self.left = bool((moving.contact == OPEN).all())
+            self.slides = moving.endless and not self.left
+            return False
+        released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
+        contact_before = self.active.state.copy()
+        self.state = State(rest.u, rest.contact)
+        resume(motion, time)
+        closed = (contact_before != OPEN) & (rest.contact != OPEN)
+        motion.slip[:] += np.where(closed, np.abs(rest.u[:n] - before[:n]), 0.0)
+        cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
+        self.jumps.append(
+            Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
+                 rest.friction_work, rest.slip, rest.steps)
+        )  # fmt: skip
+        return True
+
+    def _retries(self, step: int, time: float) -> int:
+        """How often this instant has been jumped from already: the load has not moved since the last jump."""
+        if self._nudged is None or self._nudged[:2] != (step, time):
+            return 0
+        return self._nudged[2] + 1
+
+    def _history(self, run: Run, rows: int) -> EventHistory:
+        room, path, n = run.record, run.course.path, self.problem.n
+        steps = room.time[:rows]
+        first = self.problem.m - len(path)
+        index = np.minimum((steps - first).astype(int), len(path) - 2)
+        share = (steps - first - index)[:, None]
+        welded = path[index] + share * (path[index + 1] - path[index])
+        return EventHistory(
+            cycle=self.done + steps / self.problem.m,
+            kind=room.kind[:rows].copy(),
+            node=room.node[:rows].copy(),
+            v=room.u[:rows, :n].copy(),
+            w=room.u[:rows, n:].copy(),
+            q=room.r[:rows, :n].copy(),
+            p=room.r[:rows, n:].copy(),
+            q_w=welded[:, :n],
+            p_w=welded[:, n:],
+            state=room.state[:rows].copy(),
+        )
+
+    @property
+    def history(self) -> EventHistory:
+        """All recorded events, closed by the present state."""
+        n = self.problem.n
+        welded = self.load[-1]
+        reaction = welded + self.kappa @ self.motion.u
+        last = EventHistory(
+            cycle=np.array([self.done - 1 / self.problem.m]),
+            kind=np.array([LOAD_STEP]),
+            node=np.array([-1]),
+            v=self.motion.u[None, :n].copy(),
+            w=self.motion.u[None, n:].copy(),
+            q=reaction[None, :n],
+            p=reaction[None, n:],
+            q_w=welded[None, :n],
+            p_w=welded[None, n:],
+            state=self.active.state[None, :].copy(),
+        )
+        parts = [*self.pieces, last if self.stop is None else last.rows(np.array([], dtype=int))]
+        return EventHistory(
+            *(np.concatenate([getattr(part, key) for part in parts]) for key in last.__dataclass_fields__)
+        )
+
+    def _say_why(self, status: int, now: Progress, run: Run) -> None:
+        node, steps = now.concerned, self.problem.m - len(run.course.path) + now.step + now.time
+        time = float(self.done + steps / self.problem.m)
+        reasons = {
+            kernel.NO_RATES: "the state jumps and does not come to rest",
+            kernel.LIFTS_OFF: f"node {node} lifts off, and the problem has no C",
+            kernel.TOO_MANY_EVENTS: "events accumulate within one load step",
+            kernel.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+        }
+        if self.left:
+            reasons[status] = "the body leaves: every node is open and nothing else holds it"
+        if self.slides:
+            reasons[status] = SLIDES_AWAY
+        when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
+        why = ": friction and stiffness do not hold it" * self.slides
+        self.stop = Stop(f"{reasons[status]} {when}{why}", time, node, self.slides)

@@ -1,0 +1,256 @@
+"""The moving state of an exact evolution as the compiled loops take it, its course, and room to record it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.named_state import (
+    Flags,
+    Hash,
+    Integers,
+    NamedState,
+    Reals,
+    entered,
+    fields,
+    keeping,
+)
+
+LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
+
+
+class Precision(NamedTuple):
+    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
+
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+@structref.register
+class CourseType(types.StructRef):
+    """Compiled type of :class:`Course`."""
+
+
+class Course(NamedState):
+    """What the state is led along.
+
+    Attributes
+    ----------
+    path : (s + 1, 2n)
+        Welded reactions at the ends of s load steps [force].
+    steps, first
+        s, and the number of the first of them.
+    separable
+        Whether nodes may open.
+    force, length, rate, settled
+        What counts as zero (:class:`Precision`).
+    """
+
+    path: Reals
+    steps: int
+    first: int
+    separable: bool
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+@structref.register
+class MotionType(types.StructRef):
+    """Compiled type of :class:`Motion`."""
+
+
+class Motion(NamedState):
+    """The moving state, its derivative and what has been counted since :func:`begin`.
+
+    Attributes
+    ----------
+    u, r : (2n,)
+        Slips and gaps; reactions q, p.
+    elastic : (2n,)
+        κ u, as it was last computed and followed since [force].
+    slip : (n,)
+        Σ|Δv| in contact [length].
+    opened : (n,)
+        1 where the node was open.
+    tangent : (2n, t)
+        ∂u/∂(t ``parameters`` of the state at the start); t = 0 where it is not followed.
+    delay : (t,)
+        ∂(time of the last event); ``delayed`` while it is half applied.
+    passes
+        How often the whole course has been passed.
+    step, time
+        Load steps done, and share done of the next.
+    node, kind
+        The last event, where it is not dealt with yet.
+    concerned
+        The node for which the motion stopped, or −1.
+    crowd
+        Events within the present load step.
+    followed
+        Load steps since ``elastic`` was computed from u.
+    events, dissipation
+        Events other than load steps; frictional dissipation [force × length].
+    correction
+        Largest correction of a settled equation [force].
+    signature, last_states
+        Of the sequence of contact states, and of those entered last.
+    signed
+        Whether the present contact states are in the signature.
+    """
+
+    u: Reals
+    r: Reals
+    elastic: Reals
+    slip: Reals
+    opened: Flags
+    tangent: Reals
+    delay: Reals
+    n: int
+    parameters: int
+    delayed: bool
+    passes: int
+    step: int
+    time: float
+    node: int
+    kind: int
+    concerned: int
+    crowd: int
+    followed: int
+    events: int
+    dissipation: float
+    correction: float
+    signature: Hash
+    last_states: Hash
+    signed: bool
+
+
+@structref.register
+class RecordType(types.StructRef):
+    """Compiled type of :class:`Record`."""
+
+
+class Record(NamedState):
+    """Room for the states at events, filled from the first row on; no room: nothing is recorded.
+
+    Attributes
+    ----------
+    time : (s,)
+        In load steps from the beginning of the period.
+    u, r : (s, 2n)
+        Slips and gaps; reactions.
+    state : (s, n)
+        Contact states from this time on.
+    node, kind : (s,)
+        What happened.
+    rows, room
+        Rows filled, and s.
+    """
+
+    time: Reals
+    u: Reals
+    r: Reals
+    state: Integers
+    node: Integers
+    kind: Integers
+    rows: int
+    room: int
+
+
+for kind_of_state, python_class in ((CourseType, Course), (MotionType, Motion), (RecordType, Record)):
+    structref.define_boxing(kind_of_state, python_class)
+COURSE, MOTION, RECORD = CourseType(fields(Course)), MotionType(fields(Motion)), RecordType(fields(Record))
+
+
+def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
+    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
+    path = np.ascontiguousarray(path, dtype=float)
+    return keeping(_course(path, first, separable, *precision), {"path": path})
+
+
+@entered
+def _course(path, first, separable, force, length, rate, settled):  # type: ignore[no-untyped-def]
+    new = structref.new(COURSE)
+    new.path, new.steps, new.first, new.separable = path.ctypes, len(path) - 1, first, separable
+    new.force, new.length, new.rate, new.settled = force, length, rate, settled
+    return new
+
+
+def motion_at_rest(n: int) -> Motion:
+    """A state at rest at the origin, its derivative not followed."""
+    arrays = {
+        "u": np.zeros(2 * n),
+        "r": np.zeros(2 * n),
+        "elastic": np.zeros(2 * n),
+        "slip": np.zeros(n),
+        "opened": np.zeros(n, dtype=np.uint8),
+    }
+    return keeping(_motion(*arrays.values(), *without_tangent(n)), arrays)
+
+
+def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
+    """Derivative of a state with respect to nothing, and of the time of its last event."""
+    return np.zeros((2 * n, 0)), np.zeros(0)
+
+
+@entered
+def _motion(u, r, elastic, slip, opened, tangent, delay):  # type: ignore[no-untyped-def]
+    mo = structref.new(MOTION)
+    mo.u, mo.r, mo.elastic, mo.slip, mo.n = u.ctypes, r.ctypes, elastic.ctypes, slip.ctypes, len(slip)
+    mo.opened = opened.ctypes
+    begin(mo)
+    follow_derivative(mo, tangent, delay)
+    return mo
+
+
+@entered
+def begin(mo: Motion) -> None:
+    """Put the state at the start of its course and count from zero."""
+    mo.passes, mo.step, mo.time, mo.node, mo.kind, mo.concerned, mo.crowd = 0, 0, 0.0, -1, LOAD_STEP, -1, 0
+    mo.events, mo.dissipation, mo.correction, mo.delayed = 0, 0.0, 0.0, False
+    mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False
+    for i in range(mo.n):
+        mo.slip[i] = 0.0
+        mo.opened[i] = 0
+
+
+@entered
+def follow_derivative(mo, tangent, delay):  # type: ignore[no-untyped-def]
+    """Follow this derivative (2n, t), and that of the time of the last event, in place from here on.
+
+    The caller keeps them until the next call.
+    """
+    mo.tangent, mo.delay, mo.parameters = tangent.ctypes, delay.ctypes, len(delay)
+
+
+@entered
+def resume(mo: Motion, time: float) -> None:
+    """Go on after a jump, from this share of the load step on."""
+    mo.time, mo.node, mo.kind, mo.delayed, mo.signed = time, -1, JUMPS, False, False
+    mo.events += 1
+
+
+def room_for(rows: int, n: int) -> Record:
+    """Room for so many states of n nodes."""
+    arrays = {
+        "time": np.zeros(rows),
+        "u": np.zeros((rows, 2 * n)),
+        "r": np.zeros((rows, 2 * n)),
+        "state": np.zeros((rows, n), dtype=np.int64),
+        "node": np.zeros(rows, dtype=np.int64),
+        "kind": np.zeros(rows, dtype=np.int64),
+    }
+    return keeping(_record(*arrays.values()), arrays)
+
+
+@entered
+def _record(time, u, r, state, node, kind):  # type: ignore[no-untyped-def]
+    rec = structref.new(RECORD)
+    rec.time, rec.u, rec.r, rec.state = time.ctypes, u.ctypes, r.ctypes, state.ctypes
+    rec.node, rec.kind, rec.rows, rec.room = node.ctypes, kind.ctypes, 0, len(time)
+    return rec

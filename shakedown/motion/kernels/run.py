@@ -1,0 +1,91 @@
+"""Everything that one run of the compiled loops works on, and where it has got to."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+
+from shakedown.motion.kernels.active_set import ACTIVE_SET, ActiveSet
+from shakedown.motion.kernels.moving_state import COURSE, MOTION, RECORD, Course, Motion, Record
+from shakedown.motion.kernels.named_state import NamedState, entered, keeping
+from shakedown.motion.kernels.rate_problem import RATES, Rates
+
+
+class Progress(NamedTuple):
+    """Where a run has got to, and what has been counted since :func:`begin`.
+
+    Attributes
+    ----------
+    passes, step, time
+        How often the course has been passed; load steps done of the present
+        pass, and share done of the next.
+    concerned
+        The node for which the motion stopped, or −1.
+    rows
+        Rows of the record filled since the loop was last entered.
+    events
+        Number of events other than load steps.
+    dissipation
+        Frictional dissipation [force × length].
+    signature
+        Of the sequence of contact states.
+    """
+
+    passes: int
+    step: int
+    time: float
+    concerned: int
+    rows: int
+    events: int
+    dissipation: float
+    signature: int | np.uint64
+
+
+@structref.register
+class RunType(types.StructRef):
+    """Compiled type of :class:`Run`."""
+
+
+class Run(NamedState):
+    """A moving state with the equations and rates of its nodes, its course and its record."""
+
+    active: ActiveSet
+    rates: Rates
+    motion: Motion
+    record: Record
+    course: Course
+
+
+structref.define_boxing(RunType, Run)
+RUN = RunType(
+    [
+        ("active", ACTIVE_SET),
+        ("rates", RATES),
+        ("motion", MOTION),
+        ("record", RECORD),
+        ("course", COURSE),
+    ]
+)
+
+
+def run_along(active: ActiveSet, rates: Rates, motion: Motion, record: Record, course: Course) -> Run:
+    """The run of a moving state along a course, recorded where the record has room."""
+    parts = {"active": active, "rates": rates, "motion": motion, "record": record, "course": course}
+    return keeping(_run(*parts.values()), parts)
+
+
+@entered
+def _run(active, rates, motion, record, course):  # type: ignore[no-untyped-def]
+    run = structref.new(RUN)
+    run.active, run.rates, run.motion, run.record, run.course = active, rates, motion, record, course
+    return run
+
+
+@entered
+def progress(run: Run) -> Progress:
+    """Where a run has got to."""
+    mo = run.motion
+    return Progress(
+        mo.passes, mo.step, mo.time, mo.concerned, run.record.rows, mo.events, mo.dissipation, mo.signature
+    )

@@ -1,0 +1,215 @@
+"""The linear programs of the first collapse: one per node, its two rows reversed."""
+
+from dataclasses import dataclass
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.certificate import starts_safe
+from shakedown.ground.evidence import sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import Constraints
+from shakedown.joint.problem import Problem
+from shakedown.programs.equilibration import power_of_two
+from shakedown.programs.linear_program import INF, LinearProgram, Solution
+
+_SWEEPS = 60  # of the iteration for the multipliers of all nodes
+_NEWTON_UP_TO = 12  # nodes, with one system of equations for each
+_SETTLED = 8 * np.finfo(float).eps  # a change that is round-off
+_NEARLY_FIRST = 1e-8  # relative; nodes this near are told apart by polish, not by the solver's 1e-10
+
+
+def mean_load_is_safe(
+    problem: Problem, rows: Constraints, program: LinearProgram, certify: bool, tolerances: Tolerances
+) -> bool:
+    """Whether some slip is safe under the mean load alone."""
+    if np.all(rows.g > 0) or _unloads(rows):  # slip zero is, or one found without a program
+        return True
+    start = program.solve()
+    exact = sought(starts_safe, problem, start, tolerances) if certify else None
+    if isinstance(exact, bool) or start.vertex is None:
+        return exact is True
+    return bool(rows.relative_excess(rows.slips(start.vertex.x[:-1]), 0.0).max() <= tolerances.feasibility)
+
+
+def _unloads(rows: Constraints) -> bool:
+    """Whether the slip that takes all tangential reactions off the mean load is safe."""
+    if rows.pinned:
+        return False
+    pull = 0.5 * (rows.g[1::2] - rows.g[::2])
+    try:
+        slip: FloatArray = np.asarray(np.linalg.solve(0.5 * (rows.G[::2] - rows.G[1::2]), -pull), dtype=float)
+    except np.linalg.LinAlgError:
+        return False
+    return bool(rows.relative_excess(slip, 0.0).max() < 0)
+
+
+def collapses(
+    rows: Constraints, program: LinearProgram, limits: "CollapseLimits", all_nodes: bool
+) -> dict[int, Solution]:
+    """The end of the programs of nodes: in one model the two rows of one node are reversed at a time.
+
+    Each begins where its limit would be reached; where that is its vertex no solver is needed. Unless
+    ``all_nodes`` are wanted, none is solved that cannot collapse first.
+    """
+    outcomes: dict[int, Solution] = {}
+    free, earliest = np.full(2, INF), inf
+    for node in np.argsort(limits.load_factors, kind="stable").tolist():
+        if not all_nodes and limits.load_factors[node] > earliest * (1 + _NEARLY_FIRST):
+            break
+        pair = np.array([2 * node, 2 * node + 1])
+        program.set_rows(pair, rows.g[pair], free)
+        met = program.at(limits.rows[node]) if limits.known[node] else None
+        outcomes[node] = outcome = met or program.solve()
+        program.set_rows(pair, -free, rows.g[pair])
+        earliest = min(earliest, inf if np.isnan(outcome.value) else outcome.value)
+        if not all_nodes and outcome.value <= 0.0 and _value(outcome) == 0.0:
+            break
+    return outcomes
+
+
+@dataclass(frozen=True)
+class CollapseLimits:
+    """Load factors that no node collapses below, from one multiplier per node and no program.
+
+    Attributes
+    ----------
+    load_factors : (n,)
+        0 where nothing is known, inf where a node never collapses.
+    rows : (n, n + 1)
+        The rows that would meet there.
+    known : (n,)
+        Whether there is such a limit.
+    """
+
+    load_factors: FloatArray
+    rows: NDArray[np.intp]
+    known: NDArray[np.bool_]
+
+
+def collapse_limits(rows: Constraints) -> CollapseLimits:
+    """The limits that the multipliers of one row per node prove.
+
+    The program of node j has the multipliers y of its own rows, y₊ + y₋ = 1, and at a vertex where no
+    other node is at both its limits one y_i of each other node. With s_i = ± y_i, + in the backward
+    row, and s_j = y₋ − y₊ they solve
+
+        A s = (f B)ᵀ |s|,    |s_j| replaced by −1:
+
+    neither loads nor the load factor are in it, so that it is iterated for all nodes at once. Whatever
+    the vertex is, λ ≥ y·g / y·d by weak duality; up to the first collapse it is the value itself.
+    """
+    n = rows.n
+    limits = CollapseLimits(np.zeros(n), np.zeros((n, n + 1), dtype=np.intp), np.zeros(n, dtype=bool))
+    backward, forward = rows.G[::2], -rows.G[1::2]
+    stiffness = 0.5 * np.diagonal(backward + forward)
+    if rows.pinned or not np.all(stiffness > 0):  # where a body floats some nodes have no row in the vertex
+        return limits
+    size = np.array([power_of_two(float(root)) for root in np.sqrt(stiffness)])
+    A, fB = (part / size / size[:, None] for part in (0.5 * (backward + forward), 0.5 * (forward - backward)))
+    s, settled = _multipliers(A, fB)
+    if not settled.any():
+        return limits
+    y = np.zeros((n, 2 * n))  # in units of the rows divided by the size of their node
+    y[:, ::2], y[:, 1::2] = -np.maximum(s.T, 0.0), np.minimum(s.T, 0.0)
+    nodes, own = np.arange(n), np.diagonal(s)
+    y[nodes, 2 * nodes], y[nodes, 2 * nodes + 1] = 0.5 * (1.0 - own), 0.5 * (1.0 + own)
+    y /= np.repeat(size, 2)
+    return _limits(rows, y, s, settled & (np.abs(own) <= 1.0))
+
+
+def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """s of every node as columns, and which of them have settled."""
+    try:
+        influence: FloatArray = np.asarray(np.linalg.solve(A, fB.T), dtype=float)
+        return _iterated(influence) if len(A) > _NEWTON_UP_TO else _by_newton(influence)
+    except np.linalg.LinAlgError:
+        return np.zeros_like(A), np.zeros(len(A), dtype=bool)
+
+
+def _iterated(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    s = -influence
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(_SWEEPS):
+            folded = np.abs(s)
+            np.fill_diagonal(folded, -1.0)
+            before, s = s, influence @ folded
+            change, largest = np.abs(s - before).max(axis=0), np.maximum(np.abs(s).max(axis=0), 1.0)
+            if np.all(change <= _SETTLED * largest):
+                break
+    settled: NDArray[np.bool_] = change <= _SETTLED * largest
+    return s, settled
+
+
+def _by_newton(influence: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The same for few nodes: with the signs of the last s the equations are linear; few change twice."""
+    n = len(influence)
+    nodes, s = np.arange(n), -influence
+    for _ in range(_SWEEPS):
+        signs = np.where(s.T < 0.0, -1.0, 1.0)  # by node of the program, then by node
+        signs[nodes, nodes] = 0.0
+        matrices = np.eye(n) - influence * signs[:, None, :]
+        s = np.asarray(np.linalg.solve(matrices, -influence.T[:, :, None])[:, :, 0].T, dtype=float)
+        changed = (np.where(s.T < 0.0, -1.0, 1.0) != signs) & (signs != 0.0)
+        if not changed.any():
+            break
+    return s, ~changed.any(axis=1)
+
+
+def _limits(rows: Constraints, y: FloatArray, s: FloatArray, known: NDArray[np.bool_]) -> CollapseLimits:
+    n, terms = rows.n, np.abs(y) @ np.abs(rows.d)
+    value, slope = y @ rows.g, y @ rows.d
+    rising, never = slope > _SETTLED * n * terms, value > _SETTLED * n * (np.abs(y) @ np.abs(rows.g))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        load_factors = np.where(rising, np.maximum(value / slope, 0.0), np.where(never, inf, 0.0))
+    sides = 2 * np.arange(n) + (s.T <= 0.0)
+    others = sides[~np.eye(n, dtype=bool)].reshape(n, n - 1)
+    own = 2 * np.arange(n)[:, None] + np.arange(2)
+    meeting = np.sort(np.hstack([others, own]), axis=1)
+    return CollapseLimits(np.where(known, load_factors, 0.0), meeting, known)
+
+
+def collapse_values(n: int, outcomes: dict[int, Solution]) -> FloatArray:
+    """Where each node collapses, to the solver's accuracy; inf where it never does, NaN where not asked."""
+    values = np.full(n, nan)
+    for node, outcome in outcomes.items():
+        values[node] = inf if np.isnan(outcome.value) else outcome.value
+    return values
+
+
+def first_to_collapse(outcomes: dict[int, Solution]) -> int:
+    """The node that collapses first: of those that the solver cannot tell apart, the first to round-off."""
+    values = {node: inf if np.isnan(end.value) else end.value for node, end in sorted(outcomes.items())}
+    least = min(values.values())
+    if least == inf:
+        return min(values)
+    near = [node for node, value in values.items() if value <= least + _NEARLY_FIRST * abs(least)]
+    return min(near, key=lambda node: _value(outcomes[node]))
+
+
+def _value(outcome: Solution) -> float:
+    return inf if outcome.vertex is None else float(outcome.vertex.x[-1])
+
+
+def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
+    """Largest relative violation of the rows, those of the collapsing node reversed."""
+    excess = rows.relative_excess(x[:-1], float(x[-1]))
+    return float(np.where(rows.node == node, -excess, excess).max())
+
+
+def collapse_in_box(
+    program: LinearProgram, rows: Constraints, node: int, low: FloatArray, high: FloatArray
+) -> FloatArray | None:
+    """(slip, load factor) where a node collapses first while all other slips keep to a box, or None.
+
+    The columns of the program are confined to the box before and after; not its own slip meanwhile.
+    """
+    pair, free, column = np.array([2 * node, 2 * node + 1]), np.full(2, INF), np.array([node])
+    program.set_rows(pair, rows.g[pair], free)
+    program.set_columns(column, -free[:1], free[:1])
+    vertex = program.solve().vertex
+    program.set_rows(pair, -free, rows.g[pair])
+    program.set_columns(column, low[column], high[column])
+    return None if vertex is None else vertex.x

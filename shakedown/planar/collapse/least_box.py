@@ -1,0 +1,101 @@
+"""The smallest box of slips that holds a state and that no slip of closed nodes leads out of."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.loading import transient_path
+from shakedown.joint.problem import Problem
+from shakedown.planar.uniqueness.coupling import coupling
+
+WIDER = 2.0  # than what round-off leaves of the equations of a box
+
+
+@dataclass(frozen=True)
+class Box:
+    """Slips low ≤ v ≤ high, each (n,) [length]."""
+
+    low: FloatArray
+    high: FloatArray
+
+    def least(self, rows: FloatArray) -> FloatArray:
+        """The least value of every row · v over the box."""
+        return np.asarray(np.maximum(rows, 0.0) @ self.low + np.minimum(rows, 0.0) @ self.high)
+
+
+class BoxMap:
+    """How far the limits of a joint reach over a box: z ← c + K z for z = (high, −low).
+
+    With own stiffness o the forward limit of node i is L_i = c_i − Σ_j G_ij v_j / o_i, and the
+    backward one likewise, mirrored. Its largest value over the box is a sum with weights K ≥ 0 of the
+    sides of the box. In the weights d of the coupling ratio K (d, d) ≤ ρ* (d, d).
+
+    Parameters
+    ----------
+    problem
+        A joint with ρ* < 1.
+    transient
+        Whether the transient load steps are still to come.
+    """
+
+    def __init__(self, problem: Problem, *, transient: bool) -> None:
+        self.problem, self.n = problem, problem.n
+        self.rows: Constraints = constraints(problem)
+        self._own = np.abs(self.rows.G[np.arange(2 * self.n), self.rows.node])
+        others = self.rows.G / self._own[:, None]
+        others[np.arange(2 * self.n), self.rows.node] = 0.0
+        self._others = others
+        sides = np.concatenate([others[1::2], others[0::2]])  # of high by forward, of low by backward limits
+        self._K = np.hstack([np.maximum(sides, 0.0), np.maximum(-sides, 0.0)])
+        self._before = self._transient_limits() if transient else np.full(2 * self.n, -inf)
+        influence = coupling(problem)
+        self._weights, self._ratio = np.tile(influence.weights, 2), influence.bound
+
+    def _transient_limits(self) -> FloatArray:
+        path, f = transient_path(self.problem), self.problem.f
+        q, p = path[:, : self.n], path[:, self.n :]
+        return self._in_sides(np.stack([q - f * p, -q - f * p], axis=2).reshape(len(path), -1), axis=0)
+
+    def _in_sides(self, excess: FloatArray, axis: int | None = None) -> FloatArray:
+        """Excess of rows at slip zero as c, forward limits first."""
+        slips = excess / self._own
+        slips = slips if axis is None else slips.max(axis=axis, initial=-inf)
+        return np.concatenate([slips[1::2], slips[0::2]])
+
+    def around(self, start: FloatArray, load_factor: float) -> Box:
+        """The least box that holds a slip and that no motion leaves at any load factor up to this one.
+
+        z = max(z₀, c + K z): a linear system in the sides that have been moved. More of them move from
+        one step to the next, never fewer, so that it ends after 2n steps at the latest.
+        """
+        excess = load_factor * np.maximum(self.rows.d, 0.0) - self.rows.g
+        c = np.maximum(self._in_sides(excess), self._before)
+        z0 = np.concatenate([start, -start])
+        z, moved = z0, np.zeros(2 * self.n, dtype=bool)
+        while True:
+            more = (c + self._K @ z > z) & ~moved
+            if not more.any():
+                break
+            moved |= more
+            K = self._K[np.ix_(moved, moved)]
+            right = c[moved] + self._K[np.ix_(moved, ~moved)] @ z0[~moved]
+            z = z0.copy()
+            z[moved] = np.maximum(np.linalg.solve(np.eye(len(K)) - K, right), z0[moved])
+        missing = float(np.max((c + self._K @ z - z) / self._weights, initial=0.0))
+        z = z + WIDER * missing / (1.0 - self._ratio) * self._weights
+        return Box(-z[self.n :], z[: self.n])
+
+    def apart_below(self, box: Box) -> FloatArray:
+        """Load factors ≥ 0 below which both limits of a node stay apart all over a box (n,).
+
+        Whatever limits the other nodes have: so in the box the node collapses no earlier.
+        """
+        slope, room = (x / self._own for x in (self.rows.d, self.rows.g))
+        slope, room = slope[0::2] + slope[1::2], room[0::2] + room[1::2]
+        room = room + box.least(-(self._others[0::2] + self._others[1::2]))
+        rising = slope > 0
+        meeting = np.divide(room, slope, out=np.full(self.n, inf), where=rising)
+        return np.where(room > 0, np.where(rising, meeting, inf), 0.0)

@@ -1,0 +1,132 @@
+"""Where n + 1 frictional constraints meet: subsets of rows solved in batches, with their condition."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import nan
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import Constraints, rows_named
+from shakedown.joint.result import Result
+from shakedown.programs.equilibration import equilibration
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Intersection(Result):
+    """The point in slip space and load factor where n + 1 rows meet.
+
+    Attributes
+    ----------
+    load_factor
+        λ; NaN where there is no such point.
+    slip : (n,)
+        v [length].
+    rows
+        (node, side) of the n + 1 rows.
+    residual
+        Largest distance from one of these rows, relative to its terms.
+    excess
+        Largest violation of any of the 2n rows, relative to its terms; ≤ 0 (to round-off)
+        where the point lies on the safe region.
+    """
+
+    DOCUMENT: ClassVar[str] = "load_factor slip rows residual"
+    TABLE: ClassVar[str] = "slip"
+
+    load_factor: float
+    slip: FloatArray
+    rows: tuple[tuple[int, int], ...]
+    residual: float
+    excess: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some subsets and what they give: (b, n+1) row indices, (b,) values, (b, n) slips, (b,) verdicts."""
+
+    subsets: NDArray[np.intp]
+    load_factor: FloatArray
+    slip: FloatArray
+    regular: NDArray[np.bool_]
+    positive: NDArray[np.bool_]
+    feasible: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class ScaledRows:
+    """The 2n rows with every row and column near the size 1.
+
+    Attributes
+    ----------
+    matrix : (2n, n + 1)
+        [G | d], equilibrated.
+    right : (2n,)
+        g, scaled like the rows.
+    column_scale : (n + 1,)
+        Unscaled unknowns = scaled ones times this.
+    """
+
+    matrix: FloatArray
+    right: FloatArray
+    column_scale: FloatArray
+
+
+def scaled_rows(rows: Constraints) -> ScaledRows:
+    """Equilibrate the rows of a problem by powers of two, the same way in all units."""
+    stiffness, force = _power(rows.coefficients), _power(np.column_stack([rows.d, rows.g]))
+    matrix = np.column_stack([np.ldexp(rows.coefficients, -stiffness), np.ldexp(rows.d, -force)])
+    row_scale, column_scale = equilibration(matrix)
+    unit = np.append(np.full(rows.n, np.ldexp(1.0, force - stiffness)), 1.0)
+    right = np.ldexp(rows.g, -force) * row_scale
+    return ScaledRows(matrix * row_scale[:, None] * column_scale, right, column_scale * unit)
+
+
+def _power(values: FloatArray) -> int:
+    """The exponent of the largest: dividing by that power of two gives the same bits in all units."""
+    return int(np.frexp(np.abs(values).max(initial=0.0))[1])
+
+
+def solve_subsets(subsets: NDArray[np.intp], rows: ScaledRows, tolerances: Tolerances) -> Batch:
+    """Solve subsets (b, n + 1) of the rows; those that are singular to the tolerance are not regular."""
+    square, target = rows.matrix[subsets], rows.right[subsets]
+    spectrum = np.linalg.svd(square, compute_uv=False)
+    condition = spectrum[:, -1] / np.where(spectrum[:, 0] > 0, spectrum[:, 0], 1.0)
+    regular = condition > tolerances.degeneracy
+    x = np.full(subsets.shape, nan)
+    x[regular] = np.linalg.solve(square[regular], target[regular][..., None])[..., 0]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = np.abs(x).max(axis=1)
+        blur = np.finfo(float).eps * size / condition  # what round-off leaves of a zero load factor
+        excess = (x @ rows.matrix.T - rows.right).max(axis=1)
+        reach = np.maximum(size * np.abs(rows.matrix).max(), np.abs(rows.right).max())
+    return Batch(
+        subsets=subsets,
+        load_factor=x[:, -1] * rows.column_scale[-1],
+        slip=x[:, :-1] * rows.column_scale[:-1],
+        regular=regular,
+        positive=regular & (x[:, -1] > blur),
+        feasible=regular & (excess <= tolerances.feasibility * reach),
+    )
+
+
+def intersection(rows: Constraints, subset: Iterable[int]) -> Intersection:
+    """One intersection, solved in its own scale, with its residuals; NaN for the empty subset."""
+    chosen = list(subset)
+    if not chosen:
+        return Intersection(nan, np.full(rows.n, nan), (), nan, nan)
+    scaled = scaled_rows(rows)
+    row_scale, column_scale = equilibration(scaled.matrix[chosen])
+    matrix = scaled.matrix[chosen] * row_scale[:, None] * column_scale
+    x = np.linalg.solve(matrix, scaled.right[chosen] * row_scale) * column_scale * scaled.column_scale
+    excess = rows.relative_excess(x[:-1], x[-1])
+    return Intersection(
+        load_factor=float(x[-1]),
+        slip=x[:-1],
+        rows=rows_named(rows, np.array(chosen)),
+        residual=float(np.abs(excess[chosen]).max()),
+        excess=float(excess.max()),
+    )

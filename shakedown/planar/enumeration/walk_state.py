@@ -1,0 +1,111 @@
+"""The state of the compiled walk through the row subsets: what is asked, where it stands, what it found."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+
+IntArray = NDArray[np.int64]
+
+# Indices into the counters of ``Found``.
+REGULAR, SUSPECTS, STORED, VIOLATED = range(4)
+
+
+class Search(NamedTuple):
+    """What is asked of every subset.
+
+    Attributes
+    ----------
+    rows : (R, N + 1)
+        Rows of size about 1: N − 1 slips, the load factor, the right-hand side.
+    one_pair
+        Only the paths 0, 1, then one of every further two rows.
+    feasibility
+        Largest violation of a row that a point on the safe region may have, relative
+        to the largest terms.
+    cut
+        Load factors above it are stored; at +inf none is.
+    """
+
+    rows: FloatArray
+    one_pair: bool
+    feasibility: float
+    cut: float
+
+
+class Elimination(NamedTuple):
+    """Where the walk stands: the rows chosen, and what they leave of all the others.
+
+    Attributes
+    ----------
+    work : (N, N + 1, R)
+        At every depth, column by column, the rows without the slips eliminated so far.
+    path, last : (N,)
+        The row chosen at every depth, and the last one that can be.
+    pivots : (N,)
+        The column eliminated at every depth.
+    known, level : (N + 1,)
+        Whether the load factor is eliminated above a depth, and its value.
+    x : (N,)
+        Room for one point.
+    square : (N, N + 1)
+        Room for the equations of one subset.
+    """
+
+    work: FloatArray
+    path: IntArray
+    last: IntArray
+    pivots: IntArray
+    known: NDArray[np.bool_]
+    level: FloatArray
+    x: FloatArray
+    square: FloatArray
+
+
+class Suspects(NamedTuple):
+    """Receives the suspect prefixes (S, N) and their lengths (S,), as far as it reaches; counts them all."""
+
+    prefixes: IntArray
+    lengths: IntArray
+    counters: IntArray
+
+
+class Found(NamedTuple):
+    """What the walk has found.
+
+    Attributes
+    ----------
+    values
+        Receives the load factors above the cut, as far as it reaches.
+    record : (2,)
+        In and out: smallest positive load factor so far, and smallest one on the safe region.
+    subsets : (2, N)
+        Their rows, where the walk found them; else zero.
+    counters : (4,)
+        Number of regular subsets, suspect prefixes, load factors above the cut, and the
+        row found violated last.
+    """
+
+    values: FloatArray
+    record: FloatArray
+    subsets: IntArray
+    counters: IntArray
+
+
+class Whole(NamedTuple):
+    """All that belongs to one walk."""
+
+    search: Search
+    state: Elimination
+    found: Found
+    suspects: Suspects
+
+
+class Limits(NamedTuple):
+    """The last row that can stand third from the end, the number of rows given, and the cut."""
+
+    last: int
+    given: int
+    cut: float

@@ -1,0 +1,210 @@
+"""The states that a closed joint can be in while its load runs over the loop, as linear programs."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.programs.equilibration import power_of_two
+from shakedown.programs.linear_program import INF, LinearProgram, Solution
+
+
+@dataclass(frozen=True)
+class AdmissibleStates:
+    """Slips within the limits of some load of the loop: G v + S α ≤ g, α ≥ 0, Σ α = λ.
+
+    The load is r⁰ + Σ α_k r¹_k: anywhere in the convex hull of the load steps at λ. Where the
+    mean load is in that hull, as their sample mean is, these sets grow with λ.
+
+    Attributes
+    ----------
+    G : (2n, n)
+        Coefficients of the slip [force/length], row 2i the backward and row 2i + 1 the
+        forward limit of node i; zero for pinned nodes, whose slips are zero.
+    g : (2n,)
+        Distance of the mean load from the limits [force].
+    loads : (2n, k)
+        S: what each different load step of the loop takes from g at load factor 1 [force].
+    extreme : (2n,)
+        The column of S in which each row is extreme.
+    """
+
+    G: FloatArray
+    g: FloatArray
+    loads: FloatArray
+    extreme: NDArray[np.intp]
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes."""
+        return self.G.shape[1]
+
+    @property
+    def units(self) -> tuple[float, float]:
+        """A force and a length, powers of two, that take the units out of the programs without round-off."""
+        force = power_of_two(max(np.abs(self.g).max(), np.abs(self.loads).max()))
+        return force, force / power_of_two(np.abs(self.G).max())
+
+
+class Extreme(NamedTuple):
+    """The least value of a linear function of the slip, and how fast it changes with the load factor.
+
+    ``value`` is inf where there is no state, −inf where it is unbounded; ``slope``, ``slip`` and
+    ``multipliers`` (of the 2n limits) are NaN there.
+    """
+
+    value: float
+    slope: float
+    slip: FloatArray
+    multipliers: FloatArray
+    end: Solution
+
+
+class Swing(NamedTuple):
+    """Least −direction · v in forward slip and least direction · v in backward slip of a node."""
+
+    forward: Extreme
+    backward: Extreme
+
+    def apart(self, margin: float) -> bool:
+        """Whether direction · v in forward slip is smaller than in backward slip, by a relative margin."""
+        values = self.forward.value, self.backward.value
+        if np.inf in values:  # one of the two slips cannot happen
+            return True
+        return sum(values) > margin * max(abs(x) for x in values)
+
+
+def admissible_states(problem: Problem) -> AdmissibleStates:
+    """The rows of every load step, load steps that agree in all of them taken once.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> states = admissible_states(shakedown.example("two-node"))
+    >>> states.G.shape, states.loads.shape
+    ((4, 2), (4, 50))
+    """
+    rows, loop, f = constraints(problem), loading(problem), problem.f
+    steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
+    loads = np.ascontiguousarray(steps[different_steps(problem)].T)
+    return AdmissibleStates(rows.coefficients, rows.g, loads, loads.argmax(axis=1))
+
+
+def different_steps(problem: Problem) -> NDArray[np.intp]:
+    """Indices of load steps that differ from each other."""
+    loop = loading(problem)
+    return np.unique(np.hstack([loop.q1, loop.p1]), axis=0, return_index=True)[1]
+
+
+class StateProgram:
+    """Extremes of linear functions of the slip over the admissible states at load factors in an interval.
+
+    The columns are (v, α, λ). One row at a time can be made active; each solve starts from the last basis.
+
+    Parameters
+    ----------
+    states
+        What is admissible.
+    """
+
+    def __init__(self, states: AdmissibleStates) -> None:
+        n, k = states.n, states.loads.shape[1]
+        self.states, self._n, self._k = states, n, k
+        self._force, self._length = states.units
+        half = np.column_stack([states.G * self._length, states.loads, np.zeros(2 * n)]) / self._force
+        self._g = states.g / self._force
+        share = np.concatenate([np.zeros(n), np.ones(k), [-1.0]])
+        self._program = LinearProgram(
+            np.vstack([half, share]),
+            cost=np.append(np.zeros(n + k), 1.0),
+            lower=np.append(np.full(2 * n, -INF), 0.0),
+            upper=np.append(self._g, 0.0),
+            column_lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
+            column_upper=np.full(n + k + 1, INF),
+        )
+        self._active = -1
+
+    def set_load_factors(self, low: float, high: float) -> None:
+        """Let the load factor run over [low, high]."""
+        self._program.set_columns(np.array([self._n + self._k]), np.array([low]), np.array([high]))
+
+    def activate(self, row: int) -> None:
+        """Make one row active, and the one before it an inequality again; −1 for none."""
+        g = self._g
+        if self._active >= 0:
+            self._program.set_rows(np.array([self._active]), np.array([-INF]), g[[self._active]])
+        if row >= 0:
+            self._program.set_rows(np.array([row]), g[[row]], g[[row]])
+        self._active = row
+
+    def swing(self, node: int, direction: FloatArray) -> Swing:
+        """How far direction · v can go in forward and in backward slip of a node."""
+        self.activate(2 * node + 1)
+        forward = self.least(-direction)
+        self.activate(2 * node)
+        return Swing(forward, self.least(direction))
+
+    def least(self, direction: FloatArray) -> Extreme:
+        """The least value of direction · v."""
+        cost = direction / power_of_two(np.abs(direction).max())
+        self._program.set_cost(np.append(cost, np.zeros(self._k + 1)))
+        end = self._program.solve()
+        if end.vertex is None:
+            unknown = np.full(2 * self._n, np.nan)
+            value = np.inf if end.status == "infeasible" else -np.inf
+            return Extreme(value, np.nan, unknown[: self._n], unknown, end)
+        slip, y = end.vertex.x[: self._n] * self._length, end.vertex.multipliers
+        scale = power_of_two(np.abs(direction).max())
+        return Extreme(
+            float(direction @ slip),
+            float(y[-1]) * scale * self._length,
+            slip,
+            y[:-1] * scale * self._length / self._force,
+            end,
+        )
+
+
+def first_overlap(
+    states: AdmissibleStates, node: int, direction: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """The least load factor at which a node can slip forward at no smaller direction · v than backward.
+
+    One program in two states, of which each has its own load: minimise λ ≥ 0 subject to both
+    being admissible, forward row active at the first, backward row at the second, and
+    direction · (v' − v'') ≥ 0. Returns (λ, v', v''); λ is inf where there is no such pair.
+    """
+    n, k = states.n, states.loads.shape[1]
+    force, length = states.units
+    half, g = np.column_stack([states.G * length, states.loads]) / force, states.g / force
+    share, zero = np.append(np.zeros(n), np.ones(k)), np.zeros((2 * n, n + k))
+    swing = np.append(direction / power_of_two(np.abs(direction).max()), np.zeros(k))
+    matrix = np.block(
+        [
+            [half, zero, np.zeros((2 * n, 1))],
+            [zero, half, np.zeros((2 * n, 1))],
+            [share, 0 * share, -np.ones(1)],
+            [0 * share, share, -np.ones(1)],
+            [swing, -swing, np.zeros(1)],
+        ]
+    )
+    lower = np.append(np.full(4 * n + 2, -INF), 0.0)
+    lower[2 * node + 1], lower[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
+    lower[4 * n : 4 * n + 2] = 0.0  # Σ α = λ
+    least = np.append(np.full(n, -INF), np.zeros(k))
+    program = LinearProgram(
+        matrix,
+        cost=np.append(np.zeros(2 * (n + k)), 1.0),
+        lower=lower,
+        upper=np.concatenate([g, g, [0.0, 0.0, INF]]),
+        column_lower=np.concatenate([least, least, [0.0]]),
+        column_upper=np.full(2 * (n + k) + 1, INF),
+    )
+    vertex = program.solve().vertex
+    if vertex is None:
+        return np.inf, np.full(n, np.nan), np.full(n, np.nan)
+    return max(float(vertex.x[-1]), 0.0), vertex.x[:n] * length, vertex.x[n + k : 2 * n + k] * length

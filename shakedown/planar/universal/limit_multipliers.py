@@ -1,0 +1,118 @@
+"""Multipliers of one limit per node that bound A v in forward and backward slip, without linear programs."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.programs.equilibration import power_of_two
+
+SWEEPS = 60  # of the iteration for all nodes together, each one product of matrices
+CORRECTIONS = 30  # of the sides of one node for which it does not settle, each one linear system
+SETTLED = 8 * np.finfo(float).eps  # a change of a multiplier, relative to the largest, that is round-off
+BALANCED = 64 * np.finfo(float).eps  # what round-off leaves of a balance of forces, relative to its terms
+
+
+def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> FloatArray:
+    """Y with Yᵀ G = A_i for forward and −A_i for backward slip of node i, Y ≥ 0 but in the active row.
+
+    By duality of linear programs (A v)_i ≤ Y · (g − S α) wherever node i can slip forward, whatever the
+    load factor. While no state brings a node to both its limits the best multipliers use one limit of
+    every node. With s_j = y_j⁺ − y_j⁻ they solve
+
+        Aᵀ s − (f B)ᵀ |s| = ± A_i,    |s_i| replaced by ∓ s_i for the active row,
+
+    an equation in absolute values, which has one solution where the motion is unique. It is iterated
+    for all nodes at once; for a node for which that does not settle, by Newton's method, which changes
+    the sides of the nodes until they are those that were assumed.
+
+    Returns
+    -------
+    (n, 2, 2n)
+        By node and by side, forward first; NaN where neither iteration ends.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> Y = limit_multipliers(shakedown.example("three-node"))
+    >>> Y[1, 0].round(6), limits_used(Y[1, 0])
+    (array([ 0.,  0.,  0., -1.,  0.,  0.]), array([0, 3, 4]))
+    """
+    n = problem.n
+    size = np.array([power_of_two(float(np.sqrt(a))) for a in np.diagonal(problem.A)])
+    found = np.full((n, 2, 2 * n), np.nan)
+    A = problem.A / size / size[:, None]
+    fB = problem.f[:, None] * problem.B / size / size[:, None]
+    pinned = list(rigid_slips(problem).pinned)
+    A[pinned], fB[:, pinned] = 0.0, 0.0  # no balance is asked for in the columns of pinned slips
+    flexibility = np.linalg.pinv(A, rcond=tolerances.zero_mode, hermitian=not pinned)
+    for side, sign in enumerate((1.0, -1.0)):
+        s = _iterated(flexibility @ fB.T, sign)
+        for i in np.flatnonzero(~_balanced(A, fB, s, sign)):
+            s[:, i] = _corrected(A, fB, sign, int(i))
+        s = np.where(_balanced(A, fB, s, sign), s, np.nan)
+        s = s.T * size[:, None] / size
+        own = np.diagonal(s)
+        found[:, side, ::2], found[:, side, 1::2] = np.maximum(s, 0.0), np.maximum(-s, 0.0)
+        active, other = (1, 0) if sign > 0 else (0, 1)
+        nodes = np.arange(n)
+        found[nodes, side, 2 * nodes + other] = np.where(np.isfinite(own), 0.0, np.nan)
+        found[nodes, side, 2 * nodes + active] = -sign * own
+    return found
+
+
+def _iterated(influence: FloatArray, sign: float) -> FloatArray:
+    """s of every node as columns; columns that have not settled after the last sweep are far from balance."""
+    s = start = sign * np.eye(len(influence))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(SWEEPS):
+            before, s = s, start + influence @ _folded(s, sign)
+            if np.abs(s - before).max() <= SETTLED * np.abs(s).max():
+                break
+    return s
+
+
+def _folded(s: FloatArray, sign: float) -> FloatArray:
+    """|s|, but of either sign in the active row of each node."""
+    folded = np.abs(s)
+    np.fill_diagonal(folded, -sign * np.diagonal(s))
+    return folded
+
+
+def _balanced(A: FloatArray, fB: FloatArray, s: FloatArray, sign: float) -> NDArray[np.bool_]:
+    """Which columns of s solve their equation to round-off."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        terms = np.abs(A) @ np.abs(s) + np.abs(fB).T @ np.abs(s) + np.abs(A)
+        rest = np.abs(A @ s - fB.T @ _folded(s, sign) - sign * A)
+        return np.asarray(np.all(rest <= BALANCED * terms.max(axis=0), axis=0))
+
+
+def _corrected(A: FloatArray, fB: FloatArray, sign: float, node: int) -> FloatArray:
+    """s of one node, by Newton's method; NaN where it comes to no end."""
+    side = np.where(np.arange(len(A)) == node, -sign, 1.0)
+    for _ in range(CORRECTIONS):
+        try:
+            s = _solved((A.T - side[:, None] * fB).T, sign * A[:, node])
+        except np.linalg.LinAlgError:
+            break
+        before, side = side, np.where(s < 0, -1.0, 1.0)
+        side[node] = -sign
+        if np.array_equal(before, side):
+            return np.asarray(s)
+    return np.full(len(A), np.nan)
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """The solution; the smallest one where no balance is asked for in some rows, which are zero."""
+    asked = matrix.any(axis=1)
+    if asked.all():
+        return np.asarray(np.linalg.solve(matrix, right))
+    return np.asarray(np.linalg.lstsq(matrix[asked], right[asked], rcond=None)[0])
+
+
+def limits_used(multipliers: FloatArray) -> NDArray[np.intp]:
+    """The row of each node that carries its multiplier (…, n); the backward one where none does."""
+    pairs = multipliers.reshape(*multipliers.shape[:-1], -1, 2)
+    return np.asarray(2 * np.arange(pairs.shape[-2]) + (pairs[..., 1] != 0.0))

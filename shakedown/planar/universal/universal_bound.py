@@ -1,0 +1,201 @@
+"""The largest load factor up to which shakedown from every initial state is proved."""
+
+from dataclasses import dataclass, replace
+from math import inf, nan
+from typing import Any, NamedTuple
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.planar.collapse.lift_off import lift_off_bound
+from shakedown.planar.collapse.lower import LowerBound, lower_bound
+from shakedown.planar.collapse.proof_status import complete_argument
+from shakedown.planar.uniqueness.in_contact import Uniqueness, unique_in_contact
+from shakedown.planar.universal.swing_bound import SwingBound, swing_bound
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UniversalBound(Result):
+    """Largest load factor up to which shakedown from every initial state is proved.
+
+    A state is one with all nodes closed that is admissible at some instant of the loop; transient
+    load steps, where the problem has them, are over (``after_transient``). For every
+    load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
+    jumps, and slip ceases. Of a load domain this is said of every path inside it: then only
+    the arguments count that ask for no order, Melan's theorem and the swing bound, with the
+    lift-off bound over the hull of the corners.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"infeasible"`` (no safe slip under the mean load); ``"unbounded"``
+        (every load factor is proved); ``"undecided"`` (a linear program ended without an answer).
+    load_factor
+        λ_U ≤ λ_1; 0 where nothing is proved, NaN where infeasible, inf where unbounded.
+    node
+        The node that limits the argument; −1 where none does.
+    argument
+        ``"Melan"``, ``"first collapse"`` (coupling ratio ρ* < 1), ``"two nodes"``, ``"differences"`` (no
+        slip raises the differences between nodes), ``"swing"`` or ``"none"``.
+    limited_by
+        What the argument ends at: ``"first collapse"``, ``"swing"``, ``"lift-off"``, ``"drift"``,
+        ``"uniqueness"``, ``"mean load"``; ``"solver"`` where undecided.
+    reason
+        The same in words.
+    first_collapse
+        λ_1, which is not exceeded.
+    lift_off_bound
+        Below this load factor no admissible slip lifts a node off; NaN where not needed.
+    swing
+        The swing bound, with the evidence to check it; None where not needed.
+    after_transient
+        Whether the problem has transient load steps: then nothing is said of a motion
+        before they are over.
+    """
+
+    status: str
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+    reason: str
+    first_collapse: float
+    lift_off_bound: float
+    swing: SwingBound | None
+    after_transient: bool = False
+
+    def document(self) -> dict[str, Any]:
+        """What is written as JSON; the closing box, which is superseded, stays a key without a value."""
+        number = {"load_factor": self.load_factor, "node": self.node, "argument": self.argument}
+        return {"universal": number, "closing_box": None}
+
+
+class _Found(NamedTuple):
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+
+
+@checked
+def universal_bound(
+    problem: Problem,
+    *,
+    first_collapse: LowerBound | None = None,
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> UniversalBound:
+    """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
+
+    Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
+    gauge of differences, two nodes (thesis §4.4); else it is the swing bound. In every case the nodes
+    must stay closed, and for the swing bound the motion must be unique.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    first_collapse
+        λ_1, where it has been computed already.
+    certify
+        Whether to prove the swing bound in exact arithmetic; by default where that is quick.
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+    SolverError
+        If λ_1 was not given, and a linear program of it ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> bound = universal_bound(shakedown.example("three-node"))
+    >>> round(bound.load_factor, 6), bound.node, bound.argument
+    (0.3096, 0, 'swing')
+    """
+    require_problem(problem)
+    if not isinstance(first_collapse, LowerBound | None):
+        raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
+    lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
+    if lower.status == Status.INFEASIBLE:
+        return _without(lower, nan, "mean load", "no slip is safe under the mean load")
+    if lower.load_factor == 0.0:
+        reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
+        return _without(lower, 0.0, "first collapse", reason)
+    complete = complete_argument(problem, tolerances)
+    if complete is None:
+        known = sought(unique_in_contact, problem, tolerances=tolerances)
+        uniqueness = Uniqueness(None, known.reason) if isinstance(known, Missing) else known
+        if not uniqueness:
+            reason = f"the motion is not proved to be unique: {uniqueness.argument}"
+            return _without(lower, 0.0, "uniqueness", reason)
+    lift: float | Missing = inf
+    if complete is None or not complete.keeps_closed:
+        lift = sought(lift_off_bound, problem, lower.load_factor, tolerances=tolerances)
+    if isinstance(lift, Missing):
+        return _undecided(lower, f"the lift-off bound is missing: {lift.reason}")
+    if complete is not None:
+        found = _Found(lower.load_factor, lower.node, complete.name, "first collapse")
+        if complete.drift_bound < lower.load_factor:
+            found = _Found(complete.drift_bound, -1, complete.name, "drift")
+        return _result(lower, found, lift)
+    swing = sought(swing_bound, problem, certify=certify, tolerances=tolerances)
+    if isinstance(swing, Missing):
+        return _undecided(lower, f"the swing bound is missing: {swing.reason}")
+    return _result(lower, _Found(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
+
+
+def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+    """The answer where nothing is proved."""
+    return UniversalBound(
+        status=Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL,
+        load_factor=load_factor,
+        node=lower.node if limited_by == "first collapse" else -1,
+        argument="none",
+        limited_by=limited_by,
+        reason=reason,
+        first_collapse=lower.load_factor,
+        lift_off_bound=nan,
+        swing=None,
+        after_transient=lower.problem.q_transient is not None,
+    )
+
+
+def _undecided(lower: LowerBound, reason: str) -> UniversalBound:
+    """The answer where a program on which it rests came to no end."""
+    return replace(_without(lower, nan, "solver", reason), status=Status.UNDECIDED)
+
+
+def _result(lower: LowerBound, found: _Found, lift: float, swing: SwingBound | None = None) -> UniversalBound:
+    if min(lower.load_factor, lift) < found.load_factor:
+        limit, node = ("lift-off", -1) if lift < lower.load_factor else ("first collapse", lower.node)
+        found = _Found(min(lower.load_factor, lift), node, found.argument, limit)
+    return UniversalBound(
+        status=Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED,
+        load_factor=found.load_factor,
+        node=found.node,
+        argument=found.argument,
+        limited_by=found.limited_by,
+        reason=_reason(found, lift),
+        first_collapse=lower.load_factor,
+        lift_off_bound=lift,
+        swing=swing,
+        after_transient=lower.problem.q_transient is not None,
+    )
+
+
+def _reason(found: _Found, lift: float) -> str:
+    ends = {
+        "first collapse": f"node {found.node} collapses there",
+        "drift": "from there on the body, which friction alone holds, may drift",
+        "lift-off": f"from {lift:.6g} on locked-in slip can lift a node off",
+        "swing": f"from there on node {found.node} may slip forward and backward at the same reaction A v",
+    }
+    return f"{found.argument}: {ends[found.limited_by]}"

@@ -1,0 +1,1 @@
+"""Many runs of one question: ``maps/`` over initial states, ``designs/`` over parameters."""

@@ -1,0 +1,90 @@
+"""Initial slips from which a cycle is sought: admissible under the first load, extreme and between."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.problem import Problem
+from shakedown.programs.linear_program import INF, LinearProgram
+
+CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
+OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
+DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
+
+
+def admissible(
+    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
+) -> NDArray[np.bool_]:
+    """Which slips at the first load step, (s, n), leave all nodes closed and within their limits, (s,)."""
+    rows = constraints(problem)
+    load = load_factor * step_loads(problem)[0]
+    terms = np.maximum(np.abs(slips) @ np.abs(rows.G).T, np.maximum(np.abs(load), np.abs(rows.g)))
+    excess = (slips @ rows.G.T + load - rows.g) / np.where(terms > 0, terms, 1.0)
+    return np.asarray(excess.max(axis=1) <= tolerances.feasibility)
+
+
+class AttackingStates:
+    """Draws initial slips of a joint at a load factor.
+
+    At the first load step every motion with all nodes closed is in the polytope of the slips
+    that are admissible there. Its extreme points, in the directions of the nodes and in random
+    ones, come from linear programs; between them any state may be drawn. Where it is unbounded,
+    slips of all sizes are drawn about the given ones.
+    """
+
+    def __init__(
+        self, problem: Problem, known: FloatArray, generator: np.random.Generator, tolerances: Tolerances
+    ) -> None:
+        self.problem, self.known, self.generator, self.tolerances = problem, known, generator, tolerances
+
+    def drawn(self, load_factor: float, count: int) -> FloatArray:
+        """Slips at a load factor, (count, n): the known ones, extreme ones, and mixtures of them."""
+        corners = self._corners(load_factor, count)
+        first = np.vstack([self.known, corners])[:count]
+        more = count - len(first)
+        if more <= 0:
+            return first
+        if len(corners) > self.problem.n:
+            weights = self.generator.dirichlet(np.full(len(corners), CORNER), more)
+            return np.vstack([first, weights @ corners])
+        return np.vstack([first, self._anywhere(load_factor, more)])
+
+    def near(self, slip: FloatArray, load_factor: float, count: int) -> FloatArray:
+        """Slips about one, (count, n), at distances of all orders."""
+        reach = self._size(load_factor) * 10.0 ** self.generator.uniform(-4.0, 0.0, (count, 1))
+        return slip + reach * self.generator.normal(size=(count, self.problem.n))
+
+    def _anywhere(self, load_factor: float, count: int) -> FloatArray:
+        reach = self._size(load_factor) * self.generator.choice(OUTSIDE, (count, 1))
+        about = self.known[self.generator.integers(len(self.known), size=count)]
+        return about + reach * self.generator.normal(size=(count, self.problem.n))
+
+    def _size(self, load_factor: float) -> float:
+        """A length: that of the loads on the stiffness."""
+        rows = constraints(self.problem)
+        room = np.abs(rows.g).max() + load_factor * np.abs(rows.d).max()
+        return float(room / np.diag(self.problem.A).mean())
+
+    def _corners(self, load_factor: float, most: int) -> FloatArray:
+        """Extreme points of the slips admissible under the first load, those that exist, at most so many."""
+        rows, n = constraints(self.problem), self.problem.n
+        limits = rows.g - load_factor * step_loads(self.problem)[0]
+        program = LinearProgram(
+            rows.coefficients,
+            cost=np.ones(n),
+            lower=np.full(2 * n, -INF),
+            upper=limits,
+            column_lower=np.full(n, -INF),
+            column_upper=np.full(n, INF),
+            tolerances=self.tolerances,
+        )
+        directions = np.vstack([np.eye(n), -np.eye(n), self.generator.normal(size=(DIRECTIONS * n, n))])
+        found = []
+        for direction in self.generator.permutation(directions)[:most]:
+            program.set_cost(direction)
+            vertex = program.solve().vertex
+            if vertex is not None:
+                found.append(vertex.x)
+        return np.array(found).reshape(-1, n)

@@ -1,0 +1,197 @@
+"""From a cycle down to the smallest load factor that its kind reaches."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.outcome import Outcome
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.contact_law import scales
+from shakedown.studies.designs.attacking_states import admissible
+from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
+
+SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+MOST_PATTERNS = 200  # followed one after the other in one descent
+ROUNDED = 16  # how many units in the last place of the data are allowed for
+SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
+STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
+BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
+
+
+class FoundCycle(NamedTuple):
+    """A cycle at a load factor, from a slip at the first load step.
+
+    Attributes
+    ----------
+    load_factor
+        λ.
+    slip : (n,)
+        Slip at the first load step [length].
+    state
+        What the joint settles into from there.
+    """
+
+    load_factor: float
+    slip: FloatArray
+    state: LongTermState
+
+
+class FoundSeparation(NamedTuple):
+    """A load factor at which contact opens and closes in every period, or is lost, from a slip in contact.
+
+    Attributes
+    ----------
+    load_factor
+        λ.
+    slip : (n,)
+        Admissible slip at the first load step [length].
+    """
+
+    load_factor: float
+    slip: FloatArray
+
+
+@dataclass
+class Simulator:
+    """Long-term states of one joint, counted.
+
+    Attributes
+    ----------
+    problem
+        The joint, without transient load steps.
+    tolerances
+        What decides.
+    tries
+        How many states have been simulated.
+    undecided
+        How many of them came to no verdict.
+    """
+
+    problem: Problem
+    tolerances: Tolerances
+    tries: int = 0
+    undecided: int = 0
+
+    def state(self, load_factor: float, slip: FloatArray) -> LongTermState:
+        """What a slip leads to."""
+        state = long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
+        self.count([state.outcome])
+        return state
+
+    def count(self, outcomes: ArrayLike) -> None:
+        """Count simulations by what they led to."""
+        self.tries += len(np.asarray(outcomes))
+        self.undecided += int(np.count_nonzero(np.asarray(outcomes) == Outcome.UNDECIDED))
+
+    def separates(self, load_factor: float, slip: FloatArray) -> bool:
+        """Whether an admissible slip leads to separation."""
+        if not admissible(self.problem, load_factor, slip[None], self.tolerances)[0]:
+            return False
+        return self.state(load_factor, slip).outcome == Outcome.SEPARATION
+
+    def least_dissipation(self, load_factor: float) -> float:
+        """What a cycle must take per cycle to stand out of the round-off of the data [force × length].
+
+        The accuracy of the stiffness, that of floats or the one that the problem states, times the force
+        and the length that the loads bring.
+        """
+        scale = scales(self.problem, load_factor)
+        accuracy = max(self.problem.stiffness_accuracy or 0.0, float(np.finfo(float).eps))
+        return ROUNDED * accuracy * scale.force * scale.length
+
+    def resolved(self, state: LongTermState) -> bool:
+        """Whether a cycle takes more than round-off; slip of nodes without friction alone never takes any."""
+        slipping = state.slip_per_cycle > 0
+        if not self.problem.f[slipping].any():
+            return True
+        return state.dissipation_per_cycle > self.least_dissipation(state.load_factor)
+
+    def cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
+        """The cycle that a slip leads to, begun anew at its own state; None where the data resolve none."""
+        for _ in range(2):  # the second run starts on the cycle itself
+            state = self.state(load_factor, slip)
+            if state.outcome not in SLIPPING or not self.resolved(state):
+                return None
+            slip = first_load_slip(self.problem, state.history)
+        return FoundCycle(load_factor, state.initial_slip, state)
+
+
+def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing: float) -> FoundCycle:
+    """The cycle with the smallest load factor that is reached from another one, pattern by pattern.
+
+    Of the pattern of a cycle the smallest load factor follows from one linear program
+    (:class:`CyclePattern`). A little above it the pattern is simulated; a little below it
+    another one may go on. What has no such pattern (nodes open, jump or ratchet) is lowered
+    by bisection from its own state.
+
+    Parameters
+    ----------
+    simulator
+        The joint.
+    cycle
+        Where to begin.
+    accuracy
+        To which the end of a pattern is approached, relative to λ.
+    nothing
+        A load factor that counts as zero: there the descent ends.
+    """
+    for _ in range(MOST_PATTERNS):
+        lower = next(_lower_cycles(simulator, cycle, accuracy), None)
+        if lower is None:
+            return cycle
+        cycle = lower
+        if cycle.load_factor <= nothing:
+            return cycle
+    return cycle
+
+
+def lowered(simulator: Simulator, found: FoundSeparation, nothing: float) -> FoundSeparation:
+    """Separation at a smaller load factor from the same slip, half as far down each time there is none."""
+    step = 0.5
+    while step > STEP_OF_SEPARATION and found.load_factor > nothing:
+        below = (1.0 - step) * found.load_factor
+        if simulator.separates(below, found.slip):
+            found = FoundSeparation(below, found.slip)
+        else:
+            step *= 0.5
+    return found
+
+
+def _lower_cycles(simulator: Simulator, cycle: FoundCycle, accuracy: float) -> Iterator[FoundCycle]:
+    """Cycles at smaller load factors, the best guess first."""
+    pattern = cycle_pattern(simulator.problem, cycle.state)
+    least = None if pattern is None else pattern.least(simulator.tolerances)
+    if least is None:
+        yield from _continued(simulator, cycle, accuracy)
+        return
+    gap = cycle.load_factor - least.load_factor
+    for share in BELOW:
+        target = (1.0 - share) * least.load_factor
+        if 0.0 < target < cycle.load_factor:
+            found = simulator.cycle(target, least.slip)
+            if found is not None:
+                yield found
+    for share in SHARES:
+        if gap * (1.0 - share) > accuracy * cycle.load_factor:
+            found = simulator.cycle(
+                least.load_factor + share * gap, least.slip + share * (cycle.slip - least.slip)
+            )
+            if found is not None:
+                yield found
+
+
+def _continued(simulator: Simulator, cycle: FoundCycle, accuracy: float) -> Iterator[FoundCycle]:
+    """The cycle at a smaller load factor, from its own slip: half as far down each time it dies."""
+    step = 0.5
+    while step > accuracy:
+        found = simulator.cycle((1.0 - step) * cycle.load_factor, cycle.slip)
+        if found is not None:
+            yield found
+        step *= 0.5

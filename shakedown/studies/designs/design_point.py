@@ -1,0 +1,323 @@
+"""One point of a design: every limit of its load factor, each with how it was found."""
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import isinf, isnan, nan
+from typing import Literal, NamedTuple
+
+from shakedown.assessment.transient_limit import TransientLimit, transient_limit
+from shakedown.bounds.energy.energy_bound import energy_bound
+from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.outcome import Outcome, nodes_in_words
+from shakedown.planar.collapse.box_bound import box_bound
+from shakedown.planar.collapse.lower import LowerBound, lower_bound
+from shakedown.planar.universal.universal_bound import universal_bound
+
+SYMBOLS = {
+    "lower": "λ_1",
+    "universal": "λ_U",
+    "energy": "λ_E",
+    "box": "λ_box",
+    "transient": "λ_T",
+    "upper": "λ_max",
+}
+LIMITS = tuple(SYMBOLS)
+FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
+ABOVE = 1.05  # of λ_max, where the scan for λ_T ends
+QUICK_STEPS, STEPS = 16, 40  # load factors scanned for λ_T
+QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
+
+
+class Limit(NamedTuple):
+    """One limit of the load factor.
+
+    Attributes
+    ----------
+    load_factor
+        NaN where there is none, inf where every load factor is on its safe side.
+    status
+        How it was found (:class:`Status`).
+    remark
+        What else should be known; empty where nothing.
+    low, high
+        Of λ_T: shakedown is proved at ``low``, a cycle was found at ``high``; else NaN.
+    """
+
+    load_factor: float
+    status: Status
+    remark: str = ""
+    low: float = nan
+    high: float = nan
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DesignPoint(Result):
+    """The limits of the load factor of one joint.
+
+    Attributes
+    ----------
+    values
+        The values of the parameters.
+    limits
+        By name (``lower``, ``universal``, ``energy``, ``box``, ``transient``, ``upper``); empty where
+        there is no such joint.
+    guarantee
+        How far λ_1 is a guarantee (``LowerBound.guarantee``); empty where it was not asked for.
+    open_nodes
+        Nodes that stay open in the state that λ_max and λ_E belong to.
+    reason
+        Why there is no such joint; empty where there is.
+    outcomes
+        What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
+    contradictions
+        Limits that cannot all be right, in words: an error of this toolkit or of its theory.
+    """
+
+    values: tuple[float, ...]
+    limits: dict[str, Limit] = field(default_factory=dict)
+    guarantee: str = ""
+    open_nodes: tuple[int, ...] = ()
+    reason: str = ""
+    outcomes: tuple[Outcome, ...] = ()
+    contradictions: tuple[str, ...] = ()
+
+    @property
+    def exists(self) -> bool:
+        """Whether the values of the parameters make a joint."""
+        return not self.reason
+
+    def load_factor(self, name: str) -> float:
+        """The load factor of a limit; NaN where it is not known."""
+        return self.limits[name].load_factor if name in self.limits else nan
+
+    def to_bytes(self) -> bytes:
+        """The point as it is recorded; every float with all its digits."""
+        return json.dumps(self.__dict__).encode()
+
+    @classmethod
+    def from_bytes(cls, piece: bytes) -> "DesignPoint":
+        """The point that :meth:`to_bytes` recorded.
+
+        Raises
+        ------
+        ProblemError
+            If the bytes are none of its.
+        """
+        try:
+            known = json.loads(piece)
+            return cls(
+                values=tuple(map(float, known["values"])),
+                limits={name: _recorded_limit(*limit) for name, limit in known["limits"].items()},
+                guarantee=str(known["guarantee"]),
+                open_nodes=tuple(map(int, known["open_nodes"])),
+                reason=str(known["reason"]),
+                outcomes=tuple(map(Outcome, known["outcomes"])),
+                contradictions=tuple(map(str, known["contradictions"])),
+            )
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
+            raise ProblemError(f"expected a recorded point, found a damaged one ({error})") from None
+
+
+def _recorded_limit(load_factor: float, status: str, remark: str, low: float, high: float) -> Limit:
+    return Limit(float(load_factor), Status(status), str(remark), float(low), float(high))
+
+
+class Question(NamedTuple):
+    """What is asked of every point.
+
+    Attributes
+    ----------
+    bounds
+        Names of the limits.
+    load_factors
+        Where to simulate.
+    initial_slip : (n,) or None
+        The state that λ_E, λ_box, λ_T and simulations are about [length]; zero by default.
+    open_nodes
+        ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
+    quick
+        λ_T to 0.1 %.
+    """
+
+    bounds: tuple[str, ...] = LIMITS
+    load_factors: tuple[float, ...] = ()
+    initial_slip: FloatArray | None = None
+    open_nodes: tuple[()] | Literal["auto"] = "auto"
+    quick: bool = False
+
+
+def design_point(
+    problem: Problem, values: Sequence[float], question: Question, *, tolerances: Tolerances = DEFAULT
+) -> DesignPoint:
+    """The limits of one joint, each on its quickest road.
+
+    A limit whose program fails is undecided, with the reason as its remark.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> point = design_point(shakedown.example("two-node"), (0.35,), Question())
+    >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
+    {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
+    """
+    asked, limits = set(question.bounds), dict[str, Limit]()
+    first, largest, history, guarantee = None, None, None, ""
+    if asked & {"lower", "universal"}:
+        first, limits["lower"] = _lower(problem, tolerances)
+        guarantee = "" if first is None else first.guarantee
+    if "universal" in asked:
+        limits["universal"] = _universal(problem, first, tolerances)
+    if asked & {"energy", "transient", "upper"}:
+        largest, limits["upper"] = _upper(problem, question, tolerances)
+    open_nodes = () if largest is None else largest.open_nodes
+    if "energy" in asked:
+        limits["energy"] = _energy(problem, open_nodes, question, tolerances)
+    if "box" in asked:
+        limits["box"] = _box(problem, question, tolerances)
+    if "transient" in asked:
+        history, limits["transient"] = _transient(problem, largest, question, tolerances)
+    known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
+    return DesignPoint(
+        values=tuple(map(float, values)),
+        limits={name: limits[name] for name in question.bounds},
+        guarantee=guarantee if "lower" in asked else "",
+        open_nodes=open_nodes,
+        outcomes=tuple(_outcome(problem, x, question, tolerances) for x in question.load_factors),
+        contradictions=tuple(_contradictions(known, tolerances)),
+    )
+
+
+def _failed(missing: Missing) -> Limit:
+    return Limit(nan, Status.UNDECIDED, missing.reason)
+
+
+def _lower(problem: Problem, tolerances: Tolerances) -> tuple[LowerBound | None, Limit]:
+    lower = allowed(lower_bound, problem, certify=False, tolerances=tolerances)
+    if isinstance(lower, Missing):
+        return None, _failed(lower)
+    return lower, Limit(lower.load_factor, lower.status, lower.reason)
+
+
+def _universal(problem: Problem, first: LowerBound | None, tolerances: Tolerances) -> Limit:
+    if first is None:
+        return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
+    found = allowed(universal_bound, problem, first_collapse=first, certify=False, tolerances=tolerances)
+    if isinstance(found, Missing):
+        return _failed(found)
+    return Limit(found.load_factor, Status(found.status), found.reason)
+
+
+def _upper(problem: Problem, question: Question, tolerances: Tolerances) -> tuple[UpperBound | None, Limit]:
+    upper = allowed(
+        upper_bound, problem, open_nodes=question.open_nodes, certify=False, tolerances=tolerances
+    )
+    if isinstance(upper, Missing):
+        return None, _failed(upper)
+    remarks = [upper.reason] if upper.reason else []
+    if upper.open_nodes:
+        remarks.append(
+            f"of the zone with {nodes_in_words(upper.open_nodes)} open: no upper bound of the joint"
+        )
+    if upper.least_load_factor > 0:
+        remarks.append(f"safe slips exist only from λ = {upper.least_load_factor:.9g} on")
+    return upper, Limit(upper.load_factor, upper.status, "; ".join(remarks))
+
+
+def _energy(
+    problem: Problem, open_nodes: tuple[int, ...], question: Question, tolerances: Tolerances
+) -> Limit:
+    start = question.initial_slip
+    found = allowed(energy_bound, problem, start, open_nodes=open_nodes, certify=False, tolerances=tolerances)
+    if isinstance(found, Missing):
+        return _failed(found)
+    if found.least_load_factor > 0:
+        return Limit(
+            found.load_factor, Status.UNDECIDED, f"proved only from λ = {found.least_load_factor:.9g} on"
+        )
+    return Limit(found.load_factor, found.status, found.reason)
+
+
+def _box(problem: Problem, question: Question, tolerances: Tolerances) -> Limit:
+    found = allowed(box_bound, problem, question.initial_slip, tolerances=tolerances)
+    if isinstance(found, Missing):
+        return _failed(found)
+    return Limit(found.load_factor, found.status, found.reason)
+
+
+def _transient(
+    problem: Problem, largest: UpperBound | None, question: Question, tolerances: Tolerances
+) -> tuple[TransientLimit | None, Limit]:
+    """λ_T, sought up to a little above λ_max."""
+    if largest is None or largest.status != Status.OPTIMAL or not largest.load_factor > 0:
+        return None, Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
+    found = allowed(
+        transient_limit,
+        problem,
+        question.initial_slip,
+        largest=ABOVE * largest.load_factor,
+        steps=QUICK_STEPS if question.quick else STEPS,
+        accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
+        tolerances=tolerances,
+    )
+    if isinstance(found, Missing):
+        return None, _failed(found)
+    proved, cycling = found.interval
+    if isnan(found.load_factor):
+        return found, Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
+    if isinf(found.high):
+        remark = f"every load factor scanned shakes down, up to {found.low:.9g}"
+        return found, Limit(nan, Status.UNDECIDED, remark, proved, cycling)
+    remark = "" if found.monotone else "outcomes are not monotone in λ"
+    return found, Limit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
+
+
+def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:
+    found = allowed(long_term_state, problem, load_factor, question.initial_slip, tolerances=tolerances)
+    return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
+
+
+class _Known(NamedTuple):
+    """What is held against each other."""
+
+    limits: dict[str, Limit]
+    guarantee: str
+    open_nodes: tuple[int, ...]
+    history: TransientLimit | None
+    transient: bool
+
+
+def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
+    """What cannot all be right: λ_U ≤ λ_1 ≤ λ_max, λ_E, λ_box ≤ λ_max, no cycle below what is proved."""
+    pairs = [("universal", "lower")]
+    if not known.open_nodes:  # λ_1 and λ_U are about all nodes in contact
+        pairs += [(name, "upper") for name in ("lower", "universal", *FROM_HERE)]
+    sure = 1.0 - tolerances.second_road
+    for small, large in pairs:
+        if small in known.limits and large in known.limits:
+            a, b = known.limits[small].load_factor, known.limits[large].load_factor
+            if a * sure > b:
+                yield f"{SYMBOLS[small]} = {a:.9g} exceeds {SYMBOLS[large]} = {b:.9g}"
+    if known.history is None or known.open_nodes:
+        return
+    proofs = list(FROM_HERE)
+    if not known.transient:  # these are about closed nodes, and a transient may open some
+        proofs += ["universal"] + ["lower"] * (known.guarantee == "proved")
+    slipping = [
+        x
+        for x, outcome in zip(known.history.scanned, known.history.outcomes, strict=True)
+        if outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+    ]
+    for name in proofs:
+        limit = known.limits.get(name)
+        if limit is not None and slipping and limit.load_factor * sure > slipping[0]:
+            proved = f"{SYMBOLS[name]} = {limit.load_factor:.9g}"
+            yield f"slip goes on for ever at λ = {slipping[0]:.9g}, below {proved}"

@@ -1,0 +1,166 @@
+"""Named parameters of a design: a joint with one of its quantities changed."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import shortened
+from shakedown.joint.arguments import is_finite, require_problem
+from shakedown.joint.loading import Loading, loading
+from shakedown.joint.problem import Problem
+
+# What is varied, and its unit.
+PARAMETERS = {
+    "f": "1",
+    "friction": "1",
+    "amplitude": "1",
+    "mean": "1",
+    "phase": "periods",
+    "stiffness": "1",
+    "coupling": "1",
+}
+FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
+_NEAR = 64 * np.finfo(float).eps  # of a period: a shift this near a load step is one by whole load steps
+
+
+def parameter_of(name: str) -> str:
+    """Which of the parameters a name of a sweep means; empty where none.
+
+    A factor may be written NAME.factor: in an import configuration ``friction`` alone is the coefficient.
+
+    Examples
+    --------
+    >>> parameter_of("friction"), parameter_of("friction.factor"), parameter_of("contact.gap")
+    ('friction', 'friction', '')
+    """
+    bare = name.removesuffix(".factor")
+    return name if name in PARAMETERS else bare if bare in FACTORS else ""
+
+
+@checked
+def with_parameter(problem: Problem, name: str, value: float) -> Problem:
+    """The joint with one named parameter changed.
+
+    ============== =========================================================================
+    ``f``          the friction coefficient of every node (where all are alike)
+    ``friction``   factor on the friction coefficient of every node
+    ``amplitude``  factor on the periodic part r¹ of the loading
+    ``mean``       factor on all that the load factor does not multiply: the constant part
+                   r⁰, with what initial gaps and interference put there, and the transient
+                   load steps
+    ``phase``      the tangential periodic part comes later by this fraction of the period,
+                   q¹(t − φ) against p¹(t)
+    ``stiffness``  factor on κ: on A, B and C
+    ``coupling``   factor on B
+    ============== =========================================================================
+
+    Between load steps the loading is piecewise linear in time, so a phase that is no whole
+    number of load steps keeps the corners of both parts and doubles the number of load
+    steps. The constant part stays what it was. An initial slip of the problem is not changed.
+
+    Parameters
+    ----------
+    problem
+        The joint.
+    name
+        One of the names above.
+    value
+        Its value, dimensionless.
+
+    Raises
+    ------
+    UsageError
+        If there is no such parameter, the value is not finite or an amplitude negative, ``f``
+        is asked for where the nodes differ, or a phase of a load domain, whose corners have no order.
+    ProblemError
+        If there is no such joint: a negative friction coefficient, κ not positive semi-definite.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> with_parameter(joint, "f", 0.2).f
+    array([0.2, 0.2])
+    >>> bound = shakedown.upper_bound(with_parameter(joint, "amplitude", 2.0)).load_factor
+    >>> round(2.0 * bound, 6)
+    0.739146
+    """
+    require_problem(problem)
+    if name not in PARAMETERS:
+        found = shortened(repr(name))
+        raise UsageError(f"parameter: expected one of {', '.join(PARAMETERS)}, found {found}")
+    if not is_finite(value):
+        raise UsageError(f"parameter {name}: expected a finite number, found {shortened(repr(value))}")
+    if name == "amplitude" and value < 0:
+        raise UsageError(f"parameter amplitude: expected a number >= 0, found {value!r}")
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is no joint
+        return _changed(problem, name, float(value))
+
+
+def _changed(problem: Problem, name: str, value: float) -> Problem:
+    loop = loading(problem)
+    match name:
+        case "f":
+            return _with_friction(problem, value)
+        case "friction":
+            return replace(problem, f=value * problem.f)
+        case "amplitude":
+            return _loaded(problem, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1))
+        case "mean":
+            return _loaded(_transient_scaled(problem, value), _mean_scaled(loop, value))
+        case "phase":
+            return _shifted(problem, value)
+        case "coupling":
+            return replace(problem, B=value * problem.B)
+    C = None if problem.C is None else value * problem.C
+    return replace(problem, A=value * problem.A, B=value * problem.B, C=C)
+
+
+def _with_friction(problem: Problem, value: float) -> Problem:
+    f = problem.f
+    if (f != f[0]).any():
+        raise UsageError(
+            f"parameter f: expected the same friction coefficient at every node, found {f.min():g} to "
+            f"{f.max():g}; 'friction' is a factor on all of them"
+        )
+    return replace(problem, f=np.full(problem.n, value))
+
+
+def _loaded(problem: Problem, loop: Loading) -> Problem:
+    """The joint under another loop, its constant part given apart so that no sample mean replaces it."""
+    return replace(problem, q_w=loop.q0 + loop.q1, p_w=loop.p0 + loop.p1, q_mean=loop.q0, p_mean=loop.p0)
+
+
+def _mean_scaled(loop: Loading, value: float) -> Loading:
+    return Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
+
+
+def _transient_scaled(problem: Problem, value: float) -> Problem:
+    if problem.q_transient is None or problem.p_transient is None:
+        return problem
+    return replace(problem, q_transient=value * problem.q_transient, p_transient=value * problem.p_transient)
+
+
+def _shifted(problem: Problem, phase: float) -> Problem:
+    """q¹(t − φ) against p¹(t), both polygons with all their corners."""
+    if problem.is_domain:
+        raise UsageError("parameter phase: expected load steps in their order, found those of a load domain")
+    loop, m = loading(problem), problem.m
+    share = phase % 1.0
+    steps = round(share * m)
+    if abs(share * m - steps) <= _NEAR * m:
+        return _loaded(problem, Loading(loop.q0, loop.p0, np.roll(loop.q1, steps, axis=0), loop.p1))
+    corners = np.arange(m) / m
+    times = np.sort(np.concatenate([corners, (corners + share) % 1.0]))
+    q1, p1 = _at(loop.q1, times - share), _at(loop.p1, times)
+    return _loaded(problem, Loading(loop.q0, loop.p0, q1, p1))
+
+
+def _at(periodic: FloatArray, times: FloatArray) -> FloatArray:
+    """The closed polygon of the load steps at some times, in periods."""
+    m = len(periodic)
+    closed = np.vstack([periodic, periodic[:1]])
+    return np.stack([np.interp(times % 1.0, np.arange(m + 1) / m, column) for column in closed.T], axis=1)

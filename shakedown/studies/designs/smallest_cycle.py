@@ -1,0 +1,405 @@
+"""The adversary: the smallest load factors at which a cycle and separation are found, whatever the state."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite, nan
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import (
+    MANY,
+    check_count,
+    check_load_factor,
+    check_seed,
+    checked,
+    is_finite,
+    require_problem,
+)
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.many_states import checked_initial_slips, long_term_states
+from shakedown.long_term.outcome import Outcome, numbers
+from shakedown.long_term.state import LongTermState
+from shakedown.planar.collapse.lower import LowerBound, lower_bound
+from shakedown.planar.collapse.single_node_cycle import single_node_cycle
+from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
+from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+from shakedown.studies.designs.descent import (
+    SLIPPING,
+    FoundCycle,
+    FoundSeparation,
+    Simulator,
+    descended,
+    lowered,
+)
+
+Progress = Callable[[int, int], None]
+
+FOUND, NONE_FOUND, CONTRADICTION = "found", "none found", "contradiction"
+ABOVE = 1.01  # of λ_max: there every state slips for ever, or opens
+DEPTHS = (0.02, 0.1, 0.3, 0.6, 0.9)  # how far down towards λ_U the rounds look, one after the other
+PROVED = (0.999, 0.9)  # of λ_U: where nothing may be found
+FOLLOWED = 3  # different cycles of a round that are followed down
+NEAR = 0.25  # share of a round's states about the best cycle
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SmallestCycle(Result):
+    """Result of :func:`smallest_cycle`.
+
+    Attributes
+    ----------
+    status
+        ``"found"`` a cycle; ``"none found"``; ``"contradiction"``: a cycle or separation below a
+        load factor that is proved to have none, an error of this toolkit or of its theory.
+    load_factor
+        λ_cycle, the smallest at which a cycle (:class:`Outcome` cyclic slip or ratchetting)
+        was found; inf where none was.
+    separation_load_factor
+        The smallest at which separation was met: from an admissible state a node opens and
+        closes in every period without slip in contact, or contact is lost; inf where none was.
+    separation_slip : (n,)
+        A slip at the first load step from which it does [length]; NaN where none was met.
+    initial_slip : (n,)
+        A slip at the first load step from which the joint goes through that cycle [length].
+    period
+        Its period in cycles of the loading; 0 where none was found.
+    dissipation_per_cycle
+        What it takes per cycle [force × length].
+    least_dissipation
+        What friction must take per cycle for a cycle to be one: below, at ``load_factor`` (or where the
+        search began), the round-off of the data hides it [force × length].
+    slipping_nodes
+        The nodes that slip in it.
+    state
+        The long-term state from ``initial_slip`` at ``load_factor``; None where none was found.
+    universal
+        λ_U, below which shakedown from every state is proved.
+    lower
+        λ_1, with its ``guarantee``.
+    upper
+        λ_max.
+    tried_up_to
+        The load factor at which the search began.
+    below_first_collapse
+        Whether the cycle lies below λ_1, which then is no guarantee.
+    tries
+        How many long-term states were simulated.
+    undecided
+        How many of them came to no verdict.
+    seed
+        Of the random states.
+    contradiction
+        What is contradicted, in words; else empty.
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "status load_factor interval initial_slip outcome period dissipation_per_cycle least_dissipation "
+        "slipping_nodes below_first_collapse separation_load_factor separation_slip tried_up_to tries "
+        "undecided seed contradiction"
+    )
+    TABLE: ClassVar[str] = "initial_slip slip_per_cycle"
+
+    status: str
+    load_factor: float
+    separation_load_factor: float
+    separation_slip: FloatArray = field(repr=False)
+    initial_slip: FloatArray
+    period: int
+    dissipation_per_cycle: float
+    least_dissipation: float
+    slipping_nodes: tuple[int, ...]
+    state: LongTermState | None = field(repr=False)
+    universal: UniversalBound = field(repr=False)
+    lower: LowerBound = field(repr=False)
+    upper: UpperBound = field(repr=False)
+    tried_up_to: float
+    below_first_collapse: bool
+    tries: int
+    undecided: int
+    seed: int
+    contradiction: str
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the largest load factor lies up to which every state shakes down.
+
+        From λ_U to the smaller of λ_cycle and the smallest separation.
+        """
+        return self.universal.load_factor, min(self.load_factor, self.separation_load_factor)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Cyclic slip or ratchetting; None where no cycle was found."""
+        return None if self.state is None else self.state.outcome
+
+    @property
+    def slip_per_cycle(self) -> FloatArray:
+        """Σ|Δv| of every node over one period, (n,) [length]; NaN where no cycle was found."""
+        return np.full(len(self.initial_slip), nan) if self.state is None else self.state.slip_per_cycle
+
+    def to_dict(self) -> dict[str, Any]:
+        """The cycle as JSON knows it, with the bounds beside it as ``shakedown-bounds solve`` writes them."""
+        lower = {key: getattr(self.lower, key) for key in ("load_factor", "node", "guarantee")}
+        upper = {key: getattr(self.upper, key) for key in ("status", "load_factor")}
+        bounds = {**self.universal.document(), "lower": lower, "upper": upper}
+        return super().to_dict() | {word: plain(bounds[word]) for word in ("universal", "lower", "upper")}
+
+
+@checked
+def smallest_cycle(
+    problem: Problem,
+    *,
+    states: int = 64,
+    rounds: int = 10,
+    seed: int = 0,
+    initial_slips: ArrayLike | None = None,
+    largest: float | None = None,
+    accuracy: float = 1e-6,
+    progress: Progress | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> SmallestCycle:
+    """The smallest load factor at which a cycle is found, sought over initial states and periods.
+
+    Separation, which is neither a cycle of slip nor rest in contact, is kept apart: the smallest
+    load factor at which it is met on the way, or just above the first collapse from its witness.
+
+    Every round draws initial slips that are admissible under the first load, extreme and
+    random, and simulates them at a load factor between λ_U and the smallest cycle known. What
+    cycles is followed down: of the sequence of contact states of a cycle the smallest load
+    factor follows from a linear program, and below it another sequence may go on. Two more
+    rounds are spent below λ_U, where nothing may be found. The smallest cycle is simulated
+    again from its own state. What dissipates less than the data resolve (``least_dissipation``) is
+    not called a cycle, unless only nodes without friction slip. Transient load steps are left
+    out: a cycle does not know of them.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading loop.
+    states
+        Initial slips per round.
+    rounds
+        Number of rounds.
+    seed
+        Of the random slips; the same seed gives the same answer.
+    initial_slips : (s, n), optional
+        Further slips to try [length].
+    largest
+        Where the search begins; by default a little above λ_max; where that is no positive
+        number, above λ_1, or that of the best zone of open nodes, or 1.
+    accuracy
+        To which the end of a sequence of contact states is approached, relative to λ.
+    progress
+        Called with (rounds done, rounds in all).
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    The first collapse is no guarantee of this joint: a node cycles from 2.4442 on.
+
+    >>> import shakedown
+    >>> found = smallest_cycle(shakedown.example("three-node"), rounds=2)
+    >>> round(found.load_factor, 4), found.slipping_nodes, found.below_first_collapse
+    (2.4442, (0,), True)
+    """
+    require_problem(problem)
+    check_count("states", states, MANY)
+    check_count("rounds", rounds, MANY)
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
+    seed = check_seed(seed)
+    joint = replace(problem, q_transient=None, p_transient=None)
+    limits = _limits(joint, tolerances)
+    top = _top(joint, limits, largest, tolerances)
+    known = [*_known_slips(joint, limits, tolerances), *_given(joint, initial_slips)]
+    simulator = Simulator(joint, tolerances)
+    attack = AttackingStates(joint, np.array(known), np.random.default_rng(seed), tolerances)
+    search = _Search(simulator, attack, accuracy, accuracy * top)
+    floor = limits.proved
+    search.try_witness(limits.lower)
+    levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
+    for done, level in enumerate(levels):
+        if progress is not None:
+            progress(done, len(levels))
+        if level is None:
+            highest = top if search.best is None else min(search.best.load_factor, top)
+            if highest <= floor * (1.0 + accuracy):
+                continue  # nothing lies between
+            level = highest - DEPTHS[done % len(DEPTHS)] * (highest - floor)
+        search.look_at(level, states)
+    search.lower_separation()
+    if progress is not None:
+        progress(len(levels), len(levels))
+    return _result(search, limits, top, seed, tolerances)
+
+
+class _Limits(NamedTuple):
+    """What is known before the search."""
+
+    lower: LowerBound
+    upper: UpperBound
+    universal: UniversalBound
+
+    @property
+    def proved(self) -> float:
+        """λ_U; 0 where nothing is proved or everything is."""
+        return self.universal.load_factor if isfinite(self.universal.load_factor) else 0.0
+
+
+def _limits(joint: Problem, tolerances: Tolerances) -> _Limits:
+    lower = lower_bound(joint, certify=False, tolerances=tolerances)
+    upper = upper_bound(joint, certify=False, tolerances=tolerances)
+    universal = universal_bound(joint, first_collapse=lower, certify=False, tolerances=tolerances)
+    return _Limits(lower, upper, universal)
+
+
+def _top(joint: Problem, limits: _Limits, largest: float | None, tolerances: Tolerances) -> float:
+    """Where the search begins."""
+    if largest is not None:
+        if not (is_finite(largest) and largest > 0):
+            raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
+        check_load_factor(largest, joint)
+        return float(largest)
+    for found in (limits.upper.load_factor, limits.lower.load_factor):
+        if isfinite(found) and found > 0:
+            return ABOVE * found
+    if limits.upper.status == Status.INFEASIBLE and joint.C is not None:
+        zone = upper_bound(joint, open_nodes="auto", certify=False, tolerances=tolerances).load_factor
+        if isfinite(zone) and zone > 0:
+            return ABOVE * zone
+    return 1.0
+
+
+def _known_slips(joint: Problem, limits: _Limits, tolerances: Tolerances) -> Iterator[FloatArray]:
+    """Slips from which a cycle may well begin: of the bounds, and those of the joint itself."""
+    yield np.zeros(joint.n)
+    alone = single_node_cycle(joint, tolerances=tolerances)
+    swing = limits.universal.swing
+    found = [limits.lower.slip, limits.upper.slip, alone.slip]
+    found += [] if swing is None else [swing.forward_slip, swing.backward_slip]
+    yield from (slip for slip in found if np.isfinite(slip).all())
+    if joint.initial_slip is not None:
+        yield from joint.initial_slip
+
+
+def _given(joint: Problem, initial_slips: ArrayLike | None) -> FloatArray:
+    return np.empty((0, joint.n)) if initial_slips is None else checked_initial_slips(joint, initial_slips)
+
+
+@dataclass
+class _Search:
+    """The smallest cycle so far, and how others are sought."""
+
+    simulator: Simulator
+    attack: AttackingStates
+    accuracy: float
+    nothing: float
+    best: FoundCycle | None = None
+    apart: FoundSeparation | None = None
+
+    def try_witness(self, lower: LowerBound) -> None:
+        """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
+        if not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
+            return
+        load_factor = max((1.0 + self.accuracy) * lower.load_factor, self.nothing)
+        if self.simulator.separates(load_factor, lower.slip):
+            self.apart = FoundSeparation(load_factor, lower.slip)
+
+    def lower_separation(self) -> None:
+        """Follow the smallest separation down from its own slip."""
+        if self.apart is not None:
+            self.apart = lowered(self.simulator, self.apart, self.nothing)
+
+    def look_at(self, load_factor: float, count: int) -> None:
+        """Simulate a round of states at a load factor, and follow down what cycles."""
+        if self.best is not None and self.best.load_factor <= self.nothing:
+            return
+        near = 0 if self.best is None else int(NEAR * count)
+        starts = self.attack.drawn(load_factor, count - near)
+        if self.best is not None:
+            starts = np.vstack([starts, self.attack.near(self.best.slip, load_factor, near)])
+        ends = long_term_states(
+            self.simulator.problem, load_factor, starts, tolerances=self.simulator.tolerances
+        )
+        self.simulator.count(ends.outcome)
+        self._note_separation(load_factor, starts, ends.outcome == Outcome.SEPARATION)
+        cycling = np.flatnonzero(np.isin(ends.outcome, SLIPPING))
+        strongest = cycling[np.argsort(-ends.dissipation[cycling], kind="stable")]
+        _, first = np.unique(ends.signature[strongest], return_index=True)
+        for k in strongest[np.sort(first)][:FOLLOWED]:
+            cycle = self.simulator.cycle(load_factor, starts[k])
+            if cycle is not None:
+                self._take(descended(self.simulator, cycle, self.accuracy, self.nothing))
+
+    def _note_separation(self, load_factor: float, starts: FloatArray, separated: NDArray[np.bool_]) -> None:
+        """Keep the smallest load factor at which an admissible state separates."""
+        if self.apart is not None and self.apart.load_factor <= load_factor:
+            return
+        joint, tolerances = self.simulator.problem, self.simulator.tolerances
+        places = np.flatnonzero(separated & admissible(joint, load_factor, starts, tolerances))
+        if places.size:
+            self.apart = FoundSeparation(load_factor, starts[places[0]])
+
+    def _take(self, cycle: FoundCycle) -> None:
+        if self.best is None or cycle.load_factor < self.best.load_factor:
+            self.best = cycle
+
+
+def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances: Tolerances) -> SmallestCycle:
+    best, joint = search.best, search.simulator.problem
+    state = None if best is None else best.state
+    load_factor = inf if best is None else best.load_factor
+    contradiction = _contradiction(search, limits, tolerances)
+    status = CONTRADICTION if contradiction else NONE_FOUND if best is None else FOUND
+    return SmallestCycle(
+        status=status,
+        load_factor=load_factor,
+        separation_load_factor=inf if search.apart is None else search.apart.load_factor,
+        separation_slip=np.full(joint.n, nan) if search.apart is None else search.apart.slip,
+        initial_slip=np.full(joint.n, nan) if best is None else best.slip,
+        period=0 if state is None else state.period,
+        dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
+        least_dissipation=search.simulator.least_dissipation(load_factor if isfinite(load_factor) else top),
+        slipping_nodes=() if state is None else numbers(state.slip_per_cycle > 0),
+        state=state,
+        universal=limits.universal,
+        lower=limits.lower,
+        upper=limits.upper,
+        tried_up_to=top,
+        below_first_collapse=load_factor / (1.0 - tolerances.second_road) < limits.lower.load_factor,
+        tries=search.simulator.tries,
+        undecided=search.simulator.undecided,
+        seed=seed,
+        contradiction=contradiction,
+    )
+
+
+def _contradiction(search: _Search, limits: _Limits, tolerances: Tolerances) -> str:
+    """What is called proved above a cycle or a separation that was found from an admissible state."""
+    joint, found = search.simulator.problem, [search.best, search.apart]
+    real = [
+        x.load_factor
+        for x in found
+        if x is not None and admissible(joint, x.load_factor, x.slip[None], tolerances)[0]
+    ]
+    sure = min(real, default=inf) / (1.0 - tolerances.second_road)
+    if sure < limits.universal.load_factor:
+        return f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
+    if limits.lower.guarantee == "proved" and sure < limits.lower.load_factor:
+        return f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
+    return ""

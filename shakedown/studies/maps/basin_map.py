@@ -1,0 +1,241 @@
+"""A map of initial states: how many shake down, what the others dissipate, and in which limit cycles."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binomtest
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.outcome import Outcome
+from shakedown.studies.maps.final_states import FinalStates, final_states
+from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles
+from shakedown.studies.maps.map_file import Columns
+from shakedown.studies.maps.map_pieces import Search
+from shakedown.studies.maps.samplers import Sampler, Sampling
+from shakedown.studies.maps.slip_plane import SlipPlane, admissible, slip_plane
+from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
+from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InitialStateMap(Result):
+    """What becomes of a joint from many initial states at one load factor.
+
+    Attributes
+    ----------
+    sampling
+        Which initial states: ``sampling.slips(k, k + 1)`` gives number k again.
+    search
+        How long-term states were searched for.
+    initial_slip, final_slip : (s, n)
+        Slips at the start, and at the end of a period of the long-term state [length].
+    outcome : (s,)
+        Values of :class:`Outcome`.
+    period : (s,)
+        Cycles after which the long-term state repeats; 0 where there is none.
+    dissipation : (s,)
+        Per cycle of the long-term state [force × length]; NaN where undecided.
+    slip_per_cycle : (s, n)
+        Σ|Δv| in contact over one period [length].
+    contraction : (s,)
+        Factor per cycle by which the distance to the long-term state shrinks in the end.
+    signature : (s,)
+        Identifies the sequence of contact states of the long-term state.
+    limit_cycles
+        The distinct limit cycles, the most frequent first.
+    """
+
+    sampling: Sampling
+    search: Search
+    initial_slip: FloatArray
+    final_slip: FloatArray
+    outcome: NDArray[np.str_]
+    period: NDArray[np.int64]
+    dissipation: FloatArray
+    slip_per_cycle: FloatArray
+    contraction: FloatArray
+    signature: NDArray[np.uint64]
+    limit_cycles: tuple[LimitCycle, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        return (
+            f"InitialStateMap(load_factor={self.load_factor:.6g}, states={len(self)}, "
+            f"shakedown_fraction={self.shakedown_fraction:.4g}, limit_cycles={len(self.limit_cycles)})"
+        )
+
+    def __len__(self) -> int:
+        return len(self.outcome)
+
+    @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.sampling.problem
+
+    @property
+    def load_factor(self) -> float:
+        """λ."""
+        return self.sampling.load_factor
+
+    @cached_property
+    def outcomes(self) -> dict[str, int]:
+        """How many states have each outcome, every outcome that occurs."""
+        counts = {str(word): int(np.count_nonzero(self.outcome == word)) for word in Outcome}
+        return {word: count for word, count in counts.items() if count}
+
+    @property
+    def undecided(self) -> int:
+        """How many states have no long-term state within the cycles allowed."""
+        return self.outcomes.get(Outcome.UNDECIDED, 0)
+
+    @property
+    def shakedown_fraction(self) -> float:
+        """Share of the states that shake down, among all."""
+        return self.outcomes.get(Outcome.SHAKEDOWN, 0) / len(self)
+
+    @cached_property
+    def interval(self) -> tuple[float, float]:
+        """95 % confidence interval of that share (Wilson's); NaN for a grid, which is no random sample.
+
+        It holds for independent states; more evenly spread ones (Sobol, Latin hypercube)
+        know the share better. Undecided states count against both of its ends.
+        """
+        if self.sampling.sampler == Sampler.GRID:
+            return np.nan, np.nan
+        shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), len(self)
+        low, high = (
+            binomtest(count, states).proportion_ci(CONFIDENCE, method="wilson")
+            for count in (shaken, shaken + self.undecided)
+        )
+        return float(low.low), float(high.high)
+
+    @cached_property
+    def dissipation_quartiles(self) -> FloatArray:
+        """Minimum, quartiles and maximum of the dissipation per cycle over all decided states, (5,)."""
+        return _quartiles(self.dissipation)
+
+    @cached_property
+    def dissipation_of(self) -> dict[str, FloatArray]:
+        """The same over the states of each outcome, (5,) each."""
+        return {word: _quartiles(self.dissipation[self.outcome == word]) for word in self.outcomes}
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """How far apart the slips lie that stay locked in where it shakes down; NaN where it does not."""
+        shaken = np.flatnonzero(self.outcome == Outcome.SHAKEDOWN)
+        return slip_scatter(self.final_slip, shaken, np.asarray(self.final_slip[shaken[:1]]))
+
+    @property
+    def looked_at_again(self) -> int:
+        """How many of the undecided states ``undecided_reasons`` rests on."""
+        return min(self.undecided, LOOKED_AT)
+
+    @cached_property
+    def undecided_reasons(self) -> tuple[UndecidedReason, ...]:
+        """Why states are undecided, the most frequent reason first.
+
+        A few of them, spread evenly over their numbers, are followed once more.
+        """
+        undecided = np.flatnonzero(self.outcome == Outcome.UNDECIDED)
+        return undecided_reasons(self.problem, self.load_factor, self.initial_slip, undecided, self.search)
+
+    @property
+    def admissible(self) -> NDArray[np.bool_]:
+        """Which initial slips keep all nodes closed and within their limits at the first load, (s,)."""
+        return admissible(self.problem, self.load_factor, self.initial_slip, self.search.tolerances)
+
+    @cached_property
+    def plane(self) -> SlipPlane:
+        """Safe region, admissible slips, energy ball in the plane of the two coordinates."""
+        return slip_plane(self.sampling)
+
+    @cached_property
+    def final_states(self) -> FinalStates:
+        """Whether all states end in the same outcome, and in one and the same state."""
+        return final_states(
+            self.problem,
+            self.load_factor,
+            self.outcomes,
+            self.limit_cycles,
+            self.scatter,
+            self.search.tolerances,
+        )
+
+    @property
+    def same_outcome(self) -> bool | None:
+        """Whether the outcome is the same from all states; None where that is not known."""
+        return self.final_states.same_outcome
+
+    @property
+    def unique(self) -> bool | None:
+        """Whether all states end in one and the same state; None where that is not known.
+
+        The slips at the end of a period agree too, those that stay locked in among them, to
+        the tolerance ``same_cycle``.
+        """
+        return self.final_states.unique
+
+    @property
+    def evidence(self) -> str:
+        """What that rests on, in words."""
+        return self.final_states.evidence
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything but the states themselves, for JSON."""
+        document = {
+            "load_factor": self.load_factor,
+            "states": len(self),
+            "sampler": str(self.sampling.sampler),
+            "seed": self.sampling.seed,
+            "shakedown_fraction": self.shakedown_fraction,
+            "interval": list(self.interval),
+            "outcomes": self.outcomes,
+            "fractions": {word: count / len(self) for word, count in self.outcomes.items()},
+            "dissipation": self.dissipation_quartiles,
+            "dissipation_of": self.dissipation_of,
+            "limit_cycles": [_cycle_document(cycle) for cycle in self.limit_cycles],
+            "same_outcome": self.same_outcome,
+            "slip_spread": self.scatter.spread,
+            "largest_slip": self.scatter.largest,
+            "unique": self.unique,
+            "evidence": self.evidence,
+            "undecided_reasons": self.undecided_reasons,
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+
+def basin_map(chosen: Sampling, search: Search, columns: Columns) -> InitialStateMap:
+    """The map that the long-term states of all states of a sampling make."""
+    own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}
+    cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search)
+    return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, **own)
+
+
+def _quartiles(values: FloatArray) -> FloatArray:
+    """Minimum, quartiles and maximum of what is known, (5,)."""
+    known = values[~np.isnan(values)]
+    return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
+
+
+def _cycle_document(cycle: LimitCycle) -> dict[str, Any]:
+    multipliers = [[float(value.real), float(value.imag)] for value in cycle.multipliers]
+    return {
+        "count": cycle.count,
+        "outcome": cycle.outcome,
+        "period": cycle.period,
+        "dissipation": list(cycle.dissipation),
+        "slipping_nodes": list(cycle.slipping_nodes),
+        "stability": cycle.stability,
+        "multipliers": multipliers,
+        "contact_sequences": cycle.contact_sequences,
+        "example": cycle.example,
+        "spread": cycle.spread,
+        "coincide": cycle.coincide,
+    }

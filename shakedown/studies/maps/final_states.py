@@ -1,0 +1,140 @@
+"""Whether all states of a map end in the same outcome, and in one and the same state; with the evidence."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.long_term.outcome import Outcome
+from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, same_slip
+from shakedown.studies.maps.slip_scatter import Scatter
+
+
+class FinalStates(NamedTuple):
+    """What the final states of a map have in common.
+
+    Attributes
+    ----------
+    same_outcome
+        Whether all states have the same outcome; None where some are undecided and the
+        others do not differ.
+    unique
+        Whether they end in one and the same state, slips that stay locked in included; None
+        where that is not known.
+    evidence
+        What that rests on, in words.
+    """
+
+    same_outcome: bool | None
+    unique: bool | None
+    evidence: str
+
+
+def final_states(
+    problem: Problem,
+    load_factor: float,
+    outcomes: Mapping[str, int],
+    cycles: tuple[LimitCycle, ...],
+    at_rest: Scatter,
+    tolerances: Tolerances,
+) -> FinalStates:
+    """What the final states have in common.
+
+    Parameters
+    ----------
+    problem, load_factor
+        The joint and λ.
+    outcomes
+        How many states have each outcome.
+    cycles
+        The distinct limit cycles.
+    at_rest
+        Scatter of the slips locked in where it shakes down.
+    tolerances
+        What counts as the same.
+    """
+    decided = [word for word, count in outcomes.items() if count and word != Outcome.UNDECIDED]
+    undecided, states = outcomes.get(Outcome.UNDECIDED, 0), sum(outcomes.values())
+    same_outcome = False if len(decided) > 1 else (None if undecided or not decided else True)
+    rest_agrees = not at_rest.spread > same_slip(problem, load_factor, tolerances)
+    words = _differences(decided, cycles, problem)
+    if not rest_agrees:
+        words.append(f"the slips locked in where it shakes down {_apart(at_rest, problem)}")
+    if words:
+        return FinalStates(same_outcome, False, "; ".join(words))
+    if not decided:
+        return FinalStates(None, None, "no state is decided")
+    if undecided:
+        verb = "is" if undecided == 1 else "are"
+        return FinalStates(None, None, f"{undecided} of {states} states {verb} undecided, the others agree")
+    if states == 1:
+        return FinalStates(True, None, "one state tells nothing of others")
+    if not cycles:
+        if decided == [Outcome.SHAKEDOWN]:
+            return FinalStates(True, True, f"all {states} states shake down with the same slips locked in")
+        return FinalStates(True, None, "the body leaves the contact from every state")
+    if sum(cycle.count for cycle in cycles) < states:
+        return FinalStates(True, None, "from some states the body leaves the contact, the others agree")
+    return FinalStates(True, True, f"all {states} states end in {_the_one(cycles[0])}")
+
+
+def _the_one(cycle: LimitCycle) -> str:
+    """The motion that all states end in."""
+    motion = "separation" if cycle.outcome == Outcome.SEPARATION else "limit cycle"
+    if cycle.stability == STABLE:
+        return f"the same {motion}, which is stable"
+    slips = "final slips" + ", but for the drift," * (cycle.outcome == Outcome.RATCHETTING)
+    agree = f"one and the same {motion}: {slips} and dissipation agree"
+    if cycle.stability == BORDER:
+        return f"{agree}, although a multiplier is 1: a continuum is possible, and none is seen"
+    return agree
+
+
+def _differences(decided: list[str], cycles: tuple[LimitCycle, ...], problem: Problem) -> list[str]:
+    """What tells final states apart, in words; slips locked in at rest apart."""
+    words = []
+    if Outcome.SHAKEDOWN in decided and len(decided) > 1:
+        words.append("some states shake down and others do not")
+    moving = [word for word in decided if word != Outcome.SHAKEDOWN]
+    if len(moving) > 1:
+        words.append(f"some end in {' and others in '.join(_in_words(word) for word in moving)}")
+    slipping = [cycle for cycle in cycles if cycle.outcome != Outcome.SEPARATION]
+    if len(slipping) > 1:
+        words.append(f"{len(slipping)} different limit cycles")
+        sets = len({cycle.slipping_nodes for cycle in slipping})
+        words += [f"{sets} different sets of slipping nodes"] * (sets > 1)
+    if len(cycles) - len(slipping) > 1:
+        words.append(f"{len(cycles) - len(slipping)} different motions with separation")
+    words += [_scattered(cycle, problem) for cycle in cycles if not cycle.coincide][:1]
+    words += ["one of them is unstable"] * any(cycle.stability == UNSTABLE for cycle in cycles)
+    return words
+
+
+def _scattered(cycle: LimitCycle, problem: Problem) -> str:
+    """How the states differ that end in a continuum of limit cycles."""
+    spread = f"final slips differ by up to {_length(cycle.spread, problem)}"
+    if cycle.outcome == Outcome.SEPARATION:
+        return f"the slips locked in under separation: {spread}"
+    low, high = (f"{value:.6g}" for value in cycle.dissipation)
+    dissipation = f"dissipation {low}" + (f" to {high}" if high != low else "")
+    one = (
+        "the slip locked in selects one of a continuum"
+        if cycle.stability == BORDER
+        else "limit cycles differ"
+    )
+    return f"{one} ({dissipation}; {spread})"
+
+
+def _apart(scatter: Scatter, problem: Problem) -> str:
+    share = 100.0 * scatter.spread / scatter.largest
+    largest = f"{share:.3g} % of the largest slip, {_length(scatter.largest, problem)}"
+    return f"differ by up to {_length(scatter.spread, problem)} ({largest})"
+
+
+def _length(value: float, problem: Problem) -> str:
+    return f"{value:.3g} {units_of(problem)[1]}".rstrip()
+
+
+def _in_words(outcome: str) -> str:
+    return outcome.replace("-", " ")

@@ -1,0 +1,262 @@
+"""The distinct limit cycles among many long-term states, and whether they are stable."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.cycle_map import UNIT, follow_period
+from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.outcome import Outcome
+from shakedown.motion.contact_law import scales
+from shakedown.studies.maps.map_file import Columns
+from shakedown.studies.maps.map_pieces import Search
+from shakedown.studies.maps.slip_scatter import AT_ONCE, slip_scatter
+
+Rows = NDArray[np.intp]  # numbers of states
+
+STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LimitCycle(Result):
+    """A limit cycle that initial states lead to, or a continuum of them.
+
+    Attributes
+    ----------
+    count
+        How many states lead there.
+    outcome
+        Cyclic slip, ratchetting or separation.
+    period
+        Cycles of the load after which the motion repeats.
+    dissipation
+        Smallest and largest dissipation per cycle [force × length]: the same for one limit
+        cycle, mostly a range for a continuum.
+    slipping_nodes
+        The nodes that slip.
+    stability
+        ``"stable"``: every multiplier is below 1 in size, and small disturbances die out.
+        ``"border"``: one is 1: a disturbance may lead to a neighbouring limit cycle of a
+        continuum; whether the states found make use of that, ``coincide`` says.
+        ``"unstable"``: one is above 1. ``"unknown"``: the state jumps.
+    multipliers : (k,)
+        Eigenvalues of the derivative of the map over one period with respect to the slips
+        of the nodes stuck at its start, the largest first, at the example.
+    contact_sequences
+        How many different sequences of contact states were seen, wherever a period is cut.
+    example
+        Number of a state that leads there.
+    final_slip : (period, n)
+        Slips at the ends of its cycles, from the example [length].
+    spread
+        Largest difference, at any node, between the slips that the states end on, in the same
+        phase of the period and drift apart [length].
+    coincide
+        Whether the states end in one and the same limit cycle: spread and dissipation
+        agree to the tolerance ``same_cycle``.
+    """
+
+    count: int
+    outcome: str
+    period: int
+    dissipation: tuple[float, float]
+    slipping_nodes: tuple[int, ...]
+    stability: str
+    multipliers: NDArray[np.complex128]
+    contact_sequences: int
+    example: int
+    final_slip: FloatArray
+    spread: float = 0.0
+    coincide: bool = True
+
+
+class _Kind(NamedTuple):
+    """What limit cycles have to have in common to be of one continuum."""
+
+    outcome: str
+    period: int
+    slipping_nodes: tuple[int, ...]
+
+
+class _Examined(NamedTuple):
+    """A limit cycle looked at closely, and how its slip grows per period, (n,) [length]."""
+
+    cycle: LimitCycle
+    drift: FloatArray
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """The states of a map, and what tells slips apart."""
+
+    problem: Problem
+    load_factor: float
+    columns: Columns
+    search: Search
+
+    @property
+    def still(self) -> float:
+        """Slip per period that counts as none [length]."""
+        return 4.0 * self.search.tolerances.periodicity * scales(self.problem, self.load_factor).length
+
+    @property
+    def same(self) -> float:
+        """Difference of slips that counts as none [length]."""
+        return same_slip(self.problem, self.load_factor, self.search.tolerances)
+
+    @property
+    def same_work(self) -> float:
+        """Difference of dissipations that counts as none, beside a share of the larger [force × length]."""
+        scale, tolerance = scales(self.problem, self.load_factor), self.search.tolerances.periodicity
+        return tolerance * scale.length * scale.force
+
+    def parts(self) -> Iterator[slice]:
+        """All states, some at a time."""
+        count = len(self.columns["outcome"])
+        return (slice(start, min(start + AT_ONCE, count)) for start in range(0, count, AT_ONCE))
+
+
+def limit_cycles(
+    problem: Problem, load_factor: float, columns: Columns, search: Search
+) -> tuple[LimitCycle, ...]:
+    """The distinct limit cycles of a map, the most frequent first.
+
+    Where no multiplier is 1, a limit cycle stands alone, and the states count that end on
+    it, to the tolerance ``same_cycle``. Else it is one of a continuum; limit cycles of a
+    continuum have the period and the slipping nodes in common, and count together.
+
+    Parameters
+    ----------
+    problem, load_factor
+        The joint and λ.
+    columns
+        The states.
+    search
+        How long-term states were searched for.
+    """
+    seen, found = _Seen(problem, load_factor, columns, search), list[LimitCycle]()
+    for kind, rows in _by_kind(seen).items():
+        continuum: list[tuple[_Examined, Rows]] = []
+        while len(rows):
+            one = _examined(seen, kind, int(rows[0]))
+            alone = one.cycle.stability in (STABLE, UNSTABLE)
+            mine = _ends_on(seen, rows, one.cycle) if alone else _like(seen, rows, kind)
+            if alone:
+                found.append(_counted(seen, one, rows[mine]))
+            else:
+                continuum.append((one, rows[mine]))
+            rows = rows[~mine]
+        if continuum:  # or several with the same slipping nodes; the largest part is the example
+            one = max(continuum, key=lambda part: len(part[1]))[0]
+            found.append(_counted(seen, one, np.concatenate([part for _, part in continuum])))
+    return tuple(sorted(found, key=lambda cycle: (-cycle.count, cycle.example)))
+
+
+def _by_kind(seen: _Seen) -> dict[_Kind, Rows]:
+    """Numbers of the states that end in limit cycles of each kind."""
+    found: dict[_Kind, list[Rows]] = {}
+    for part in seen.parts():
+        outcome, period = seen.columns["outcome"][part], seen.columns["period"][part]
+        slips = seen.columns["slip_per_cycle"][part] > seen.still
+        cyclic = np.flatnonzero((period > 0) & (outcome != Outcome.SHAKEDOWN))
+        if not len(cyclic):
+            continue
+        _, names = np.unique(outcome[cyclic], return_inverse=True)
+        keys = np.column_stack([names.ravel(), period[cyclic], np.packbits(slips[cyclic], axis=1)])
+        _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        for number, row in enumerate(cyclic[first]):
+            nodes = tuple(np.flatnonzero(slips[row]).tolist())
+            kind = _Kind(str(outcome[row]), int(period[row]), nodes)
+            found.setdefault(kind, []).append(part.start + cyclic[group.ravel() == number])
+    return {kind: np.concatenate(rows) for kind, rows in found.items()}
+
+
+def _ends_on(seen: _Seen, rows: Rows, cycle: LimitCycle) -> NDArray[np.bool_]:
+    """Which states end on a limit cycle, at whichever of its cycles; the first of them does."""
+    mine = np.zeros(len(rows), dtype=bool)
+    mine[0] = True
+    for start in range(0, len(rows), AT_ONCE):
+        ends = seen.columns["final_slip"][rows[start : start + AT_ONCE]]
+        for place in cycle.final_slip:
+            mine[start : start + AT_ONCE] |= np.abs(ends - place).max(axis=1) <= seen.same
+    return mine
+
+
+def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
+    """Which states are taken to end in the same continuum as the first of them.
+
+    Those that pass through the same contact states; all of the kind where a node keeps its
+    slip, which is locked in and selects the limit cycle.
+    """
+    if len(kind.slipping_nodes) < seen.problem.n:
+        return np.ones(len(rows), dtype=bool)
+    signature = seen.columns["signature"][rows]
+    return np.asarray(signature == signature[0])
+
+
+def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
+    """The limit cycle that one state leads to, with the multipliers of its cycle map."""
+    cycle = LimitCycle(
+        count=1,
+        outcome=kind.outcome,
+        period=kind.period,
+        dissipation=(np.nan, np.nan),
+        slipping_nodes=kind.slipping_nodes,
+        stability=UNKNOWN,
+        multipliers=np.empty(0, dtype=complex),
+        contact_sequences=1,
+        example=example,
+        final_slip=np.asarray(seen.columns["final_slip"][example])[None],
+    )
+    start, search = np.asarray(seen.columns["initial_slip"][example]), seen.search
+    seek = LimitSearch(seen.problem, seen.load_factor, start, search.tolerances, search.longest_period)
+    state = seek.run(search.max_cycles)
+    over = follow_period(seek.evolution, state.period) if state.period else None
+    if over is None:
+        return _Examined(cycle, state.drift)
+    ends = np.array([record.end_slip for record in over.records])
+    if any(record.jumps for record in over.records):
+        return _Examined(replace(cycle, final_slip=ends), state.drift)
+    multipliers = np.linalg.eigvals(over.jacobian).astype(complex)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    cycle = replace(cycle, stability=_stability(multipliers), multipliers=multipliers, final_slip=ends)
+    return _Examined(cycle, state.drift)
+
+
+def _stability(multipliers: NDArray[np.complex128]) -> str:
+    largest = float(np.abs(multipliers).max(initial=0.0))
+    if largest > 1.0 + UNIT:
+        return UNSTABLE
+    return BORDER if largest >= 1.0 - UNIT else STABLE
+
+
+def _counted(seen: _Seen, one: _Examined, rows: Rows) -> LimitCycle:
+    """A limit cycle with the states that lead there, and how far apart they end."""
+    dissipation = seen.columns["dissipation"][rows]
+    low, high = float(dissipation.min()), float(dissipation.max())
+    scatter = slip_scatter(seen.columns["final_slip"], rows, one.cycle.final_slip, _known(one.drift))
+    same_work = high - low <= seen.search.tolerances.same_cycle * high + seen.same_work
+    return replace(
+        one.cycle,
+        count=len(rows),
+        dissipation=(low, high),
+        contact_sequences=len(np.unique(seen.columns["signature"][rows])),
+        spread=scatter.spread,
+        coincide=one.cycle.stability in (STABLE, UNSTABLE) or bool(scatter.spread <= seen.same and same_work),
+    )
+
+
+def _known(drift: FloatArray) -> FloatArray | None:
+    return None if np.isnan(drift).any() else drift
+
+
+def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
+    """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
+    return tolerances.same_cycle * scales(problem, load_factor).length

@@ -1,0 +1,135 @@
+"""All states of a map in one NPZ file, written and read a piece at a time."""
+
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from math import prod
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.campaign.journal import Journal
+from shakedown.campaign.payload import unpacked
+from shakedown.files.atomic_write import atomic_write
+from shakedown.files.npy import read_header
+from shakedown.files.regular_file import open_regular
+from shakedown.ground.errors import ProblemError
+
+Columns = dict[str, NDArray[Any]]
+Kinds = dict[str, tuple[np.dtype[Any], tuple[int, ...]]]
+
+SEAL = b"sha256 of all that is before it: "  # the comment of the archive, and then the number itself
+DIGITS, BLOCK = 64, 1 << 20
+LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the time stamp of every member: equal maps are equal files
+
+
+def write_map(path: str | os.PathLike[str], journal: Journal, rows: int, settings: Mapping[str, Any]) -> None:
+    """Write the columns of all pieces, one after the other, so that memory holds one piece at a time.
+
+    Parameters
+    ----------
+    path
+        Where to write, whole or not at all.
+    journal
+        The pieces; a column is all of them in order.
+    rows
+        Number of states in all.
+    settings
+        What the map is, as the JSON text of the key ``settings``. ``load_factor`` is one
+        number where all states have the same.
+    """
+    first = unpacked(next(journal.pieces()))
+    single = settings["load_factors"] if len(settings["load_factors"]) == 1 else None
+    with atomic_write(path) as file:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+            for key, sample in first.items():
+                if key == "load_factor" and single:
+                    _write(archive, key, np.array(single[0]))
+                else:
+                    pieces = (unpacked(piece, key)[key] for piece in journal.pieces())
+                    _write_column(archive, key, (rows, *sample.shape[1:]), sample.dtype, pieces)
+            _write(archive, "settings", np.array(json.dumps(settings, ensure_ascii=False)))
+            archive.comment = SEAL + bytes(DIGITS)
+        checksum = _checksum(file)
+        file.seek(-DIGITS, os.SEEK_END)
+        file.write(checksum)
+
+
+def _write(archive: zipfile.ZipFile, key: str, array: NDArray[Any]) -> None:
+    _write_column(archive, key, array.shape, array.dtype, iter([array]))
+
+
+def _write_column(
+    archive: zipfile.ZipFile,
+    key: str,
+    shape: tuple[int, ...],
+    dtype: np.dtype[Any],
+    pieces: Iterator[NDArray[Any]],
+) -> None:
+    """One member of the archive, as ``numpy.save`` would write it."""
+    info = zipfile.ZipInfo(f"{key}.npy", LONG_AGO)
+    with archive.open(info, "w", force_zip64=True) as member:
+        head = {"descr": np.lib.format.dtype_to_descr(dtype), "fortran_order": False, "shape": shape}
+        np.lib.format.write_array_header_1_0(member, head)
+        for piece in pieces:
+            member.write(np.ascontiguousarray(piece, dtype=dtype).tobytes())
+
+
+def _checksum(file: BinaryIO) -> bytes:
+    """SHA-256 of all of a file but its last digits, which are this number."""
+    digest = hashlib.sha256()
+    left = file.seek(0, os.SEEK_END) - DIGITS
+    file.seek(0)
+    while left > 0 and (block := file.read(min(left, BLOCK))):
+        digest.update(block)
+        left -= len(block)
+    return digest.hexdigest().encode()
+
+
+def mapped_columns(path: str | os.PathLike[str]) -> Columns:
+    """The arrays of a file that :func:`write_map` wrote, on the disk until they are looked at."""
+    with open(path, "rb") as file, zipfile.ZipFile(file) as archive:
+        return {info.filename.removesuffix(".npy"): _mapped(file, info) for info in archive.infolist()}
+
+
+def _mapped(file: BinaryIO, info: zipfile.ZipInfo) -> NDArray[Any]:
+    """The array of one member of an archive."""
+    file.seek(info.header_offset + 26)
+    lengths = int.from_bytes(file.read(2), "little"), int.from_bytes(file.read(2), "little")
+    start = info.header_offset + 30 + sum(lengths)
+    file.seek(start)
+    header = read_header(file)
+    if info.compress_type != zipfile.ZIP_STORED or header.size != info.file_size:
+        raise ProblemError(f"key '{info.filename}': expected an array as it is, found another member")
+    if not header.shape:
+        file.seek(start)
+        return np.lib.format.read_array(file, allow_pickle=False)
+    content = start + header.size - prod(header.shape) * header.dtype.itemsize
+    return np.memmap(file, dtype=header.dtype, mode="r", offset=content, shape=header.shape)
+
+
+def kinds_of(columns: Columns) -> Kinds:
+    """Type and shape of each column."""
+    return {key: (column.dtype, column.shape) for key, column in columns.items()}
+
+
+def finished_map(path: str | os.PathLike[str], settings: Mapping[str, Any], kinds: Kinds) -> Columns | None:
+    """The columns of a file that holds the map with these settings, no byte altered; None of any other."""
+    try:
+        with open_regular(path) as file:
+            whole = _checksum(file) == file.read(DIGITS)
+        columns = mapped_columns(path) if whole else {}
+        found = json.loads(str(columns.pop("settings")))
+    except (OSError, ValueError, KeyError, OverflowError, RecursionError, zipfile.BadZipFile):
+        return None
+    fits = found == json.loads(json.dumps(settings)) and kinds_of(columns) == kinds
+    return columns if fits else None
+
+
+def joined_columns(journal: Journal) -> Columns:
+    """The columns of all pieces in memory."""
+    pieces = [unpacked(piece) for piece in journal.pieces()]
+    return {key: np.concatenate([piece[key] for piece in pieces]) for key in pieces[0]}

@@ -1,0 +1,107 @@
+"""The work of a map, cut into pieces: the long-term states of some initial states."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.campaign.payload import packed, unpacked
+from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_count
+from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.long_term.many_states import OUTCOMES, long_term_states
+from shakedown.studies.maps.map_file import Kinds, kinds_of
+from shakedown.studies.maps.samplers import BLOCK, Sampling
+
+LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
+COLUMNS = (  # what is kept of every state
+    "initial_slip",
+    "final_slip",
+    "outcome",
+    "period",
+    "dissipation",
+    "slip_per_cycle",
+    "contraction",
+    "signature",
+)
+PER_NODE = ("initial_slip", "final_slip", "slip_per_cycle")
+FLOAT = np.dtype(np.float64)
+DTYPES = {"outcome": OUTCOMES, "period": np.dtype(np.int64), "signature": np.dtype(np.uint64)}  # else FLOAT
+
+
+@dataclass(frozen=True)
+class Search:
+    """How long the long-term state of one initial state is searched for (:func:`long_term_state`)."""
+
+    max_cycles: int = 1000
+    longest_period: int = LONGEST_PERIOD
+    tolerances: Tolerances = DEFAULT
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        check_count("max_cycles", self.max_cycles)
+        check_count("longest_period", self.longest_period, MANY)
+
+
+@dataclass(frozen=True)
+class MapPieces:
+    """From the number of a piece to its long-term states; load factor by load factor, state by state."""
+
+    samplings: tuple[Sampling, ...]
+    search: Search
+
+    @property
+    def size(self) -> int:
+        """States in one piece: about a second of work."""
+        return BLOCK * max(1, 256 // self.samplings[0].problem.n)
+
+    @property
+    def count(self) -> int:
+        """Number of pieces."""
+        return len(self.samplings) * self._per_load_factor
+
+    @property
+    def little(self) -> bool:
+        """Whether other processes would take longer to start than this one to be done."""
+        first = self.samplings[0]
+        return len(self.samplings) * first.states * first.problem.n**2 < LITTLE
+
+    @property
+    def _per_load_factor(self) -> int:
+        return -(-self.samplings[0].states // self.size)
+
+    def fits(self, number: int, piece: bytes) -> bool:
+        """Whether a recorded piece holds the columns of as many states, at the load factor of its number."""
+        which, part = divmod(number, self._per_load_factor)
+        chosen = self.samplings[which]
+        rows = min(self.size, chosen.states - part * self.size)
+        try:
+            found = unpacked(piece)
+        except ProblemError:
+            return False
+        return kinds_of(found) == self.kinds(rows) and bool(
+            (found["load_factor"] == chosen.load_factor).all()
+        )
+
+    def kinds(self, rows: int) -> Kinds:
+        """Type and shape of the columns of some states."""
+        wide = (rows, self.samplings[0].problem.n)
+        return {
+            key: (DTYPES.get(key, FLOAT), wide if key in PER_NODE else (rows,))
+            for key in (*COLUMNS, "load_factor")
+        }
+
+    def __call__(self, number: int) -> bytes:
+        which, part = divmod(number, self._per_load_factor)
+        chosen = self.samplings[which]
+        found = long_term_states(
+            chosen.problem,
+            chosen.load_factor,
+            chosen.slips(part * self.size, (part + 1) * self.size),
+            max_cycles=self.search.max_cycles,
+            longest_period=self.search.longest_period,
+            tolerances=self.search.tolerances,
+        )
+        columns = {key: getattr(found, key) for key in COLUMNS}
+        return packed(columns | {"load_factor": np.full(len(found), chosen.load_factor)})

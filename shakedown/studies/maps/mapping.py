@@ -1,0 +1,242 @@
+"""Long-term states from many initial states: the public function."""
+
+import json
+import logging
+import os
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from shakedown.campaign.crew import Crew
+from shakedown.campaign.journal import journal_at
+from shakedown.campaign.payload import fingerprint
+from shakedown.campaign.pieces import run_campaign
+from shakedown.files.atomic_write import check_target
+from shakedown.ground.errors import UsageError
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.visible_text import visible
+from shakedown.joint.arguments import check_load_factor, checked, require_problem
+from shakedown.joint.problem import Problem
+from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.studies.maps.basin_map import InitialStateMap, basin_map
+from shakedown.studies.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
+from shakedown.studies.maps.map_pieces import MapPieces, Search
+from shakedown.studies.maps.samplers import Sampler, require_ball, sampling
+from shakedown.studies.maps.several_maps import InitialStateMaps, MissingMap
+
+LOGGER = logging.getLogger("shakedown")
+PARTIAL = ".partial"  # what the name of an unfinished map ends with
+
+
+@overload
+def initial_state_map(
+    problem: Problem,
+    load_factor: float,
+    *,
+    states: int = ...,
+    sampler: str = ...,
+    seed: int = ...,
+    coordinates: tuple[int, int] | None = ...,
+    reach: float = ...,
+    path: str | os.PathLike[str] | None = ...,
+    resume: bool = ...,
+    workers: int | None = ...,
+    scheduler: str | None = ...,
+    max_cycles: int = ...,
+    longest_period: int = ...,
+    progress: Callable[[int, int], None] | None = ...,
+    tolerances: Tolerances = ...,
+) -> InitialStateMap: ...
+
+
+@overload
+def initial_state_map(
+    problem: Problem,
+    load_factor: Sequence[float],
+    *,
+    states: int = ...,
+    sampler: str = ...,
+    seed: int = ...,
+    coordinates: tuple[int, int] | None = ...,
+    reach: float = ...,
+    path: str | os.PathLike[str] | None = ...,
+    resume: bool = ...,
+    workers: int | None = ...,
+    scheduler: str | None = ...,
+    max_cycles: int = ...,
+    longest_period: int = ...,
+    progress: Callable[[int, int], None] | None = ...,
+    tolerances: Tolerances = ...,
+) -> InitialStateMaps: ...
+
+
+@checked
+def initial_state_map(
+    problem: Problem,
+    load_factor: float | Sequence[float],
+    *,
+    states: int = 1024,
+    sampler: str = Sampler.SOBOL,
+    seed: int = 0,
+    coordinates: tuple[int, int] | None = None,
+    reach: float = 1.0,
+    path: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = 1,
+    scheduler: str | None = None,
+    max_cycles: int = 1000,
+    longest_period: int = LONGEST_PERIOD,
+    progress: Callable[[int, int], None] | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> InitialStateMap | InitialStateMaps:
+    """What becomes of a joint from many initial states (thesis §7.2.1, §7.2.2).
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    load_factor
+        λ ≥ 0, or several: then a map is made at each of them where the sampler has states.
+    states
+        Number of initial states at each load factor. A grid has the largest square
+        number up to it.
+    sampler
+        How they are chosen, as described at :class:`Sampler`: ``"grid"``, ``"sobol"``,
+        ``"latin"``, ``"ball"`` or ``"transients"``. The box of the first three has the
+        safe slip in its middle, and as half-width the slips that one load step could
+        cause: (|q_w| + f |p_w|) / A_jj.
+    seed
+        Of what is random. State number k follows from the seed and k alone.
+    coordinates
+        The two nodes whose slips a grid runs over and a picture shows; 0 and 1 by default.
+    reach
+        Size of the box, or of the ball, relative to that above.
+    path
+        Where to write all states (NPZ: ``initial_slip``, ``final_slip``, ``outcome``,
+        ``period``, ``dissipation``, ``load_factor``, and what the limit cycles follow
+        from). Until the map is whole its pieces are recorded beside it, in
+        ``PATH.partial``, which is valid after a kill at any instant. The result's arrays
+        then stay on the disk; while statistics are taken, memory holds some 25
+        bytes of each state, and no slips.
+    resume
+        Whether to go on with what is recorded there; a map that is whole already is read.
+    workers, scheduler
+        Who works: see :class:`Crew`. None is one process for a little work, else all cores.
+    max_cycles, longest_period
+        As for :func:`long_term_state`.
+    progress
+        Called as ``progress(done, total)`` from time to time.
+    tolerances
+        What counts as zero, as reached, as periodic and as one limit cycle.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, a ball is asked for and none of the load factors has
+        one, the file cannot be written, what is recorded there is of another map, or the
+        cluster does not answer.
+    SolverError
+        If workers die again and again.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> found = initial_state_map(shakedown.example("two-node"), 0.7, states=64)
+    >>> found
+    InitialStateMap(load_factor=0.7, states=64, shakedown_fraction=0.8594, limit_cycles=1)
+    >>> cycle = found.limit_cycles[0]
+    >>> cycle.slipping_nodes, cycle.period, cycle.stability
+    ((1,), 1, 'border')
+    """
+    require_problem(problem)
+    several = isinstance(load_factor, Sequence | np.ndarray)
+    factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]
+    if not factors:
+        raise UsageError("load factor: expected at least one, found none")
+    for factor in factors:
+        check_load_factor(factor, problem)
+    target = None if path is None else check_target(path)
+    wanted = [
+        sampling(
+            problem,
+            factor,
+            sampler,
+            states=states,
+            seed=seed,
+            coordinates=coordinates,
+            reach=reach,
+            tolerances=tolerances,
+        )
+        for factor in factors
+    ]
+    missing = tuple(
+        MissingMap(place, one.load_factor, one.missing_ball)
+        for place, one in enumerate(wanted)
+        if one.missing_ball
+    )
+    chosen = tuple(one for one in wanted if not one.missing_ball) or (require_ball(wanted[0]),)
+    work = MapPieces(chosen, Search(max_cycles, longest_period, tolerances))
+    if workers is None and work.little:
+        workers = 1
+    columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
+    each = chosen[0].states
+    maps = tuple(
+        basin_map(
+            one, work.search, {key: c[k * each : (k + 1) * each] for key, c in columns.items() if c.ndim}
+        )
+        for k, one in enumerate(chosen)
+    )
+    return InitialStateMaps(maps, missing) if several else maps[0]
+
+
+def _columns(
+    work: MapPieces,
+    target: Path | None,
+    resume: bool,
+    crew: Crew,
+    progress: Callable[[int, int], None] | None,
+) -> Columns:
+    """All states of all load factors, done now or before; on the disk where they have a file."""
+    settings, rows = _settings(work), len(work.samplings) * work.samplings[0].states
+    header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
+    record = None if target is None else target.with_name(target.name + PARTIAL)
+    if resume and target is not None and record is not None and not record.exists():
+        kinds = work.kinds(rows)
+        if len(work.samplings) == 1:
+            kinds["load_factor"] = (kinds["load_factor"][0], ())
+        finished = finished_map(target, settings, kinds)
+        if finished is not None:
+            return finished
+        if target.exists():
+            LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
+    with ExitStack() as stack:
+        journal = stack.enter_context(journal_at(record, header, resume=resume))
+        run_campaign(work, work.count, journal, crew, progress, work.fits)
+        if target is None:
+            return joined_columns(journal)
+        write_map(target, journal, rows, settings)
+        journal.remove()
+    return mapped_columns(target)
+
+
+def _settings(work: MapPieces) -> dict[str, Any]:
+    """What the states of a map depend on, to repeat any of them, and to tell maps apart."""
+    first = work.samplings[0]
+    return {
+        "problem_sha256": fingerprint(first.problem),
+        "load_factors": [chosen.load_factor for chosen in work.samplings],
+        "sampler": str(first.sampler),
+        "seed": first.seed,
+        "states": first.states,
+        "coordinates": list(first.coordinates),
+        "reach": first.reach,
+        "max_cycles": work.search.max_cycles,
+        "longest_period": work.search.longest_period,
+        "tolerances": asdict(work.search.tolerances),
+        "version": version("shakedown-bounds"),
+    }

@@ -1,0 +1,273 @@
+"""Which initial states a map starts from: each follows from the seed and its number alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from math import isqrt
+
+import numpy as np
+from scipy.stats import qmc
+
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.safe_slip import safe_slip
+from shakedown.bounds.upper import upper_bound
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import short
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import check_count, check_seed, is_finite
+from shakedown.joint.loading import loading, slip_reach, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.motion.evolve import evolve
+
+MOST_STATES = 100_000_000  # in one map: a day of a small joint, 2.5 GB of what is kept for the statistics
+BLOCK = 64  # states that share one stream of random numbers
+LONGEST_TRANSIENT = 12  # random load steps
+
+
+class Sampler(StrEnum):
+    """How initial states are chosen.
+
+    Attributes
+    ----------
+    GRID
+        On a square grid in two slips, all others at the centre; no random sample.
+    SOBOL
+        Scrambled Sobol points in a box about the centre: evenly spread.
+    LATIN
+        Latin hypercubes of 64 states each in that box.
+    BALL
+        Independent and uniform in the energy ball, or as many times its radius as asked for.
+    TRANSIENTS
+        Reachable states: left behind by 1 to 12 random load steps within the loads of the loop,
+        from slip zero. A node that is open then starts closed at its displacement.
+    """
+
+    GRID = "grid"
+    SOBOL = "sobol"
+    LATIN = "latin"
+    BALL = "ball"
+    TRANSIENTS = "transients"
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """The initial states of a map at one load factor.
+
+    Attributes
+    ----------
+    problem, load_factor
+        The joint and λ.
+    sampler, seed, states
+        How they are chosen, the seed of what is random, and how many there are.
+    coordinates
+        The two nodes whose slips a grid runs over, and a picture shows.
+    centre : (n,)
+        Middle of the box [length].
+    centre_is
+        What it is, in words.
+    half_width : (n,)
+        Half-width of the box [length].
+    reach
+        Radius of the ball that states are drawn from, relative to the energy ball.
+    ball
+        The energy ball of this load factor.
+    tolerances
+        For the transients.
+    """
+
+    problem: Problem = field(repr=False)
+    load_factor: float
+    sampler: Sampler
+    seed: int
+    states: int
+    coordinates: tuple[int, int]
+    centre: FloatArray
+    centre_is: str
+    half_width: FloatArray
+    reach: float
+    ball: EnergyBall = field(repr=False)
+    tolerances: Tolerances = field(default=DEFAULT, repr=False)
+
+    @property
+    def side(self) -> int:
+        """States along one side of a grid."""
+        return isqrt(self.states)
+
+    @property
+    def missing_ball(self) -> str:
+        """Why states cannot be drawn from the energy ball, where that is asked for; else empty."""
+        if self.sampler != Sampler.BALL or 0 < self.ball.radius < np.inf:
+            return ""
+        return f"radius {self.ball.radius:g} ({self.ball.reason})"
+
+    def slips(self, start: int, stop: int) -> FloatArray:
+        """The initial slips of the states numbered start … stop − 1, (stop − start, n) [length]."""
+        stop = min(stop, self.states)
+        if self.sampler == Sampler.GRID:
+            return _grid(self, start, stop)
+        if self.sampler == Sampler.SOBOL:
+            return _sobol(self, start, stop)
+        first = start // BLOCK
+        blocks = [_BLOCKS[self.sampler](self, number) for number in range(first, -(-stop // BLOCK))]
+        return np.concatenate(blocks)[start - first * BLOCK : stop - first * BLOCK]
+
+
+def sampling(
+    problem: Problem,
+    load_factor: float,
+    sampler: str = Sampler.SOBOL,
+    *,
+    states: int = 1024,
+    seed: int = 0,
+    coordinates: tuple[int, int] | None = None,
+    reach: float = 1.0,
+    tolerances: Tolerances = DEFAULT,
+) -> Sampling:
+    """The initial states of a map, described; parameters as for :func:`initial_state_map`.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> chosen = sampling(shakedown.example("two-node"), 0.7, states=1000)
+    >>> chosen.slips(0, 1000).shape, bool((chosen.slips(500, 501) == chosen.slips(0, 1000)[500]).all())
+    ((1000, 2), True)
+    """
+    check_count("states", states)
+    if states > MOST_STATES:
+        raise UsageError(f"states: expected at most {MOST_STATES:,}, found {short(states)}")
+    if sampler not in list(Sampler):
+        raise UsageError(f"sampler: expected one of {', '.join(Sampler)}, found {sampler!r}")
+    seed = check_seed(seed)
+    if not (is_finite(reach) and reach > 0):
+        raise UsageError(f"reach: expected a number > 0, found {reach!r}")
+    centre, centre_is = _centre(problem, load_factor, tolerances)
+    with np.errstate(over="ignore"):
+        half_width = reach * slip_reach(problem, load_factor)
+    if not np.isfinite(half_width).all():
+        raise UsageError(
+            f"reach: expected slips in the range of numbers, found a box {reach:g} times as large"
+        )
+    chosen = Sampling(
+        problem=problem,
+        load_factor=float(load_factor),
+        sampler=Sampler(sampler),
+        seed=seed,
+        states=states,
+        coordinates=_coordinates(problem, coordinates, sampler),
+        centre=centre,
+        centre_is=centre_is,
+        half_width=half_width,
+        reach=float(reach),
+        ball=energy_ball(problem, load_factor, tolerances=tolerances),
+        tolerances=tolerances,
+    )
+    if sampler == Sampler.GRID:
+        return replace(chosen, states=chosen.side**2)
+    return chosen
+
+
+def require_ball(chosen: Sampling) -> Sampling:
+    """The sampling itself; raises ``UsageError`` if it draws from an energy ball that is not there."""
+    if chosen.missing_ball:
+        raise UsageError(
+            f"sampler ball: expected a finite energy ball at load factor {chosen.load_factor:g}, found "
+            f"{chosen.missing_ball}"
+        )
+    return chosen
+
+
+def _centre(problem: Problem, load_factor: float, tolerances: Tolerances) -> tuple[FloatArray, str]:
+    """The safe slip, or what comes nearest to one."""
+    safe = safe_slip(problem, load_factor, tolerances=tolerances).slip
+    if not np.isnan(safe).any():
+        return safe, "safe slip"
+    last = upper_bound(problem, tolerances=tolerances).slip
+    if not np.isnan(last).any():
+        return last, "safe slip at λ_max"
+    return np.zeros(problem.n), "slip zero"
+
+
+def _coordinates(problem: Problem, given: tuple[int, int] | None, sampler: str) -> tuple[int, int]:
+    """Two different nodes."""
+    pair = (0, min(1, problem.n - 1)) if given is None else tuple(given)
+    if problem.n == 1 and given is None and sampler == Sampler.GRID:
+        raise UsageError("grid: expected a joint of two nodes or more, found one node")
+    known = len(pair) == 2 and all(isinstance(j, int | np.integer) and 0 <= j < problem.n for j in pair)
+    if not known or (pair[0] == pair[1] and (given is not None or sampler == Sampler.GRID)):
+        raise UsageError(f"grid: expected two different nodes from 0 to {problem.n - 1}, found {pair}")
+    return int(pair[0]), int(pair[1])
+
+
+def _grid(chosen: Sampling, start: int, stop: int) -> FloatArray:
+    """Rows of the grid follow each other in the second coordinate."""
+    steps = np.linspace(-1.0, 1.0, chosen.side) if chosen.side > 1 else np.zeros(1)
+    number = np.arange(start, stop)
+    slips = np.tile(chosen.centre, (len(number), 1))
+    for node, place in zip(chosen.coordinates, (number % chosen.side, number // chosen.side), strict=True):
+        slips[:, node] += chosen.half_width[node] * steps[place]
+    return slips
+
+
+def _sobol(chosen: Sampling, start: int, stop: int) -> FloatArray:
+    n = chosen.problem.n
+    if n > qmc.Sobol.MAXDIM:
+        raise UsageError(f"sampler sobol: expected at most {qmc.Sobol.MAXDIM} nodes, found {n}")
+    engine = qmc.Sobol(n, scramble=True, seed=np.random.default_rng(chosen.seed))
+    if start:  # SciPy cannot skip none
+        engine.fast_forward(start)
+    count = 1 << max(stop - start - 1, 0).bit_length()  # SciPy wants a power of two
+    return _in_box(chosen, engine.random(count)[: stop - start])
+
+
+def _latin(chosen: Sampling, block: int) -> FloatArray:
+    engine = qmc.LatinHypercube(chosen.problem.n, seed=_generator(chosen, block))
+    return _in_box(chosen, engine.random(BLOCK))
+
+
+def _in_box(chosen: Sampling, unit: FloatArray) -> FloatArray:
+    return np.asarray(chosen.centre + (2.0 * unit - 1.0) * chosen.half_width)
+
+
+def _ball(chosen: Sampling, block: int) -> FloatArray:
+    generator = _generator(chosen, block)
+    rank = chosen.ball.metric.inverse.shape[1]
+    directions = generator.normal(size=(BLOCK, rank))
+    radii = chosen.reach * generator.random(BLOCK) ** (1.0 / rank)
+    surface = chosen.ball.at(directions)
+    return np.asarray(chosen.ball.slip + radii[:, None] * (surface - chosen.ball.slip))
+
+
+def _transients(chosen: Sampling, block: int) -> FloatArray:
+    """Slips after random loads between two load steps each, and then the first load of the motion."""
+    problem, n = chosen.problem, chosen.problem.n
+    generator = _generator(chosen, block)
+    loop = np.hstack(loading(problem).at(chosen.load_factor))
+    last = np.vstack([transient_path(problem), loop])[0]
+    still = replace(
+        problem, q_w=last[None, :n], p_w=last[None, n:], q_mean=last[:n], p_mean=last[n:], initial_slip=None
+    )
+    slips = np.empty((BLOCK, n))
+    for row in range(BLOCK):
+        ends = loop[generator.integers(problem.m, size=(2, generator.integers(1, LONGEST_TRANSIENT + 1)))]
+        share = generator.random((ends.shape[1], 1))
+        steps = ends[0] + share * (ends[1] - ends[0])
+        passed = replace(still, q_transient=steps[:, :n], p_transient=steps[:, n:])
+        slips[row] = evolve(passed, 0.0, tolerances=chosen.tolerances).history.v[-1]
+    return slips
+
+
+def _generator(chosen: Sampling, block: int) -> np.random.Generator:
+    return np.random.default_rng([chosen.seed, block])
+
+
+_BLOCKS: dict[Sampler, Callable[[Sampling, int], FloatArray]] = {
+    Sampler.LATIN: _latin,
+    Sampler.BALL: _ball,
+    Sampler.TRANSIENTS: _transients,
+}

@@ -1,0 +1,222 @@
+"""R(λ): numbers, optimality, what the ball says of a state, and motions from its surface."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bounds.energy.joints import one_node, strong_joint
+from scipy.optimize import linprog
+
+import shakedown
+from benchmarks.problems import in_units
+from shakedown import Problem, energy_ball
+
+RADII = {  # at half of λ_max, in √energy units of the file
+    "two-node": 63.31165567,
+    "three-node": 3.263428741,
+    "block-9": 0.0694897475,
+    "block-33": 0.02193297344,
+}
+
+
+@pytest.mark.parametrize("name", RADII)
+def test_radius_of_the_examples(name):
+    problem = shakedown.example(name)
+    ball = energy_ball(problem, 0.5 * shakedown.upper_bound(problem, certify=False).load_factor)
+    assert ball.radius == pytest.approx(RADII[name], rel=1e-9)
+    assert ball.residual <= 1e-14
+
+
+def radius_by_another_road(problem: Problem, load_factor: float) -> float:
+    """Every load step on its own, γ from the inverse of A, scipy's linear programs, below critical friction."""
+    A, B, f, loop = problem.A, problem.B, problem.f, shakedown.loading(problem)
+    own = np.diagonal(B) / np.diagonal(A)
+    rest = B - own[:, None] * A
+    gamma = np.sqrt(np.einsum("ij,jk,ik->i", rest, np.linalg.inv(A), rest))
+    q_w, p_w = loop.at(load_factor)
+    matrix, right = [], []
+    for q, p in zip(q_w, p_w, strict=True):
+        for side in (1, -1):
+            matrix.append(np.column_stack([side * A - f[:, None] * B, f * gamma]))
+            right.append(f * p - side * q)
+    found = linprog(
+        np.append(np.zeros(problem.n), -1.0), np.vstack(matrix), np.concatenate(right), bounds=(None, None)
+    )
+    return found.x[-1]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_radius_by_another_road(seed):
+    problem = strong_joint(seed, 4, friction=0.2)
+    assert np.all(problem.f * np.abs(np.diagonal(problem.B)) < np.diagonal(problem.A))
+    load_factor = 0.6 * shakedown.upper_bound(problem, certify=False).load_factor
+    expected = radius_by_another_road(problem, load_factor)
+    assert energy_ball(problem, load_factor).radius == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(seed):
+    problem = strong_joint(seed, 5)
+    load_factor = 0.7 * shakedown.upper_bound(problem, certify=False).load_factor
+    ball = energy_ball(problem, load_factor)
+    bound = shakedown.energy_bound(problem, ball.slip, ball.radius * (1 - 1e-9), certify=False)
+    assert bound.load_factor == pytest.approx(load_factor, rel=1e-6)
+
+
+def test_what_the_ball_says_of_a_state():
+    problem = strong_joint(1, 3)
+    ball = energy_ball(problem, 0.5 * shakedown.upper_bound(problem, certify=False).load_factor)
+    rng = np.random.default_rng(0)
+    surface = ball.at(rng.normal(size=(40, 3)))
+    np.testing.assert_allclose(ball.distance(surface), ball.radius, rtol=1e-12)
+    assert not ball.contains(surface).any()  # less than round-off inside
+    inside = ball.at(rng.normal(size=(40, 3)), 0.5)
+    np.testing.assert_allclose(ball.margin(inside), 0.5 * ball.radius, rtol=1e-12)
+    assert ball.contains(inside).all()
+    reach = ball.single_node_margin(inside)
+    for j in range(3):
+        moved = inside + reach[:, None] * np.eye(3)[j]
+        assert (ball.distance(moved) <= ball.radius * (1 + 1e-12)).all()
+    assert ball.contains(ball.slip)
+    assert ball.distance([1e300, 1e300, -1e300]) == np.inf
+    assert ball.nodes
+
+
+def test_the_radius_falls_to_nothing_at_the_largest_load_factor():
+    problem = shakedown.example("two-node")
+    most = shakedown.upper_bound(problem).load_factor
+    radii = [energy_ball(problem, share * most).radius for share in (0.0, 0.5, 0.9, 0.999)]
+    assert radii == sorted(radii, reverse=True)
+    assert 0 < radii[-1] < 0.01 * radii[0]
+    above = energy_ball(problem, 1.001 * most)
+    assert (above.status, above.radius) == ("infeasible", 0.0)
+    assert not above.contains(np.zeros(2))
+    assert above.margin(np.zeros((4, 2))).tolist() == [-np.inf] * 4
+    assert "friction limits" in above.reason
+
+
+def test_without_coupling_every_admissible_state_is_inside():
+    ball = energy_ball(one_node(), 1.0)
+    assert (ball.status, ball.radius) == ("unbounded", np.inf)
+    assert ball.contains([[1e6], [-1e6]]).all()
+    assert energy_ball(one_node(), 1.5).status == "infeasible"  # on the limit at both ends
+
+
+def test_no_ball_without_friction_and_without_pressure():
+    smooth = energy_ball(one_node(f=0.0), 0.0)
+    assert (smooth.status, smooth.reason) == (
+        "infeasible",
+        "node 0 has no friction, and so no margin to a limit",
+    )
+    loose = Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[3.0, 0.0], [3.0, 0.0]]
+    )  # node 1 bears no load: it has no margin, although nothing violates its limits
+    assert energy_ball(loose, 1.0).status == "infeasible"
+
+
+def test_pressure_that_a_free_slip_changes():
+    A, B = [[1.0, -1.0], [-1.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]]
+    problem = Problem(A=A, B=B, f=0.3, q_w=[[0.1, 0.0], [-0.1, 0.0]], p_w=[[3.0, 3.0], [3.0, 3.0]])
+    ball = energy_ball(problem, 1.0)
+    assert ball.status == "infeasible"
+    assert "node 0" in ball.reason
+
+
+def test_transient_load_steps_count_as_long_as_they_are_to_come():
+    plain = strong_joint(2, 3)
+    load_factor = 0.5 * shakedown.upper_bound(plain, certify=False).load_factor
+    q0 = plain.q_w.mean(axis=0)
+    hard = replace(plain, q_transient=q0 + 1.3 * load_factor * (plain.q_w - q0), p_transient=plain.p_w)
+    free, held = energy_ball(plain, load_factor), energy_ball(hard, load_factor)
+    assert held.radius < free.radius
+    assert energy_ball(hard, load_factor, transient=False).radius == free.radius
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("force", [2.0**-40, 2.0**60])
+def test_units_change_nothing(seed, force):
+    problem = strong_joint(seed, 4)
+    other = in_units(problem, force, 2.0**-10)
+    load_factor = 0.6 * shakedown.upper_bound(problem, certify=False).load_factor
+    ball, same = energy_ball(problem, load_factor), energy_ball(other, load_factor)
+    assert same.radius == ball.radius * np.sqrt(force * 2.0**-10)
+    assert np.array_equal(same.slip, ball.slip * 2.0**-10)
+    assert (same.status, same.active) == (ball.status, ball.active)
+
+
+def test_nodes_in_another_order_and_slip_the_other_way():
+    problem, order = strong_joint(3, 4), [2, 0, 3, 1]
+    pick = np.ix_(order, order)
+    mixed = replace(
+        problem, A=problem.A[pick], B=problem.B[pick], C=problem.C[pick], f=problem.f[order],
+        q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
+    )  # fmt: skip
+    mirrored = replace(problem, B=-problem.B, q_w=-problem.q_w)
+    radius = energy_ball(problem, 0.3).radius
+    assert energy_ball(mixed, 0.3).radius == pytest.approx(radius, rel=1e-10)
+    assert energy_ball(mirrored, 0.3).radius == pytest.approx(radius, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("seed", "n", "friction", "floating"),
+    [(0, 1, 3.0, False), (1, 2, 0.5, False), (2, 3, 1.5, False), (3, 4, 3.0, False), (4, 4, 0.8, True)],
+)
+def test_no_motion_from_the_surface_leaves_the_ball(seed, n, friction, floating):
+    """Also above single-node friction, floating, and from states that the first load does not admit."""
+    problem = strong_joint(seed, n, friction=friction, floating=floating)
+    load_factor = min(0.9 * shakedown.upper_bound(problem, certify=False).load_factor, 5.0)
+    ball = energy_ball(problem, load_factor)
+    assert ball.status == ("unbounded" if n == 1 else "optimal")  # one node above its friction wedges
+    assert 0 < ball.radius < np.inf
+    for start in ball.at(np.random.default_rng(seed).normal(size=(12, ball.metric.root.shape[0])), 1 - 1e-9):
+        evolution, distance = shakedown.Evolution(problem, load_factor, start), ball.distance(start)
+        for _ in range(5):
+            record = evolution.cycle()
+            assert record is not None
+            assert not record.opened.any()
+            now = ball.distance(evolution.state.u[:n])
+            assert now <= distance * (1 + 1e-9)
+            distance = now
+        assert shakedown.long_term_state(problem, load_factor, start).outcome == "shakedown"
+
+
+def test_far_outside_the_ball_motions_do_go_on_slipping():
+    problem = shakedown.example("three-node")
+    ball = energy_ball(problem, 2.6)
+    ends = [
+        shakedown.long_term_state(problem, 2.6, start).outcome
+        for start in ball.at(np.random.default_rng(0).normal(size=(60, 3)), 10.0)
+    ]
+    assert "cyclic-slip" in ends
+
+
+@pytest.mark.parametrize("load_factor", [-1.0, np.nan, np.inf, "1"])
+def test_bad_load_factors(load_factor):
+    with pytest.raises(shakedown.UsageError, match=r"load factor: expected a number( >= 0)?, found"):
+        energy_ball(one_node(), load_factor)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_ball_around_a_state_gives_it_the_largest_margin(seed):
+    problem = strong_joint(seed, 5, floating=seed == 3)
+    load_factor = 0.95 * shakedown.upper_bound(problem, certify=False).load_factor
+    largest = energy_ball(problem, load_factor)
+    rank = largest.metric.root.shape[0]
+    state = largest.at(np.random.default_rng(seed).normal(size=rank), 0.9)
+    ball = energy_ball(problem, load_factor, around=state)
+    margin = float(ball.margin(state))
+    assert ball.contains(state)
+    assert 0.1 * largest.radius <= margin * (1 + 1e-9)
+    assert ball.radius <= largest.radius * (1 + 1e-9)
+    assert ball.residual <= 1e-13
+    there = shakedown.energy_bound(problem, state, margin, certify=False)
+    assert there.load_factor == pytest.approx(load_factor, rel=1e-7)  # no larger margin at this load factor
+
+
+def test_no_ball_around_a_state_too_far_away():
+    problem = shakedown.example("three-node")
+    ball = energy_ball(problem, 2.6, around=problem.initial_slip[0])  # from here it cycles
+    assert (ball.status, ball.radius) == ("infeasible", 0.0)
+    assert not ball.contains(problem.initial_slip[0])
+    with pytest.raises(shakedown.UsageError, match=r"initial slip: expected shape \(3,\), found \(2,\)"):
+        energy_ball(problem, 2.6, around=[0.0, 1.0])

@@ -1,0 +1,249 @@
+"""λ_E: numbers, optimality, a second road, statuses, intervals, certificates, bad arguments."""
+
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from bounds.energy.joints import one_node, strong_joint
+
+import shakedown
+from benchmarks.problems import chain, in_units, random_problem
+from shakedown import Problem, energy_bound
+
+NUMBERS = {  # to the digits of an independent computation
+    "one-node": 0.9305239948,
+    "two-node": 0.6619611189,
+    "three-node": 1.4845583487,
+    "block-9": 4.6633908331,
+    "block-33": 4.7067126363,
+}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_load_factor_of_the_examples(name):
+    problem = shakedown.example(name)
+    bound = energy_bound(problem)
+    assert bound.load_factor == pytest.approx(NUMBERS[name], rel=1e-9)
+    assert bound.residual <= 1e-14
+    assert abs(bound.gap) <= 1e-12
+    assert bound.load_factor * (1 - 1e-12) <= bound.certified <= bound.load_factor
+    assert bound.radius == pytest.approx(np.sqrt(bound.slip @ problem.A @ bound.slip), rel=1e-9, abs=1e-12)
+
+
+def load_factor_by_another_road(
+    problem: Problem, start: np.ndarray, distance: float, end: type = cp.Maximize
+) -> float:
+    """Every load step on its own through cvxpy, γ from the inverse of A, below critical friction."""
+    A, B, f, loop = problem.A, problem.B, problem.f, shakedown.loading(problem)
+    rest = B - (np.diagonal(B) / np.diagonal(A))[:, None] * A
+    gamma = np.sqrt(np.einsum("ij,jk,ik->i", rest, np.linalg.inv(A), rest))
+    v, radius, factor = cp.Variable(problem.n), cp.Variable(), cp.Variable(nonneg=True)
+    limits = [cp.norm(np.linalg.cholesky(A).T @ (start - v)) + distance <= radius]
+    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
+        q, p = loop.q0 + factor * q1 + A @ v, loop.p0 + factor * p1 + B @ v
+        limits += [
+            cp.multiply(f, p) - side * q >= cp.multiply(f * gamma, radius * np.ones(problem.n))
+            for side in (1, -1)
+        ]
+    cp.Problem(end(factor), limits).solve(solver="CLARABEL")
+    return float(factor.value)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_load_factor_by_another_road(seed):
+    problem = strong_joint(seed, 4, friction=0.2)
+    assert np.all(problem.f * np.abs(np.diagonal(problem.B)) < np.diagonal(problem.A))
+    start = shakedown.upper_bound(problem, certify=False).slip + 0.1 * np.random.default_rng(seed).normal(
+        size=4
+    )
+    expected = load_factor_by_another_road(problem, start, 0.05)
+    bound = energy_bound(problem, start, 0.05)
+    assert bound.load_factor == pytest.approx(expected, rel=1e-6)
+    assert bound.distance == 0.05
+    e = start - bound.slip
+    assert bound.radius == pytest.approx(np.sqrt(e @ problem.A @ e) + 0.05, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "problem", [one_node(), shakedown.example("one-node"), one_node(B=[[0.7]], C=[[3.0]])]
+)
+def test_one_node_is_melan(problem):
+    assert energy_bound(problem).load_factor == pytest.approx(
+        shakedown.upper_bound(problem).load_factor, rel=1e-14
+    )
+
+
+def test_uncoupled_is_melan_from_every_state_that_is_admissible():
+    problem = random_problem(5, seed=1, coupling=0.0)
+    most = shakedown.upper_bound(problem).load_factor
+    assert energy_bound(problem).load_factor == pytest.approx(most, rel=1e-13)
+    assert energy_bound(problem, np.arange(5.0), 100.0).load_factor == pytest.approx(most, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_never_above_the_largest_and_falling_with_the_distance(seed):
+    problem = strong_joint(seed, 6, floating=seed == 3)
+    upper = shakedown.upper_bound(problem, certify=False)
+    factors = [energy_bound(problem, upper.slip, d, certify=False).load_factor for d in (0.0, 0.01, 0.1, 0.2)]
+    assert factors[0] == pytest.approx(upper.load_factor, rel=1e-9)  # the safe slip itself
+    assert factors == sorted(factors, reverse=True)
+    assert factors[1] < factors[0]
+
+
+def test_inside_the_ball_at_every_smaller_load_factor():
+    problem = strong_joint(4, 5)
+    bound = energy_bound(problem, problem.q_w[0] * 0.01)
+    for share in (0.3, 0.9, 1 - 1e-6):
+        below = share * bound.load_factor
+        again = energy_bound(problem, bound.initial_slip, bound.distance, certify=False)
+        assert again.load_factor > below
+        assert shakedown.energy_ball(problem, below).radius > 0
+    ball = shakedown.energy_ball(problem, 0.5 * bound.load_factor)
+    assert ball.radius >= bound.radius
+
+
+@pytest.mark.parametrize("make", [random_problem, chain])
+def test_many_nodes(make):
+    problem = make(60, seed=0)
+    bound = energy_bound(problem)
+    assert bound.certificate is None  # more than 40 nodes
+    assert abs(bound.gap) <= 1e-12
+    assert bound.residual <= 1e-14
+
+
+def test_the_interval_of_a_loop_with_its_own_mean():
+    """The mean alone pulls the joint apart; the loop presses it together from 5/12 on."""
+    problem = Problem(
+        A=[[1.0]],
+        B=[[0.0]],
+        C=[[1.0]],
+        f=0.5,
+        q_w=[[0.3], [-0.3]],
+        p_w=[[2.0], [2.0]],
+        q_mean=[0.0],
+        p_mean=[-1.0],
+    )
+    bound = energy_bound(problem)
+    assert (bound.status, bound.load_factor) == ("unbounded", np.inf)
+    assert bound.least_load_factor == pytest.approx(5 / 12, rel=1e-12)
+    assert shakedown.energy_ball(problem, 0.4).status == "infeasible"
+    assert shakedown.energy_ball(problem, 0.42).status == "unbounded"
+
+
+def test_a_finite_interval():
+    problem = Problem(
+        A=np.eye(2), B=[[0.0, 0.2], [0.1, 0.0]], C=np.eye(2), f=0.5, q_w=[[0.3, 0.9], [-0.3, -0.9]],
+        p_w=[[2.0, 3.0], [2.0, 3.0]], q_mean=[0.0, 0.0], p_mean=[-1.0, 3.0],
+    )  # fmt: skip
+    bound = energy_bound(problem, [0.5, 0.0])
+    least, most = bound.least_load_factor, bound.load_factor
+    assert bound.status == "optimal"
+    assert 0.4 < least < most
+    assert least == pytest.approx(
+        load_factor_by_another_road(problem, np.array([0.5, 0.0]), 0.0, cp.Minimize), rel=1e-6
+    )
+    for factor in (least, most):
+        ball = shakedown.energy_ball(problem, factor)
+        assert ball.status == "optimal"
+
+
+def test_statuses():
+    still = replace(one_node(), q_w=[[0.5], [0.5]])
+    assert energy_bound(still).status == "unbounded"  # nothing changes over the period
+    assert energy_bound(still).least_load_factor == 0.0
+    jump = shakedown.example("jump")  # not even the only load step is safe: the joint opens
+    assert energy_bound(jump).status == "infeasible"
+    assert energy_bound(jump, jump.initial_slip[0]).status == "infeasible"
+    apart = energy_bound(one_node(p_w=[[-3.0], [-3.0]]))
+    assert (apart.status, apart.certified) == ("infeasible", None)
+    assert np.isnan([apart.load_factor, apart.least_load_factor, apart.radius, *apart.slip]).all()
+    far = energy_bound(shakedown.example("two-node"), [1e4, -1e4])
+    assert far.status == "infeasible"
+    assert far.residual <= 1e-9
+    assert far.active
+    assert energy_bound(one_node(f=0.0)).reason.startswith("node 0 has no friction")
+    loose = Problem(
+        A=np.eye(2), B=np.zeros((2, 2)), f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[3.0, 0.0], [3.0, 0.0]]
+    )
+    assert energy_bound(loose).status == "infeasible"
+
+
+def test_a_node_above_its_own_critical_friction_has_its_number():
+    """The plane of its limit must not enter the ball: R ≤ distance to the plane."""
+    problem = Problem(
+        A=[[1.0, 0.0], [0.0, 1.0]], B=[[3.0, 0.0], [0.0, 0.0]], C=20 * np.eye(2), f=0.5,
+        q_w=[[0.1, 1.0], [-0.1, -1.0]], p_w=[[3.0, 3.0], [3.0, 3.0]],
+    )  # fmt: skip
+    bound = energy_bound(problem, [0.0, 0.0], 0.1)
+    assert bound.status == "optimal"
+    assert bound.load_factor == pytest.approx(1.5, rel=1e-12)  # node 1: Melan; node 0 has room left
+    assert bound.certified == pytest.approx(1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize("force", [2.0**-40, 2.0**60])
+def test_units_change_nothing(force):
+    problem = strong_joint(2, 4)
+    start = np.array([0.1, -0.2, 0.0, 0.3])
+    other = in_units(problem, force, 2.0**-10)
+    unit = np.sqrt(force * 2.0**-10)
+    bound, same = energy_bound(problem, start, 0.01), energy_bound(other, start * 2.0**-10, 0.01 * unit)
+    assert same.load_factor == bound.load_factor
+    assert same.radius == bound.radius * unit
+    assert (same.status, same.active) == (bound.status, bound.active)
+
+
+def test_units_of_every_node_change_little():
+    problem, force = strong_joint(2, 4), np.array([1.0, 1e3, 1e-4, 1e2])
+    other = in_units(problem, force, 1.0 / force)
+    assert energy_bound(other).load_factor == pytest.approx(energy_bound(problem).load_factor, rel=1e-8)
+
+
+def test_a_floating_body_knows_no_position():
+    problem = strong_joint(6, 5, floating=True)
+    start = np.array([0.1, -0.2, 0.0, 0.3, 0.2])
+    here, there = energy_bound(problem, start), energy_bound(problem, start + 5.0)
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-10)
+    np.testing.assert_allclose(there.slip, here.slip, atol=1e-9)  # relative to the pinned node
+    assert (there.pinned, here.slip[list(here.pinned)]) == (here.pinned, [0.0])
+    np.testing.assert_array_equal(there.initial_slip, start + 5.0)
+
+
+def test_transient_load_steps_are_further_samples():
+    problem = strong_joint(2, 3)
+    bound = energy_bound(problem)
+    q0 = problem.q_w.mean(axis=0)
+    mild, hard = (
+        replace(problem, q_transient=q0 + factor * (problem.q_w - q0), p_transient=problem.p_w)
+        for factor in (0.9 * bound.load_factor, 1.1 * bound.load_factor)
+    )
+    assert energy_bound(mild).load_factor == pytest.approx(bound.load_factor, rel=1e-12)
+    assert energy_bound(hard).status == "infeasible"
+
+
+def test_the_document_has_the_names_that_others_rely_on():
+    document = shakedown.energy_document(energy_bound(shakedown.example("two-node")))
+    assert {"load_factor", "slip", "radius", "distance", "status", "least_load_factor", "certified"} <= set(
+        document
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([1.0],), r"initial slip: expected shape \(2,\), found \(1,\)"),
+        (([1.0, np.nan],), "initial slip: expected finite numbers, found nan"),
+        ((["a", "b"],), "initial slip: expected real numbers"),
+        ((None, -1.0), r"distance: expected a number >= 0, found -1.0"),
+        ((None, np.nan), "distance: expected a number >= 0, found nan"),
+        ((None, np.inf), "distance: expected a number >= 0, found inf"),
+        ((None, 1e300), r"distance: expected reactions below .*, found"),
+        (([1e90, 1.0],), r"initial slip: expected reactions below .*, found"),
+        ((None, "far"), "distance: expected a number, found 'far'"),
+    ],
+)
+def test_bad_arguments(arguments, message):
+    with pytest.raises(shakedown.UsageError, match=message):
+        energy_bound(shakedown.example("two-node"), *arguments)
+    with pytest.raises(shakedown.UsageError, match="problem: expected a Problem"):
+        energy_bound(None)

@@ -1,0 +1,159 @@
+"""Energy ball and λ_E of partly open joints: a second road, and motions from within the ball."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import shakedown
+from shakedown import Status, UsageError, energy_ball, energy_bound, evolve, long_term_state, upper_bound
+from shakedown.joint.constraints import GAP
+from shakedown.joint.contact_zone import contact_zone
+from tests.partly_open import SOME, partly_open
+
+SHARE = 0.5
+
+
+def with_a_ball(seeds):
+    """(problem, λ, ball) of the joints whose best zone has a ball half-way to its λ_max."""
+    for seed in seeds:
+        problem = partly_open(seed)
+        upper = upper_bound(problem, open_nodes="auto")
+        if upper.status == "optimal" and upper.open_nodes and upper.least_load_factor == 0:
+            load_factor = SHARE * upper.load_factor
+            ball = energy_ball(problem, load_factor, open_nodes=upper.open_nodes)
+            if ball.status == "optimal":
+                yield problem, load_factor, ball
+
+
+BALLS = list(with_a_ball(SOME))
+
+
+def test_there_are_enough_of_them_and_open_nodes_limit_some():
+    assert len(BALLS) >= 8
+    assert any(side == GAP for _, _, ball in BALLS for _, side in ball.active)
+
+
+def radius_by_another_road(problem, load_factor, nodes):
+    """Every load step on its own, the Schur complement by solving, scipy's linear programs."""
+    n, k = problem.n, [i for i in range(problem.n) if i not in nodes]
+    held, free = [*k, *(n + i for i in k)], [*nodes, *(n + i for i in nodes)]
+    K, c, o = problem.kappa, len(k), len(nodes)
+    follow = np.linalg.solve(K[np.ix_(free, free)], K[np.ix_(free, held)])
+    small = K[np.ix_(held, held)] - K[np.ix_(held, free)] @ follow
+    A, B, f = small[:c, :c], small[c:, :c], problem.f[k]
+    own = np.minimum(np.diagonal(B) / np.diagonal(A), 1 / f)  # backward
+    backward = B - own[:, None] * A
+    own = np.maximum(np.diagonal(B) / np.diagonal(A), -1 / f)
+    forward = B - own[:, None] * A
+    inverse = np.linalg.inv(A)
+    gamma = {
+        1: np.sqrt(np.einsum("ij,jk,ik->i", backward, inverse, backward)),
+        -1: np.sqrt(np.einsum("ij,jk,ik->i", forward, inverse, forward)),
+    }
+    slope = follow[o:, :c]
+    matrix, right = [], []
+    for q, p in zip(*shakedown.loading(problem).at(load_factor), strict=True):
+        r = np.concatenate([q, p])
+        freed = np.linalg.solve(K[np.ix_(free, free)], r[free])
+        left = r[held] - K[np.ix_(held, free)] @ freed
+        for side in (1, -1):
+            matrix.append(np.column_stack([side * A - f[:, None] * B, f * gamma[side]]))
+            right.append(f * left[c:] - side * left[:c])
+        matrix.append(np.column_stack([slope, np.sqrt(np.einsum("ij,jk,ik->i", slope, inverse, slope))]))
+        right.append(-freed[o:])
+    found = linprog(
+        np.append(np.zeros(c), -1.0), np.vstack(matrix), np.concatenate(right), bounds=(None, None)
+    )
+    return found.x[-1]
+
+
+@pytest.mark.parametrize("case", range(8))
+def test_radius_by_another_road(case):
+    problem, load_factor, ball = BALLS[case]
+    expected = radius_by_another_road(problem, load_factor, list(ball.open_nodes))
+    assert ball.radius == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("case", range(8))
+def test_motions_from_within_the_ball_stay_in_the_zone_and_shake_down(case):
+    problem, load_factor, ball = BALLS[case]
+    zone, rng = contact_zone(problem, ball.open_nodes), np.random.default_rng(case)
+    closed = list(zone.closed_nodes)
+    loop = shakedown.loading(zone.joint).at(load_factor)
+    tried = 0
+    for _ in range(200):
+        start = ball.at(rng.normal(size=len(closed)), 0.999)
+        q, p = loop[0][0] + zone.joint.A @ start[closed], loop[1][0] + zone.joint.B @ start[closed]
+        if (np.abs(q) > zone.joint.f * p).any():
+            continue
+        tried += 1
+        run = evolve(problem, load_factor, start, open_nodes=ball.open_nodes, cycles=3)
+        assert not any(cycle.opened[closed].any() for cycle in run.cycles)
+        assert all(cycle.opened[list(ball.open_nodes)].all() for cycle in run.cycles)
+        assert ball.contains(run.cycles[-1].end_slip)
+        state = long_term_state(problem, load_factor, start, open_nodes=ball.open_nodes)
+        assert state.outcome == "shakedown"
+        assert state.open_nodes == ball.open_nodes
+        assert state.proved
+        assert state.energy_margin > 0
+        if tried == 5:
+            return
+
+
+@pytest.mark.parametrize("case", range(6))
+def test_the_centre_with_its_radius_has_the_load_factor_of_the_ball(case):
+    problem, load_factor, ball = BALLS[case]
+    bound = energy_bound(problem, ball.slip, ball.radius * (1 - 1e-9), open_nodes=ball.open_nodes)
+    assert bound.load_factor == pytest.approx(load_factor, rel=1e-6)
+    assert bound.open_nodes == ball.open_nodes
+    assert bound.certificate is None
+
+
+@pytest.mark.parametrize("case", range(6))
+def test_the_bound_lies_below_that_of_the_zone_and_holds_its_state(case):
+    problem, _, ball = BALLS[case]
+    upper = upper_bound(problem, open_nodes=ball.open_nodes)
+    bound = energy_bound(problem, upper.slip, open_nodes="auto")
+    assert bound.open_nodes == upper.open_nodes
+    assert 0 < bound.load_factor <= upper.load_factor * (1 + 1e-9)
+    around = energy_ball(problem, 0.9 * bound.load_factor, around=upper.slip, open_nodes=upper.open_nodes)
+    assert around.contains(upper.slip)
+    assert bound.initial_slip == pytest.approx(upper.slip, rel=1e-9, abs=1e-12)
+
+
+def test_transient_steps_count():
+    problem, load_factor, ball = BALLS[0]
+    lifted = replace(problem, q_transient=np.zeros((1, problem.n)), p_transient=np.full((1, problem.n), -9.0))
+    assert energy_ball(lifted, load_factor, open_nodes=ball.open_nodes).status == Status.INFEASIBLE
+    after = energy_ball(lifted, load_factor, open_nodes=ball.open_nodes, transient=False)
+    assert after.radius == ball.radius
+    pressed = replace(problem, q_transient=np.zeros((1, problem.n)), p_transient=np.full((1, problem.n), 1e3))
+    shut = energy_ball(pressed, load_factor, open_nodes=ball.open_nodes)  # closes the open nodes
+    assert shut.status == Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("power", [-40, 30])
+def test_units_do_not_matter(power):
+    problem, load_factor, ball = BALLS[1]
+    force = 2.0**power
+    scaled = replace(problem, **{key: force * getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w")})
+    other = energy_ball(scaled, load_factor, open_nodes=ball.open_nodes)
+    assert other.radius == ball.radius * 2.0 ** (power / 2)
+    assert (other.slip == ball.slip).all()
+    long = replace(problem, **{key: force * getattr(problem, key) for key in ("q_w", "p_w")})
+    other = energy_ball(long, load_factor, open_nodes=ball.open_nodes)  # lengths
+    assert other.radius == pytest.approx(ball.radius * force, rel=1e-12)
+    one, two = (energy_bound(joint, open_nodes=ball.open_nodes) for joint in (problem, scaled))
+    assert one.status == two.status
+    assert two.load_factor == pytest.approx(one.load_factor, rel=1e-9, nan_ok=True)
+
+
+def test_with_all_nodes_closed_nothing_changes_and_wrong_zones_are_refused():
+    joint = shakedown.example("block-9")
+    assert energy_bound(joint, open_nodes="auto").load_factor == energy_bound(joint).load_factor
+    assert energy_ball(joint, 2.0).open_nodes == ()
+    assert energy_ball(joint, 2.0, open_nodes=[4]).status == Status.INFEASIBLE  # it is pressed shut
+    with pytest.raises(UsageError, match="from 0 to 8, found 9"):
+        energy_bound(joint, open_nodes=[9])

@@ -1,0 +1,78 @@
+"""The exact check against fractions put down by hand, and against the floats."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from bounds.energy.joints import one_node, strong_joint
+
+import shakedown
+from shakedown import Problem
+from shakedown.bounds.energy.exact_check import ExactBall
+
+TWO = Problem(  # A⁻¹ = I / 2: B_0 A⁻¹ B_0ᵀ = 1/2 + 1/8, less B_00²/A_00 = 1/2: γ_0² = 1/8; γ_1 = 0
+    A=2 * np.eye(2),
+    B=[[1.0, 0.5], [0.0, 0.0]],
+    f=[0.5, 0.25],
+    q_w=[[1.0, 0.0], [-1.0, 0.0]],
+    p_w=[[4.0, 4], [4, 4]],
+)
+
+
+@pytest.mark.parametrize(("radius", "holds"), [(Fraction(56, 10), True), (Fraction(57, 10), False)])
+def test_a_radius_by_hand(radius, holds):
+    """Node 0 at λ = 1 and zero slip: margin f p − |q| = 1; f γ R < 1 for R < 2√8 = 5.657."""
+    assert ExactBall(TWO, transient=True).holds(1.0, np.zeros(2), radius) is holds
+
+
+def test_strictly():
+    exact = ExactBall(one_node(), transient=False)  # γ = 0: all that counts is a margin > 0
+    assert exact.holds(np.nextafter(1.5, 0), np.zeros(1), 1e300)
+    assert not exact.holds(1.5, np.zeros(1), 0.0)
+
+
+def test_distance_is_rounded_up():
+    exact = ExactBall(TWO, transient=False)
+    found = exact.radius_to(np.array([1.0, 0.0]), np.zeros(2), 0.25)
+    assert 0 < (found - Fraction(1, 4)) ** 2 - 2 < Fraction(1, 2**70)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_certificates_are_next_to_the_optimum(seed):
+    problem = strong_joint(seed, 5, friction=[0.3, 3.0][seed % 2])
+    start = shakedown.upper_bound(problem, certify=False).slip
+    start = start if np.isfinite(start).all() else np.zeros(5)
+    bound = shakedown.energy_bound(problem, start, 0.02)
+    assert bound.status == "optimal"
+    assert bound.load_factor * (1 - 1e-9) < bound.certified <= bound.load_factor
+    found, exact = bound.certificate, ExactBall(problem, transient=True)
+    assert exact.holds(found.load_factor, found.slip, found.radius)
+    assert exact.radius_to(found.slip, start, 0.02) <= Fraction(found.radius)
+    assert not exact.holds(bound.load_factor * (1 + 1e-9), bound.slip, bound.radius * (1 + 1e-9))
+
+
+def test_a_body_that_only_friction_holds_is_certified_where_that_is_clear():
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    floating = Problem(
+        A=A, B=0.25 * A[::-1], f=0.5, q_w=[[1.0, -1.0], [-1.0, 1.0]], p_w=[[3.0, 3.0], [3.0, 3.0]]
+    )
+    bound = shakedown.energy_bound(floating)
+    assert bound.load_factor * (1 - 1e-12) <= bound.certified <= bound.load_factor
+    for error, clear in ((-1e-14, True), (1e-14, True), (1e-8, False)):
+        rough = replace(floating, A=A + np.diag([0.0, error]))
+        again = shakedown.energy_bound(rough)
+        assert again.load_factor == pytest.approx(bound.load_factor, rel=1e-7)
+        assert (again.certified is not None, again.pinned) == ((True, (0,)) if clear else (False, ()))
+
+
+def test_transient_load_steps_are_checked():
+    kind = {"q_transient": [[1.8, 0.0]], "p_transient": [[4.0, 4.0]]}
+    pulled = Problem(A=TWO.A, B=TWO.B, f=TWO.f, q_w=TWO.q_w, p_w=TWO.p_w, **kind)
+    assert ExactBall(pulled, transient=False).holds(1.0, np.zeros(2), 5.0)
+    assert not ExactBall(pulled, transient=True).holds(1.0, np.zeros(2), 5.0)
+    assert ExactBall(pulled, transient=True).holds(1.0, np.zeros(2), 1.0)
+
+
+def test_without_friction_nothing_holds():
+    assert not ExactBall(one_node(f=0.0), transient=False).holds(0.0, np.zeros(1), 0.0)

@@ -1,0 +1,106 @@
+"""Zones: what is left of a joint where some nodes are open, and initial gaps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, ProblemError, UsageError, loading
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.initial_gap import with_initial_gap
+
+BLOCK = shakedown.example("block-9")
+OPEN = (0, 3, 8)
+
+
+def reactions(problem, u, load_factor):
+    q_w, p_w = loading(problem).at(load_factor)
+    return np.hstack([q_w, p_w]) + u @ problem.kappa
+
+
+@pytest.mark.parametrize("explicit_mean", [False, True])
+def test_open_nodes_carry_nothing_and_closed_ones_feel_the_condensed_joint(explicit_mean):
+    problem = BLOCK
+    if explicit_mean:
+        problem = replace(BLOCK, q_mean=0.3 * BLOCK.q_w[0], p_mean=0.7 * BLOCK.p_w[1])
+    zone, n, closed = contact_zone(problem, OPEN), BLOCK.n, [1, 2, 4, 5, 6, 7]
+    slip = np.random.default_rng(0).normal(size=6) * 1e-3
+    q_w, p_w = loading(problem).at(0.7)
+    r = reactions(problem, zone.displacements(slip, q_w, p_w), 0.7)
+    size = np.abs(r).max()
+    assert np.abs(r[:, [0, 3, 8, 9, 12, 17]]).max() < 1e-13 * size
+    q, p = loading(zone.joint).at(0.7)
+    assert q + slip @ zone.joint.A == pytest.approx(r[:, closed], abs=1e-13 * size)
+    assert p + slip @ zone.joint.B.T == pytest.approx(r[:, [n + i for i in closed]], abs=1e-13 * size)
+
+
+def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits():
+    zone = contact_zone(BLOCK, OPEN)
+    rows, slip = zone.constraints, np.random.default_rng(1).normal(size=6) * 1e-3
+    assert rows.node.tolist() == [1, 1, 2, 2, 4, 4, 5, 5, 6, 6, 7, 7, 0, 3, 8]
+    assert rows.side[-3:].tolist() == [0, 0, 0]
+    gaps = zone.displacements(slip, *loading(BLOCK).at(0.7))[:, [9, 12, 17]]
+    assert rows.excess(slip, 0.7)[-3:] == pytest.approx(-gaps.min(axis=0), rel=1e-12)
+    assert gaps.argmin(axis=0).tolist() == rows.step[-3:].tolist()
+
+
+def test_a_zone_without_open_nodes_is_the_joint():
+    zone = contact_zone(BLOCK, ())
+    assert zone.joint is BLOCK
+    assert np.array_equal(zone.constraints.G, shakedown.constraints(BLOCK).G)
+
+
+def test_opening_in_two_steps_is_opening_at_once():
+    first = contact_zone(contact_zone(BLOCK, [8]).joint, [0, 3]).joint
+    at_once = contact_zone(BLOCK, OPEN).joint
+    for key in ("A", "B", "C", "q_w", "p_w"):
+        size = np.abs(getattr(at_once, key)).max()
+        assert getattr(first, key) == pytest.approx(getattr(at_once, key), abs=1e-12 * size)
+
+
+@pytest.mark.parametrize("power", [-40, 0, 40])
+def test_units_do_not_matter(power):
+    factor = 2.0**power
+    parts = {key: factor * getattr(BLOCK, key) for key in ("A", "B", "C", "q_w", "p_w")}
+    scaled, plain = contact_zone(replace(BLOCK, **parts), OPEN), contact_zone(BLOCK, OPEN)
+    assert pytest.approx(factor * plain.joint.A, rel=1e-9) == scaled.joint.A
+    assert scaled.slope == pytest.approx(plain.slope, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "message"),
+    [
+        ([9], "from 0 to 8, found 9"),
+        ([-1], "from 0 to 8, found -1"),
+        ([1.5], "found 1.5"),
+        (["1"], "found '1'"),
+        (3, "expected node numbers, found 3"),
+        (range(9), "found all 9 open"),
+    ],
+)
+def test_wrong_nodes_are_refused(nodes, message):
+    with pytest.raises(UsageError, match=message):
+        contact_zone(BLOCK, nodes)
+
+
+def test_what_the_body_does_not_hold_cannot_be_open():
+    free = Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2) * 0, f=0.3, q_w=[[0, 0]], p_w=[[1, 1]]
+    )
+    with pytest.raises(UsageError, match="the body holds when open, found 1 free to move"):
+        contact_zone(free, [1])
+    with pytest.raises(ProblemError, match="key 'C'"):
+        contact_zone(replace(free, C=None), [1])
+
+
+def test_an_initial_gap_is_a_displacement_of_the_welded_state():
+    gap = np.linspace(-1e-3, 2e-3, 9)
+    shifted = with_initial_gap(BLOCK, gap)
+    v, w = np.random.default_rng(2).normal(size=(2, 9)) * 1e-3
+    before = reactions(BLOCK, np.concatenate([v, w - gap]), 1.0)
+    after = reactions(shifted, np.concatenate([v, w]), 1.0)
+    assert after == pytest.approx(before, abs=1e-12 * np.abs(before).max())
+    assert loading(shifted).q1 == pytest.approx(loading(BLOCK).q1, abs=1e-12 * np.abs(BLOCK.q_w).max())
+    with pytest.raises(UsageError, match=r"one number or shape \(9,\), found \(2,\)"):
+        with_initial_gap(BLOCK, [1.0, 2.0])

@@ -1,0 +1,217 @@
+"""Every public result shows itself on one screen, compares by value, and is written as JSON and as a table."""
+
+import copy
+import dataclasses
+import functools
+import inspect
+import json
+import pickle
+import sys
+import typing
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.joint.result import LINES, WIDTH, Result
+
+INPUTS = {"Problem", "Tolerances"}  # dataclasses that functions take; their own rules
+LARGEST = "block-33"
+
+
+def classes_in(hint):
+    """The classes that an annotation names, also those that it holds in brackets."""
+    if isinstance(hint, type):
+        yield hint
+    for part in typing.get_args(hint):
+        yield from classes_in(part)
+
+
+def annotated_return(function):
+    try:
+        return typing.get_type_hints(function).get("return")
+    except NameError:  # a name of matplotlib, imported for the type checker alone
+        return None
+
+
+def public_dataclasses():
+    """Those that are exported by name, and those that exported functions return."""
+    found = set()
+    for name in shakedown.__all__:
+        thing = getattr(shakedown, name)
+        if isinstance(thing, type):
+            found.add(thing)
+        elif inspect.isroutine(thing) or hasattr(thing, "__wrapped__"):
+            found |= set(classes_in(annotated_return(thing)))
+    found = {kind for kind in found if dataclasses.is_dataclass(kind) and kind.__name__ not in INPUTS}
+    return sorted(found, key=lambda kind: kind.__name__)
+
+
+def test_results_that_are_not_exported_by_name_are_among_them():
+    assert {"Coupling", "SingleNodeCycle"} <= {kind.__name__ for kind in public_dataclasses()}
+
+
+@pytest.mark.parametrize("kind", public_dataclasses(), ids=lambda kind: kind.__name__)
+def test_every_public_dataclass_is_a_result(kind):
+    assert issubclass(kind, Result)
+    assert kind.__dataclass_params__.frozen
+    for own in ("__eq__", "__hash__"):
+        assert getattr(kind, own) is getattr(Result, own), f"{kind.__name__}: eq=False"
+    assert not kind.__dataclass_params__.repr, f"{kind.__name__}: repr=False"
+    for words in (kind.DOCUMENT, kind.TABLE):
+        assert all(hasattr(kind, w) or w in kind.__dataclass_fields__ for w in words.split())
+
+
+def two():
+    return shakedown.example("two-node")
+
+
+def many():
+    return shakedown.example(LARGEST)
+
+
+def jumping():
+    return shakedown.example("jump")
+
+
+RESULTS = {  # one of every function that makes one
+    "lower": lambda: shakedown.lower_bound(two()),
+    "upper": lambda: shakedown.upper_bound(many()),
+    "bounds": lambda: shakedown.shakedown_bounds(shakedown.example("one-node")),
+    "infeasible": lambda: shakedown.upper_bound(shakedown.example("receding-block")),
+    "safe": lambda: shakedown.safe_slip(many(), 0.5),
+    "energy": lambda: shakedown.energy_bound(many()),
+    "ball": lambda: shakedown.energy_ball(many(), 0.5),
+    "friction": lambda: shakedown.friction_thresholds(two()),
+    "universal": lambda: shakedown.universal_bound(two()),
+    "swing": lambda: shakedown.swing_bound(two()),
+    "box": lambda: shakedown.box_bound(two()),
+    "critical": lambda: shakedown.critical_load_factors(two(), values=True),
+    "curve": lambda: shakedown.guarantee_curve(two(), [0.25, 1.0]),
+    "conic": lambda: shakedown.conic_upper_bound(two()),
+    "simulation": lambda: shakedown.simulate(many(), 0.5, cycles=2, record=True),
+    "steps": lambda: shakedown.simulate(two(), 0.5, cycles=2, method="gauss-seidel", record=True),
+    "jump": lambda: shakedown.simulate(jumping(), 1.0, jumping().initial_slip[0]),
+    "state": lambda: shakedown.long_term_state(many(), 0.9, reduce=True),
+    "evolution": lambda: shakedown.evolve(two(), 0.9, cycles=2),
+    "limit": lambda: shakedown.transient_limit(two()),
+    "scene": lambda: shakedown.reduced_scene(two(), 0.9),
+    "unique": lambda: shakedown.unique_in_contact(two()),
+    "verification": lambda: shakedown.verify(shakedown.example("one-node"), random_states=1),
+    "run": lambda: made("verification").runs[0],
+    "loading": lambda: shakedown.loading(two()),
+    "rows": lambda: shakedown.constraints(many()),
+    "sweep": lambda: shakedown.sweep(two(), {"f": np.linspace(0.1, 0.4, 4)}, bounds=["upper"]),
+    "point": lambda: made("sweep").points[0],
+    "cycle": lambda: shakedown.smallest_cycle(two(), states=8, rounds=1),
+    "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
+    "corner": lambda: shakedown.corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
+    "coupling": lambda: shakedown.coupling(two()),
+    "no coupling": lambda: shakedown.coupling(dataclasses.replace(two(), f=50.0)),
+    "single": lambda: shakedown.single_node_cycle(shakedown.example("three-node")),
+    "no single": lambda: shakedown.single_node_cycle(
+        dataclasses.replace(shakedown.example("one-node"), f=50.0)
+    ),
+    "case": lambda: shakedown.LoadCase(history=np.arange(1000.0), force=np.zeros(5000)),
+}
+
+
+@functools.cache
+def made(name):
+    return RESULTS[name]()
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_shows_itself_on_one_screen(name):
+    lines = repr(made(name)).splitlines()
+    assert len(lines) <= LINES
+    assert max(map(len, lines)) <= WIDTH
+    page = made(name)._repr_html_()
+    assert page.startswith("<table>")
+    assert len(page) < 8000
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_compares_by_value_without_raising(name):
+    result = made(name)
+    again = pickle.loads(pickle.dumps(result))
+    assert again == result
+    assert copy.deepcopy(result) == result
+    assert result != "result"
+    assert result != made("loading" if name != "loading" else "rows")
+    assert not result != again  # noqa: SIM202
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(result)
+
+
+def changed(value):
+    """A field with one of its values another one, or None where it is no number."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f" and value.size:
+        other = value.copy()
+        other.flat[-1] = 17.25
+        return other
+    return 17.25 if isinstance(value, float) else None
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_sees_every_difference(name):
+    result = made(name)
+    for field in dataclasses.fields(result):
+        other = changed(getattr(result, field.name))
+        if other is None or not field.init:
+            continue
+        elsewhere = copy.copy(result)
+        object.__setattr__(elsewhere, field.name, other)
+        assert (elsewhere != result) is field.compare, field.name
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_is_json(name):
+    document = made(name).to_dict()
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
+    assert document
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_is_a_table(name):
+    table = made(name).to_frame()
+    assert len(table) >= 1
+    assert len(table.columns) >= 1
+
+
+def test_a_table_of_nodes_names_them():
+    block = dataclasses.replace(shakedown.example(LARGEST), label=[f"P{i}" for i in range(33)])
+    table = made("simulation").to_frame(block)
+    assert table.index.name == "node"
+    assert table["label"].iloc[[0, -1]].tolist() == ["P0", "P32"]
+    assert np.array_equal(table["slip_per_cycle"], made("simulation").slip_per_cycle)
+    assert shakedown.lower_bound(
+        dataclasses.replace(shakedown.example("two-node"), label=["a", "b"])
+    ).to_frame()["label"].tolist() == ["a", "b"]
+
+
+def test_tables_have_the_rows_that_one_expects():
+    assert made("limit").to_frame().columns.tolist() == ["scanned", "outcomes"]
+    assert len(made("curve").to_frame()) == 2
+    assert len(made("critical").to_frame()) == made("critical").regular
+    assert len(made("verification").to_frame()) == len(made("verification").runs)
+    assert made("bounds").to_frame().columns.tolist()[:2] == ["safe_slip", "witness"]
+
+
+def test_a_missing_pandas_is_said_in_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(shakedown.UsageError, match=r"pip install 'shakedown-bounds\[frames\]'"):
+        made("upper").to_frame()
+
+
+def test_a_page_shows_text_and_obeys_none():
+    bound = dataclasses.replace(made("upper"), reason="<script>alert(1)</script>\x1b[2J")
+    page = bound._repr_html_()
+    assert "<script>" not in page
+    assert "\x1b" not in page + repr(bound)
+
+
+def test_problems_and_tolerances_are_short():
+    assert repr(shakedown.example("two-node")) == "<Problem 'two-node system (5.3.1)', n=2, m=50>"
+    assert repr(shakedown.Tolerances()) == "Tolerances()"
+    assert repr(shakedown.Tolerances(limit=1e-12)) == "Tolerances(limit=1e-12)"

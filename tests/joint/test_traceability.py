@@ -1,0 +1,134 @@
+"""What leads from a node back to the model it came from: kept, checked, and taken along."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, ProblemError, load_problem, save_problem
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.initial_gap import with_initial_gap
+
+SOURCE = json.dumps(
+    {"command": "shakedown-bounds import c.toml", "files": [{"name": "k.mtx", "sha256": "0" * 64}]}
+)
+
+
+def traced(**changes) -> Problem:
+    """Two nodes of which everything is known."""
+    more = {
+        "label": ["4711/12", "4712/13"],
+        "coordinates": [[0.0, 1.0, 0.0], [2.0, 1.0, 0.0]],
+        "normal": [[0.0, 1.0, 0.0], [0.6, 0.8, 0.0]],
+        "tangent": [[1.0, 0.0, 0.0], [0.8, -0.6, 0.0]],
+        "node_area": [0.5, 0.0],
+        "load_names": ["bolt", "traction"],
+        "source": SOURCE,
+        "x": [0.0, 2.0],
+    }
+    return dataclasses.replace(shakedown.example("two-node"), **(more | changes))
+
+
+def test_everything_survives_the_round_trip(tmp_path):
+    save_problem(tmp_path / "p.npz", traced())
+    again = load_problem(tmp_path / "p.npz")
+    assert again == traced()
+    assert again.label == ("4711/12", "4712/13")
+    assert json.loads(again.source)["files"][0]["name"] == "k.mtx"
+    with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
+        assert file["label"].tolist() == ["4711/12", "4712/13"]
+
+
+def test_the_same_problem_twice_is_the_same_file(tmp_path):
+    for name in "ab":
+        save_problem(tmp_path / name, traced())
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_path):
+    save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
+    with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
+        assert not {"source", "label", "node_area", "load_names"} & set(file.files)
+
+
+DAMAGED = {
+    "too few labels": ({"label": ["a"]}, "key 'label': expected shape (2,), found (1,)"),
+    "labels in two columns": ({"label": [["a", "b"], ["c", "d"]]}, "key 'label': expected one text each"),
+    "ragged labels": ({"label": [["a"], ["b", "c"]]}, "key 'label': expected one text each, found ragged rows"),
+    "labels that are no text": ({"label": [1.5, 2.5]}, "key 'label': expected one text each, found dtype float64"),
+    "one label": ({"label": "a"}, "key 'label': expected one text each, found text"),
+    "a label that a terminal obeys": ({"label": ["a", "\x1b[2J"]}, "found '\\x1b[2J' at label[1]"),
+    "a label of two lines": ({"label": ["a", "b\nc"]}, "expected text that can be shown"),
+    "a label that reads backwards": ({"label": ["a", "\u202egnp"]}, "expected text that can be shown"),
+    "half a character": ({"label": ["a", "\ud800"]}, "key 'label': expected text, found the character number 0xd800"),
+    "an endless label": ({"label": ["a", "b" * 500]}, "expected at most 200 characters, found 500 at label[1]"),
+    "a load without a showable name": ({"load_names": ["\x00b"]}, "key 'load_names': expected text that can be shown"),
+    "no load": ({"load_names": []}, "key 'load_names': expected one text each"),
+    "a negative area": ({"node_area": [0.5, -1e-9]}, "key 'node_area': expected areas >= 0, found -1e-09 at node 1"),
+    "an area that is no number": ({"node_area": [np.nan, 1.0]}, "key 'node_area': expected finite numbers"),
+    "too many areas": ({"node_area": [1.0, 1.0, 1.0]}, "key 'node_area': expected shape (2,), found (3,)"),
+    "places in the plane": ({"coordinates": np.zeros((2, 2))}, "key 'coordinates': expected shape (2, 3), found (2, 2)"),
+    "places turned": ({"coordinates": np.zeros((3, 2))}, "key 'coordinates': expected shape (2, 3), found (3, 2)"),
+    "a normal of length 2": ({"normal": [[0, 2, 0], [0, 1, 0]]}, "key 'normal': expected vectors of length 1, found the length 2 at node 0"),
+    "no tangent": ({"tangent": [[1, 0, 0], [0, 0, 0]]}, "key 'tangent': expected vectors of length 1, found the length 0 at node 1"),
+    "a source that is no JSON": ({"source": "import c.toml"}, "key 'source': expected JSON text"),
+    "a source that is a list": ({"source": "[1]"}, "key 'source': expected a JSON object, found list"),
+    "a source with NaN": ({"source": '{"a": NaN}'}, "key 'source': expected JSON text, found what is none (the word NaN)"),
+    "a source too deep": ({"source": '{"a":' + "[" * 100_000 + "]" * 100_000 + "}"}, "key 'source': expected JSON text"),
+    "a source with an endless number": ({"source": '{"a": ' + "9" * 5000 + "}"}, "key 'source': expected JSON text"),
+    "several sources": ({"source": ["{}", "{}"]}, "key 'source': expected one text string"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", DAMAGED)
+def test_damaged_values_are_refused_in_one_line(kind):
+    changes, message = DAMAGED[kind]
+    with pytest.raises(ProblemError) as caught:
+        traced(**changes)
+    assert message in str(caught.value)
+    assert len(str(caught.value)) < 400
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("changes", [{"label": np.array(["a" * 300, "b"])}, {"label": np.array(["a", "\x9b31m"])},
+                                     {"source": np.array("{")}, {"node_area": -np.ones(2)}], ids=str)  # fmt: skip
+def test_damaged_files_are_refused_with_their_name(tmp_path, changes):
+    save_problem(tmp_path / "good.npz", traced())
+    with np.load(tmp_path / "good.npz") as file:
+        arrays = dict(file) | changes
+    np.savez(tmp_path / "bad.npz", **arrays)
+    with pytest.raises(ProblemError, match=r"bad\.npz: key '(label|source|node_area)': expected "):
+        load_problem(tmp_path / "bad.npz")
+
+
+def test_a_problem_of_some_of_the_nodes_knows_which():
+    problem = traced()
+    zone = contact_zone(problem, [0]).joint
+    assert zone.label == ("4712/13",)
+    assert zone.coordinates.tolist() == [[2.0, 1.0, 0.0]]
+    assert zone.node_area.tolist() == [0.0]
+    assert zone.source == SOURCE
+    assert zone.load_names == ("bolt", "traction")
+    tight = with_initial_gap(problem, -1e-3)
+    assert tight.label == problem.label
+    assert np.array_equal(tight.normal, problem.normal)
+
+
+def test_a_reduced_scene_knows_which_nodes_move():
+    block = shakedown.example("block-9")
+    named = dataclasses.replace(block, label=[f"P{i}" for i in range(9)], source=SOURCE, load_names=["top"])
+    scene = shakedown.reduced_scene(named, 0.2)
+    assert scene.problem.n < 9
+    assert scene.problem.label == tuple(f"P{i}" for i in np.flatnonzero(scene.moving))
+    assert (scene.problem.source, scene.problem.load_names) == (SOURCE, ("top",))
+
+
+@pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_names", "source", "x"])
+def test_equality_sees_every_field_and_never_raises(key):
+    other = dataclasses.replace(traced(), **{key: "" if key == "source" else None})
+    assert traced() == traced()
+    assert traced() != other
+    assert other != traced()
+    assert traced() != "two-node"

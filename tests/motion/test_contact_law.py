@@ -1,0 +1,65 @@
+"""The judge of every path: each clause of the contact and friction law has an example that breaks it alone."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from shakedown.motion import contact_law
+from shakedown.motion.contact_law import Scales, law_violation
+
+UNIT = Scales(1.0, 1.0)
+# clause: (f, q, p, w, slip), by how much it is broken
+BROKEN = {
+    "no penetration": ((0.5, 0.0, 0.0, -0.25, 0.0), 0.25),
+    "no tension": ((0.0, 0.0, -0.25, 0.0, 0.0), 0.25),
+    "an open node carries nothing": ((0.5, 0.0, 0.25, 2.0, 0.0), 0.25),
+    "Coulomb": ((0.5, 0.75, 1.0, 0.0, 0.0), 0.25),
+    "forward slip": ((0.5, 0.25, 1.0, 0.0, 0.5), 0.5),
+    "backward slip": ((0.5, -0.25, 1.0, 0.0, -0.5), 0.5),
+}
+LAWFUL = {
+    "stick": (0.5, 0.25, 1.0, 0.0, 0.0),
+    "stick on the backward limit": (0.5, 0.5, 1.0, 0.0, 0.0),
+    "forward slip": (0.5, -0.5, 1.0, 0.0, 0.5),
+    "backward slip": (0.5, 0.5, 1.0, 0.0, -0.5),
+    "open": (0.5, 0.0, 0.0, 1.0, 0.0),
+    "apex": (0.5, 0.0, 0.0, 0.0, 0.0),
+    "frictionless slip": (0.0, 0.0, 1.0, 0.0, 0.5),
+}
+
+
+def violation(judge, state, scale=UNIT):
+    f, q, p, w, slip = (np.array([x]) for x in state)
+    return float(judge(f, q * scale.force, p * scale.force, w * scale.length, slip * scale.length, scale)[0])
+
+
+@pytest.mark.parametrize("clause", BROKEN)
+@pytest.mark.parametrize("scale", [UNIT, Scales(1e9, 1e-6)], ids=str)
+def test_what_breaks_a_clause_is_found_and_measured(clause, scale):
+    state, size = BROKEN[clause]
+    assert violation(law_violation, state, scale) == pytest.approx(size, rel=1e-12)
+
+
+@pytest.mark.parametrize("case", LAWFUL)
+def test_what_obeys_the_law_passes(case):
+    assert violation(law_violation, LAWFUL[case]) == 0.0
+
+
+@pytest.mark.parametrize("number", range(len(BROKEN)))
+def test_without_its_clause_an_example_would_pass(number):
+    """Strike one clause from the source: its example passes, and all others are still found."""
+    lines = inspect.getsource(law_violation).splitlines()
+    first = next(k for k, line in enumerate(lines) if "parts = [" in line) + 1
+    del lines[first + number]
+    space = dict(vars(contact_law))
+    exec("\n".join(lines), space)
+    found = [violation(space["law_violation"], state) > 0 for state, _ in BROKEN.values()]
+    assert found == [k != number for k in range(len(BROKEN))]
+
+
+def test_rows_and_nodes_are_judged_one_by_one():
+    f = np.array([0.5, 0.25])
+    q, p = np.array([[0.75, 0.25], [0.0, 0.5]]), np.ones((2, 2))
+    still = np.zeros((2, 2))
+    assert law_violation(f, q, p, still, still, UNIT) == pytest.approx(np.array([[0.25, 0.0], [0.0, 0.25]]))

@@ -1,0 +1,146 @@
+"""Motions that begin with some nodes open, through the public functions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import ProblemError, UsageError, evolve, long_term_state, simulate, upper_bound
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.motion.integrator import Evolution
+from tests.partly_open import SOME, partly_open
+
+# without its transient: that begins without load, where the safe slip is not admissible
+RECEDING = replace(shakedown.example("receding-block"), q_transient=None, p_transient=None)
+UPPER = upper_bound(RECEDING, open_nodes="auto")
+
+
+def at_a_share(problem, share):
+    """Upper bound of the best zone, and a load factor between its ends."""
+    upper = upper_bound(problem, open_nodes="auto")
+    if upper.status != "optimal":
+        return upper, np.nan
+    return upper, upper.least_load_factor + share * (upper.load_factor - upper.least_load_factor)
+
+
+def with_transient(problem, load_factor, seed):
+    """The same joint, brought to its loop through load steps in between those of the loop."""
+    q_w, p_w = shakedown.loading(problem).at(load_factor)
+    weights = np.random.default_rng(seed).dirichlet(np.ones(problem.m), size=3)
+    return replace(problem, q_transient=weights @ q_w, p_transient=weights @ p_w)
+
+
+@pytest.mark.parametrize("transient", [False, True])
+@pytest.mark.parametrize("seed", SOME[:12])
+def test_below_the_bound_of_the_zone_nothing_slips(seed, transient):
+    problem = partly_open(seed)
+    for share in (0.5, 0.999):
+        upper, load_factor = at_a_share(problem, share)
+        if upper.status != "optimal":
+            return
+        if transient:
+            problem = with_transient(problem, load_factor, seed)
+        run = evolve(problem, load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
+        size = np.abs(upper.slip).max()
+        assert run.stop is None
+        assert max(cycle.slip.max() for cycle in run.cycles) < 1e-9 * size
+        state = long_term_state(problem, load_factor, upper.slip, open_nodes=upper.open_nodes)
+        assert state.outcome == "shakedown"
+        assert state.open_nodes == upper.open_nodes
+
+
+@pytest.mark.parametrize("method", ["event", "gauss-seidel"])
+def test_the_receding_block_rests_in_its_zone_and_slips_above(method):
+    closed = list(contact_zone(RECEDING, UPPER.open_nodes).closed_nodes)
+    for share, rests in ((0.99, True), (1.02, False)):
+        load_factor = share * UPPER.load_factor
+        run = simulate(
+            RECEDING, load_factor, UPPER.slip, open_nodes=UPPER.open_nodes, method=method, cycles=3
+        )
+        assert (run.cycles.slip[0][closed].max() < 1e-9) == rests
+        assert not rests or (run.outcome, run.open_nodes) == ("shakedown", UPPER.open_nodes)
+
+
+@pytest.mark.parametrize("seed", SOME[:6])
+def test_the_state_at_the_start_is_in_equilibrium_with_the_first_load(seed):
+    problem = partly_open(seed)
+    upper, load_factor = at_a_share(problem, 0.6)
+    if upper.status != "optimal":
+        return
+    evolution = Evolution(problem, load_factor, upper.slip, open_nodes=upper.open_nodes)
+    r = evolution.load[0] + problem.kappa @ evolution.state.u
+    of_open = [*upper.open_nodes, *(problem.n + i for i in upper.open_nodes)]
+    assert np.abs(r[of_open]).max(initial=0.0) < 1e-12 * np.abs(evolution.load).max()
+    before = evolution.state
+    evolution.advance(1)
+    still = list(set(range(problem.n)) - set(upper.open_nodes))
+    assert np.abs(evolution.state.u[still] - before.u[still]).max() < 1e-12 * np.abs(before.u).max()
+
+
+def test_slips_given_for_open_nodes_do_not_matter():
+    other = UPPER.slip.copy()
+    other[list(UPPER.open_nodes)] = 17.0
+    one, two = (
+        evolve(RECEDING, 0.9 * UPPER.load_factor, slip, open_nodes=UPPER.open_nodes, cycles=2)
+        for slip in (UPPER.slip, other)
+    )
+    assert (one.initial_slip == two.initial_slip).all()
+    assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
+
+
+@pytest.mark.parametrize("power", [-40, 30])
+def test_units_do_not_matter(power):
+    factor = 2.0**power
+    scaled = replace(
+        RECEDING, **{key: factor * getattr(RECEDING, key) for key in ("A", "B", "C", "q_w", "p_w")}
+    )
+    for share in (0.7, 1.02):
+        one, two = (
+            evolve(joint, share * UPPER.load_factor, UPPER.slip, open_nodes=UPPER.open_nodes, cycles=2)
+            for joint in (RECEDING, scaled)
+        )
+        assert [cycle.signature for cycle in one.cycles] == [cycle.signature for cycle in two.cycles]
+        assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()
+
+
+def test_load_steps_that_are_split_change_nothing():
+    def split(path):
+        return np.repeat(path, 2, axis=0) - 0.5 * np.vstack(
+            [np.zeros_like(path[:1]), np.diff(path, axis=0)]
+        ).repeat(2, axis=0) * np.tile([[1.0], [0.0]], (len(path), 1))
+
+    problem = partly_open(SOME[0])
+    upper, load_factor = at_a_share(problem, 1.3)
+    loop = [np.vstack([part[-1:], part]) for part in (problem.q_w, problem.p_w)]
+    mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
+    fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
+    # the finer loop begins half a step earlier: both are brought to the same first load
+    q_w, p_w = shakedown.loading(problem).at(load_factor)
+    first = {"q_transient": q_w[-1:], "p_transient": p_w[-1:]}
+    ends = [
+        evolve(replace(joint, **first), load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)
+        for joint in (problem, fine)
+    ]
+    one, two = (run.cycles[-1] for run in ends)
+    assert one.events == two.events
+    assert two.end_slip == pytest.approx(one.end_slip, rel=1e-9, abs=1e-11)
+
+
+def test_what_cannot_be_a_start_is_refused_in_one_line():
+    with pytest.raises(UsageError, match="node 16 would overlap by"):
+        evolve(RECEDING, 0.5 * UPPER.load_factor, UPPER.slip, open_nodes=[16])
+    with pytest.raises(UsageError, match="expected all nodes closed at the start, found 0 open"):
+        evolve(RECEDING, 0.1, UPPER.slip, open_nodes=[0], reduce=True)
+    with pytest.raises(UsageError, match="expected all nodes closed at the start, found 0 open"):
+        long_term_state(RECEDING, 0.1, UPPER.slip, open_nodes=[0], reduce=True)
+    with pytest.raises(UsageError, match="found 33"):
+        simulate(RECEDING, 0.1, open_nodes=[33])
+    with pytest.raises(ProblemError, match="key 'C'"):
+        evolve(replace(RECEDING, C=None), 0.1, open_nodes=[0])
+
+
+def test_all_nodes_closed_is_as_before():
+    joint = shakedown.example("block-9")
+    one, two = (evolve(joint, 1.5, cycles=2, **more) for more in ({}, {"open_nodes": []}))
+    assert (one.cycles[-1].end_slip == two.cycles[-1].end_slip).all()

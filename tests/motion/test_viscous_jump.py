@@ -1,0 +1,194 @@
+"""Jumps of chapter VI: the published one, its end state for several dampings, and its energy."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.motion.contact_law import law_violation, scales
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.active_set import active_set
+from shakedown.motion.kernels.rate_problem import ON_BACKWARD, ON_FORWARD, rates
+from shakedown.motion.kernels.rate_search import enumerate_states
+from shakedown.motion.viscous_jump import potential_energy
+
+DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]
+
+
+@pytest.mark.parametrize("damping", DAMPINGS)
+def test_jump_ends_in_the_published_state_whatever_the_damping(damping):
+    problem = shakedown.example("jump")
+    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+    assert run.stop is None
+    (jump,) = run.cycles[0].jumps
+    assert np.hypot(*(jump.v_before - [-20.7269, 30.9051])) < 0.12  # from slightly inside the corner
+    assert run.history.v[-1] == pytest.approx([3.5639831, -24.56392242], abs=1e-7)
+    assert run.history.w[-1] == pytest.approx([0.0, 3.34427293], abs=1e-7)
+    assert list(run.history.state[-1]) == [-1, 2]
+
+
+def test_start_nearer_the_corner_jumps_nearer_the_published_point():
+    problem = shakedown.example("jump")
+    corner = np.array([-20.7269001, 30.9050566])
+    for inside in (1e-3, 1e-5):
+        G = np.array([problem.A[0] + 0.39 * problem.B[0], problem.A[1] - 0.39 * problem.B[1]])
+        start = corner + np.linalg.solve(G, [-inside, 0.0])
+        (jump,) = shakedown.evolve(problem, 1.0, start).cycles[0].jumps
+        assert jump.v_before == pytest.approx(start, abs=1e-6)
+        assert np.abs(start - corner).max() <= 105 * inside
+
+
+def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
+    problem = shakedown.example("jump")
+    released = []
+    for damping in DAMPINGS:
+        run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+        (jump,) = run.cycles[0].jumps
+        assert 0 < jump.friction_work < jump.energy_released
+        released.append(jump.energy_released)
+    assert released == pytest.approx([released[0]] * len(released), rel=1e-9)
+    h, kappa = run.history, problem.kappa
+    u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
+    work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
+    stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+    assert run.cycles[0].dissipation == pytest.approx(work - stored, rel=1e-6)
+
+
+def test_rate_problem_at_the_corner_has_no_solution():
+    problem = shakedown.example("jump")
+    act, rate = active_set(problem.kappa, problem.f), rates(2)
+    rate.place[:] = ON_FORWARD, ON_BACKWARD
+    rate.welded[:] = -1.0, 0.0, 0.0, 0.0
+    assert not enumerate_states(act, rate, 1e-13)
+    assert list(act.state) == [0, 0]
+    for v in combined_rates(problem):
+        assert v is None
+
+
+def combined_rates(problem):
+    """Each combination of stick and slip at the corner, solved by hand; None where it breaks its conditions."""
+    A, B, f = problem.A, problem.B, 0.39
+    rows = np.array([-(A[0] + f * B[0]), A[1] - f * B[1]])  # distance to each limit falls by rows·v̇
+    load = np.array([1.0, 0.0])
+    direction = np.array([1.0, -1.0])
+    for moving in ([], [0], [1], [0, 1]):
+        v = np.zeros(2)
+        if moving:
+            v[moving] = np.linalg.solve(rows[np.ix_(moving, moving)], -load[moving])
+        admissible = np.all(rows @ v + load <= 1e-12) and np.all(direction * v >= -1e-12)
+        yield v if admissible else None
+
+
+def test_cycles_with_jumps_are_periodic():
+    """Back and forth across the jump: a limit cycle that jumps in every cycle."""
+    jump = shakedown.example("jump")
+    load = np.array([[2.6, jump.q_w[0, 1]], [2.2, jump.q_w[0, 1]], [60.0, jump.q_w[0, 1]]])
+    problem = shakedown.Problem(
+        A=jump.A, B=jump.B, C=jump.C, f=jump.f, q_w=load, p_w=np.tile(jump.p_w, (3, 1)),
+        initial_slip=jump.initial_slip,
+    )  # fmt: skip
+    state = shakedown.long_term_state(problem, 1.0, problem.initial_slip[0])
+    assert state.outcome != "undecided"
+    again = Evolution(problem, 1.0, problem.initial_slip[0])
+    for _ in range(40):
+        assert again.cycle() is not None
+    assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+
+
+def copies(problem, count, *, one_after_another):
+    """Joints beside each other that do not feel each other; the load of copy k falls in load step k."""
+    eye, n = np.eye(count), problem.n
+    first, last = problem.q_transient[0], problem.q_w[0]
+    steps = count if one_after_another else 1
+    q_w = np.tile(first, (steps + 1, count))
+    for k in range(count):
+        q_w[k + 1 if one_after_another else 1 :, n * k : n * (k + 1)] = last
+    p_w = np.tile(problem.p_w[0], (steps + 1, count))
+    return shakedown.Problem(
+        A=np.kron(eye, problem.A), B=np.kron(eye, problem.B), C=np.kron(eye, problem.C),
+        f=np.tile(problem.f, count), q_w=q_w, p_w=p_w, q_mean=q_w[0], p_mean=p_w[0],
+        initial_slip=np.tile(problem.initial_slip[0], count),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("one_after_another", [True, False])
+@pytest.mark.parametrize("count", [3, 14, 21])
+def test_copies_jump_as_each_would_alone(count, one_after_another):
+    """A jump has nothing to do with those before it in the cycle."""
+    problem = shakedown.example("jump")
+    alone = shakedown.evolve(problem, 1.0, problem.initial_slip[0]).cycles[0]
+    many = copies(problem, count, one_after_another=one_after_another)
+    run = shakedown.evolve(many, 1.0, many.initial_slip[0])
+    assert run.stop is None
+    (cycle,) = run.cycles
+    assert len(cycle.jumps) == (count if one_after_another else 1)
+    released = sum(jump.energy_released for jump in cycle.jumps)
+    assert released == pytest.approx(count * alone.jumps[0].energy_released, rel=1e-9)
+    assert cycle.dissipation == pytest.approx(count * alone.dissipation, rel=1e-9)
+    assert cycle.slip.reshape(count, 2) == pytest.approx(np.tile(alone.slip, (count, 1)), rel=1e-7, abs=1e-9)
+
+
+def test_a_body_that_friction_does_not_hold_slides_away():
+    """No stiffness against a rigid shift, and more load than friction: there is no equilibrium to jump to."""
+    problem = shakedown.Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
+        q_w=[[0.0, 0.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
+    )  # fmt: skip
+    run = shakedown.evolve(problem, 1.0)
+    assert run.stop.slides_away
+    assert "the body slides away" in run.stop.reason
+    state = shakedown.long_term_state(problem, 1.0)
+    assert (state.outcome, state.slides_away) == ("undecided", True)
+    assert shakedown.simulate(problem, 1.0).to_dict()["slides_away"] is True
+    lifted = shakedown.Problem(
+        A=np.eye(1), B=np.zeros((1, 1)), f=0.5, q_w=[[0.0], [0.0]], p_w=[[1.0], [-1.0]]
+    )
+    other = shakedown.long_term_state(lifted, 1.0)
+    assert (other.outcome, other.slides_away) == ("undecided", False)
+    assert not shakedown.evolve(lifted, 1.0).stop.slides_away
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_random_joints_far_above_their_thresholds(seed):
+    """The law at every event, and the energy balance of load, friction and jumps."""
+    rng, jumps = np.random.default_rng(seed), 0
+    for _ in range(80):
+        n, m = int(rng.integers(1, 6)), int(rng.integers(2, 7))
+        G = rng.normal(size=(2 * n, 2 * n))
+        kappa = G @ G.T / (2 * n) + 0.1 * np.eye(2 * n)
+        p_w = rng.uniform(0.5, 3.0, n) + rng.normal(size=(m, n)) * rng.uniform(0.05, 1.2)
+        problem = shakedown.Problem(
+            A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.5, 3.0),
+            q_w=0.6 * rng.normal(size=(m, n)), p_w=p_w,
+        )  # fmt: skip
+        run = shakedown.evolve(problem, 1.0, cycles=3)
+        assert run.stop is None
+        h, scale = run.history, scales(problem, 1.0)
+        assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
+        u, r_w = np.hstack([h.v, h.w]), np.hstack([h.q_w, h.p_w])
+        work = ((u[1:] + u[:-1]) / 2 * np.diff(r_w, axis=0)).sum()
+        stored = potential_energy(kappa, r_w[-1], u[-1]) - potential_energy(kappa, r_w[0], u[0])
+        lost = sum(cycle.dissipation for cycle in run.cycles)
+        assert lost == pytest.approx(work - stored, abs=1e-7 * scale.force * scale.length)
+        for cycle in run.cycles:
+            assert all(jump.energy_released > 0 for jump in cycle.jumps)
+            jumps += len(cycle.jumps)
+    assert jumps > 3
+
+
+def test_a_body_that_is_not_held_leaves():
+    """Two floating nodes lifted by the load: no equilibrium, the evolution says so."""
+    stiffness = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    problem = shakedown.Problem(
+        A=stiffness, B=np.zeros((2, 2)), C=stiffness, f=0.5,
+        q_w=np.zeros((2, 2)), p_w=[[1.0, 1.0], [-1.0, -1.0]],
+    )  # fmt: skip
+    state = shakedown.long_term_state(problem, 1.0)
+    assert state.outcome == "separation"
+    assert state.period == 0
+    assert "leaves" in state.reason
+
+
+def test_damping_is_checked():
+    problem = shakedown.example("jump")
+    with pytest.raises(shakedown.UsageError, match="damping"):
+        shakedown.evolve(problem, 1.0, damping=[1.0, 2.0])

@@ -1,0 +1,120 @@
+"""Named parameters: each is what its line says, whatever the joint."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import joint, random_problem
+from shakedown import loading, with_parameter
+from shakedown.ground.errors import ProblemError, UsageError
+
+TWO = shakedown.example("two-node")
+TRANSIENT = replace(joint(3), q_transient=np.full((2, 4), 0.1), p_transient=np.full((2, 4), 3.0))
+
+
+def limits(problem):
+    return (
+        shakedown.lower_bound(problem, certify=False).load_factor,
+        shakedown.universal_bound(problem, certify=False).load_factor,
+        shakedown.energy_bound(problem, certify=False).load_factor,
+        shakedown.upper_bound(problem, certify=False).load_factor,
+    )
+
+
+@pytest.mark.parametrize("problem", [TWO, joint(1), random_problem(5, 2)], ids=["two", "joint", "random"])
+def test_every_load_factor_is_inverse_to_the_amplitude_and_homogeneous_in_the_mean(problem):
+    as_given = np.array(limits(problem))
+    assert limits(with_parameter(problem, "amplitude", 2.0)) == pytest.approx(as_given / 2, rel=1e-7)
+    assert limits(with_parameter(problem, "mean", 3.0)) == pytest.approx(as_given * 3, rel=1e-7)
+
+
+@pytest.mark.parametrize("problem", [TWO, random_problem(5, 2)], ids=["two", "random"])
+def test_without_locked_in_slip_no_load_factor_depends_on_the_stiffness(problem):
+    changed = with_parameter(problem, "stiffness", 4.0)
+    assert limits(changed) == limits(problem)  # a power of two: to the last bit
+    assert changed.C is not None
+    assert np.array_equal(changed.C, 4.0 * problem.C)
+
+
+def test_without_coupling_both_bounds_are_melans():
+    lower, universal, _, upper = limits(with_parameter(TWO, "coupling", 0.0))
+    assert lower == universal == pytest.approx(upper, rel=1e-9)
+
+
+def test_friction_factor_and_friction_coefficient_agree():
+    assert np.array_equal(with_parameter(TWO, "f", 0.7).f, with_parameter(TWO, "friction", 2.0).f)
+    with pytest.raises(UsageError, match=r"same friction coefficient at every node, found .* 'friction'"):
+        with_parameter(joint(1), "f", 0.3)
+
+
+def test_the_mean_takes_transient_load_steps_along_and_the_amplitude_does_not():
+    assert np.array_equal(with_parameter(TRANSIENT, "mean", 2.0).p_transient, 2.0 * TRANSIENT.p_transient)
+    assert np.array_equal(with_parameter(TRANSIENT, "amplitude", 2.0).p_transient, TRANSIENT.p_transient)
+
+
+@pytest.mark.parametrize("phase", [0.25, 0.02, 0.137, -0.3, 1.137])
+def test_a_phase_moves_the_tangential_part_along_the_period_and_nothing_else(phase):
+    changed = with_parameter(TWO, "phase", phase)
+    before, after = loading(TWO), loading(changed)
+    assert np.array_equal(after.q0, before.q0)
+    assert np.array_equal(after.p0, before.p0)
+    for periodic in ("q1", "p1"):
+        old, new = getattr(before, periodic), getattr(after, periodic)
+        assert new.max(axis=0) == pytest.approx(old.max(axis=0), rel=1e-12)  # no corner is cut off
+        assert new.min(axis=0) == pytest.approx(old.min(axis=0), rel=1e-12)
+    # the same path as that of a loop refined so far that the phase is a whole number of its steps
+    fine = 1000
+    t = np.arange(TWO.m * fine) / (TWO.m * fine)
+
+    def at(samples, times):
+        closed = np.vstack([samples, samples[:1]])
+        return np.stack([np.interp(times % 1, np.arange(TWO.m + 1) / TWO.m, c) for c in closed.T], axis=1)
+
+    refined = replace(
+        TWO,
+        q_w=before.q0 + at(before.q1, t - phase),
+        p_w=before.p0 + at(before.p1, t),
+        q_mean=before.q0,
+        p_mean=before.p0,
+    )
+    assert limits(changed) == pytest.approx(limits(refined), rel=1e-9)
+
+
+def test_a_whole_period_later_nothing_has_changed():
+    for phase in (0.0, 1.0, -2.0):
+        changed = with_parameter(TWO, "phase", phase)
+        assert changed.m == TWO.m
+        assert np.array_equal(loading(changed).q1, loading(TWO).q1)
+    there_and_back = with_parameter(with_parameter(TWO, "phase", 0.3), "phase", -0.3)
+    assert limits(there_and_back) == pytest.approx(limits(TWO), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "message"),
+    [
+        ("friktion", 1.0, UsageError, "expected one of f, friction, amplitude, .* found 'friktion'"),
+        ("f", np.nan, UsageError, "parameter f: expected a finite number, found nan"),
+        ("f", "much", UsageError, "value: expected a number"),
+        ("amplitude", -1.0, UsageError, "parameter amplitude: expected a number >= 0"),
+        ("f", -0.1, ProblemError, "expected friction coefficients >= 0"),
+        ("stiffness", -1.0, ProblemError, "positive semi-definite"),
+        ("coupling", 9.0, ProblemError, "positive semi-definite"),
+        ("mean", 1e200, ProblemError, "between 1e-100 and 1e"),
+        ("mean", 1e308, ProblemError, "expected finite numbers, found"),
+        ("amplitude", 1e308, ProblemError, "expected finite numbers, found"),
+        ("friction", 1e308, ProblemError, "1e308|1e.100"),
+    ],
+)
+def test_what_makes_no_joint_is_said_in_one_line(name, value, error, message):
+    with pytest.raises(error, match=message) as caught:
+        with_parameter(TWO, name, value)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_corners_of_a_load_domain_have_no_phase():
+    domain = replace(shakedown.example("two-node"), load_path="domain")
+    with pytest.raises(UsageError, match="phase: expected load steps in their order"):
+        with_parameter(domain, "phase", 0.25)
+    assert with_parameter(domain, "amplitude", 2.0).is_domain

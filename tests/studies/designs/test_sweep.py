@@ -1,0 +1,286 @@
+"""Sweeps: every point is what the functions of the library say of that joint alone."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Region, Status
+from shakedown.campaign.journal import Journal
+from shakedown.ground.errors import BudgetExceeded, UsageError
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.studies.designs.design_point import Limit, _contradictions, _Known
+
+TWO = shakedown.example("two-node")
+FRICTIONS = [0.1, 0.35, 0.6]
+
+
+def of_mean(mean):
+    """A joint that can be imported by worker processes."""
+    return shakedown.with_parameter(TWO, "mean", mean)
+
+
+def of_load(f, amplitude):
+    return shakedown.with_parameter(shakedown.with_parameter(TWO, "f", f), "amplitude", amplitude)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.sweep(TWO, {"f": FRICTIONS}, load_factors=[0.2, 0.7])
+
+
+def test_every_point_is_that_joints_own_answer(found):
+    for k, f in enumerate(FRICTIONS):
+        problem = replace(TWO, f=np.full(2, f))
+        lower = shakedown.lower_bound(problem, certify=False)
+        assert found.lower[k] == lower.load_factor
+        assert found.guarantee[k] == lower.guarantee
+        assert found.universal[k] == shakedown.universal_bound(problem, certify=False).load_factor
+        assert found.energy[k] == shakedown.energy_bound(problem, certify=False).load_factor
+        assert found.box[k] == shakedown.box_bound(problem).load_factor
+        assert found.upper[k] == shakedown.upper_bound(problem, certify=False).load_factor
+        limit = shakedown.transient_limit(problem, accuracy=1e-6)
+        assert found.transient[k] == pytest.approx(limit.load_factor, rel=3e-6)
+        proved, cycling = (ends[k] for ends in found.transient_interval)
+        assert proved <= found.transient[k] < cycling
+        ends = [shakedown.long_term_state(problem, x).outcome for x in (0.2, 0.7)]
+        assert found.outcomes[k].tolist() == ends
+    assert found.contradictions == ()
+
+
+def test_regions_follow_from_the_limits(found):
+    every, this, never = found.boundaries
+    for load_factor in (0.0, 0.15, 0.5, 0.8, 2.0):
+        for k, name in enumerate(found.regions(load_factor)):
+            expected = (
+                Region.EVERY_STATE
+                if load_factor < every[k]
+                else Region.THIS_STATE
+                if load_factor < this[k]
+                else Region.NEVER
+                if load_factor > never[k]
+                else Region.DEPENDS
+            )
+            assert name == expected
+    outside = found.regions(0.7) == Region.NEVER
+    assert (found.outcomes[outside, 1] != "shakedown").all()
+    for region in (Region.EVERY_STATE, Region.THIS_STATE):
+        assert (found.outcomes[found.regions(0.2) == region, 0] == "shakedown").all()
+
+
+def test_what_is_proved_from_this_state_is_the_larger_of_ball_and_box():
+    joint, names = shakedown.example("block-33"), ("energy", "box", "upper")
+    found = shakedown.sweep(joint, {"f": [0.2, 0.6]}, bounds=names)
+    assert found.energy[0] < 1.0 < found.box[0]
+    assert found.regions(1.0)[0] == Region.THIS_STATE
+    assert found.boundaries.this == pytest.approx(np.fmax(found.energy, found.box), abs=0.0)
+    assert np.array_equal(found.from_this_state, found.boundaries.this)
+    coupled = shakedown.sweep(TWO, {"f": [0.7]}, bounds=names)
+    assert coupled.status("box")[0] == Status.INFEASIBLE
+    assert np.isnan(coupled.box[0])
+    assert "λ_box: the coupling ratio is not below 1" in coupled.columns()["remark"][0]
+    assert coupled.boundaries.this == coupled.from_this_state == coupled.energy
+    ball = shakedown.sweep(joint, {"f": [0.2]}, bounds=("energy", "upper"))
+    assert ball.regions(1.0)[0] == Region.DEPENDS
+    state = np.full(joint.n, 1e-3)
+    moved = shakedown.sweep(joint, {"f": [0.2]}, bounds=["box"], initial_slip=state)
+    alone = shakedown.box_bound(replace(joint, f=np.full(joint.n, 0.2)), state)
+    assert moved.box[0] == pytest.approx(alone.load_factor, nan_ok=True)
+
+
+def test_a_box_bound_that_cannot_be_right_is_a_contradiction():
+    def limits(**found):
+        return {name: Limit(value, Status.OPTIMAL) for name, value in found.items()}
+
+    history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
+    known = _Known(limits(box=0.75, upper=0.74), "", (), history, transient=True)
+    above, cycling = _contradictions(known, DEFAULT)
+    assert above == "λ_box = 0.75 exceeds λ_max = 0.74"
+    assert cycling.endswith("below λ_box = 0.75")
+    right = known._replace(limits=limits(box=0.73159, upper=0.74))
+    assert not list(_contradictions(right, DEFAULT))
+
+
+def test_two_parameters_span_a_grid_and_scaling_laws_hold_on_it():
+    amplitudes = [0.5, 1.0, 2.0]
+    grid = shakedown.sweep(
+        TWO, {"amplitude": amplitudes, "mean": [1.0, 2.0]}, bounds=["universal", "lower", "upper"]
+    )
+    assert grid.shape == (3, 2)
+    for limit in (grid.lower, grid.universal, grid.upper):
+        assert limit[:, 1] == pytest.approx(2 * limit[:, 0])
+        assert limit[:, 0] * amplitudes == pytest.approx(limit[1, 0])
+    assert np.isnan(grid.energy).all()
+    assert grid.bounds == ("universal", "lower", "upper")
+
+
+def test_a_function_of_parameters_is_swept_like_a_joint():
+    named = shakedown.sweep(TWO, {"f": [0.2, 0.3], "amplitude": [1.0, 2.0]}, bounds=["upper"])
+    function = shakedown.sweep(of_load, {"μ": [0.2, 0.3], "load": [1.0, 2.0]}, bounds=["upper"])
+    assert np.array_equal(function.upper, named.upper)
+    assert function.name == "of_load"
+    assert function.parameters == ("μ", "load")
+
+
+def test_processes_and_a_resumed_journal_give_the_same(tmp_path):
+    plain = shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, quick=True)
+    output, options = tmp_path / "sweep.csv", {"quick": True, "output": tmp_path / "sweep.csv"}
+    partial = tmp_path / "sweep.csv.partial"
+    stopped = KeyboardInterrupt
+
+    def stop(done, of):
+        if done == 2:
+            raise stopped
+
+    with pytest.raises(stopped):
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, **options, progress=stop)
+    assert partial.exists()
+    assert not output.exists()
+    with pytest.raises(UsageError, match="an unfinished run is recorded there"):
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 3.0]}, **options)
+    with pytest.raises(UsageError, match="expected the same run to resume"):
+        shakedown.sweep(of_mean, {"mean": [1.0, 2.0, 4.0]}, **options, resume=True)
+    calls = []
+    resumed = shakedown.sweep(
+        of_mean, {"mean": [1.0, 2.0, 3.0]}, **options, resume=True, workers=2,
+        progress=lambda done, of: calls.append(done),
+    )  # fmt: skip
+    assert calls == [2, 3]
+    assert not partial.exists()
+    assert resumed == plain
+    plain.save(tmp_path / "plain.csv")
+    assert output.read_bytes() == (tmp_path / "plain.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "change", [{"values": [9.0]}, {"limits": {}}, {"outcomes": ["shakedown"]}, {"reason": 7}, None]
+)
+def test_a_recorded_point_that_answers_another_question_is_asked_again(tmp_path, monkeypatch, change):
+    add, options = Journal.add, {"bounds": ["upper"], "output": tmp_path / "sweep.csv"}
+    plain = shakedown.sweep(TWO, {"f": [0.3, 0.4]}, bounds=["upper"])
+
+    def wrong(journal, number, piece):
+        add(journal, number, json.dumps(json.loads(piece) | change).encode() if change else b"[" * 9000)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Journal, "add", wrong)
+        with pytest.raises(KeyboardInterrupt):
+            shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options)
+    assert shakedown.sweep(TWO, {"f": [0.3, 0.4]}, **options, resume=True) == plain
+
+
+def test_a_parameter_that_makes_no_joint_is_a_point_with_its_reason():
+    found = shakedown.sweep(TWO, {"f": [-0.1, 0.0, 0.35], "mean": [-1.0, 1.0]})
+    assert (found.regions(0.5)[0] == Region.NO_JOINT).all()
+    assert found.regions(0.5)[2].tolist() == [Region.DEPENDS, Region.EVERY_STATE]
+    assert "expected friction coefficients >= 0" in found.points[0].reason
+    assert (found.status("upper")[0] == Region.NO_JOINT).all()
+    assert np.isnan(found.upper[0]).all()
+    assert found.status("lower")[2].tolist() == [Status.INFEASIBLE, Status.OPTIMAL]
+    assert found.points[4].open_nodes == (0,)  # pulled apart: λ_max is that of a zone, if of anything
+    assert found.contradictions == ()
+
+
+def test_no_friction_and_no_amplitude_are_statuses():
+    found = shakedown.sweep(TWO, {"amplitude": [0.0, 1.0]})
+    assert found.status("upper").tolist() == [Status.UNBOUNDED, Status.OPTIMAL]
+    assert found.upper[0] == found.lower[0] == found.energy[0] == np.inf
+    assert found.status("transient").tolist() == [Status.UNDECIDED, Status.OPTIMAL]
+    assert found.regions(1e9).tolist() == [Region.EVERY_STATE, Region.NEVER]
+
+
+def test_csv_has_every_digit_and_every_point(tmp_path, found):
+    found.save(tmp_path / "f.csv")
+    with open(tmp_path / "f.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["f [1]"]) for row in rows] == FRICTIONS
+    assert [float(row["lambda_E [1]"]) for row in rows] == found.energy.tolist()
+    assert [row["guarantee"] for row in rows] == found.guarantee.tolist()
+    assert [row["outcome at lambda = 0.7"] for row in rows] == found.outcomes[:, 1].tolist()
+
+
+def test_frame_and_parquet(tmp_path, found):
+    pandas = pytest.importorskip("pandas")
+    table = found.to_frame()
+    assert table["lambda_max [1]"].tolist() == found.upper.tolist()
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        with pytest.raises(UsageError, match="expected the packages pandas and pyarrow, found no pyarrow"):
+            found.save(tmp_path / "f.parquet")
+        assert not list(tmp_path.iterdir())
+    else:
+        found.save(tmp_path / "f.parquet")
+        assert pandas.read_parquet(tmp_path / "f.parquet").equals(table)
+
+
+def test_another_kind_of_table_is_refused(tmp_path, found):
+    with pytest.raises(
+        UsageError, match=r"expected a file name that ends in .csv or .parquet, found .*f.xlsx"
+    ):
+        found.save(tmp_path / "f.xlsx")
+
+
+def test_the_document_is_plain_and_the_text_short(found):
+    document = json.loads(json.dumps(found.to_dict(), allow_nan=True))
+    assert document["parameters"] == [{"name": "f", "values": FRICTIONS}]
+    assert document["points"][1]["upper"]["status"] == "optimal"
+    assert len(repr(found)) < 120
+
+
+@pytest.mark.parametrize(
+    ("joint", "vary", "options", "message"),
+    [
+        (TWO, {}, {}, "expected one or two parameters by name"),
+        (TWO, {"f": [0.1], "mean": [1], "phase": [0]}, {}, "expected one or two parameters by name"),
+        (TWO, "f", {}, "vary: expected a dictionary, found 'f'"),
+        (TWO, {"friktion": [0.1]}, {}, "expected one of f, friction, .* found 'friktion'"),
+        (TWO, {"f": []}, {}, "expected one value or more, found shape"),
+        (TWO, {"f": [[0.1, 0.2]]}, {}, "expected one value or more, found shape"),
+        (TWO, {"f": [0.1, np.nan]}, {}, "vary f: expected finite numbers, found nan"),
+        (TWO, {"f": [0.3, 0.2]}, {}, "vary f: expected rising values, found 0.2 after 0.3"),
+        (TWO, {"f": [0.3, 0.3]}, {}, "vary f: expected rising values"),
+        (TWO, {"f": ["x"]}, {}, "vary f: expected real numbers"),
+        (TWO, {"f": 0.3}, {"bounds": ["lover"]}, "bounds: expected some of lower, .* found lover"),
+        (TWO, {"f": 0.3}, {"bounds": []}, "bounds: expected some of lower, .* found none"),
+        (TWO, {"f": 0.3}, {"bounds": ["upper", "upper"]}, "each once"),
+        (TWO, {"f": 0.3}, {"load_factors": [-1.0]}, "load factor: expected a number >= 0"),
+        (TWO, {"f": 0.3}, {"open_nodes": "all"}, "open nodes: expected 'auto' or 'none'"),
+        (TWO, {"f": 0.3}, {"output": "table.txt"}, "ends in .csv or .parquet"),
+        (TWO, {"f": 0.3}, {"workers": 0}, "workers: expected at least 1"),
+        ("two-node", {"f": 0.3}, {}, "expected a Problem or an Import or a function, found 'two-node'"),
+    ],
+)
+def test_bad_arguments_are_one_line(joint, vary, options, message):
+    with pytest.raises(UsageError, match=message):
+        shakedown.sweep(joint, vary, **options)
+
+
+def test_too_many_points_are_refused_before_the_work():
+    with pytest.raises(BudgetExceeded, match="nothing was computed"):
+        shakedown.sweep(TWO, {"f": np.linspace(0.1, 1, 2000), "mean": np.linspace(1, 2, 2000)})
+
+
+def test_a_state_of_the_wrong_length_is_said_at_every_point():
+    found = shakedown.sweep(TWO, {"f": [0.3]}, initial_slip=[0.0], bounds=["energy", "upper"])
+    assert found.status("energy").tolist() == [Status.UNDECIDED]
+    assert "initial slip: expected shape (2,)" in found.points[0].limits["energy"].remark
+
+
+def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
+    shakedown.write_import_example(tmp_path / "punch")
+    made = shakedown.import_model(tmp_path / "punch" / "import.toml")
+    force, harmonic = "load.2.forces.1.3", "load.3.history.harmonics.1.cos"
+    vary = {force: [5.0, 10.0], harmonic: [0.5, 1.0]}
+    found = shakedown.sweep(made, vary, bounds=["upper"])
+    assert found.upper[1, 1] == shakedown.upper_bound(made.problem, certify=False).load_factor
+    afresh = shakedown.import_model(made.path, changes={force: 5.0, harmonic: 0.5})
+    assert found.upper[0, 0] == shakedown.upper_bound(afresh.problem, certify=False).load_factor
+    both = shakedown.sweep(made, {"f": [0.3, 0.4], harmonic: [1.0]}, bounds=["upper"], workers=2)
+    assert both.upper[0, 0] == pytest.approx(found.upper[1, 1], rel=1e-12)
+    wrong = shakedown.sweep(made, {"load.1.name": [1.0]})
+    assert "load.1.name: expected the key of a number, found 'pressed down'" in wrong.points[0].reason

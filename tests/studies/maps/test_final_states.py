@@ -1,0 +1,145 @@
+"""Whether all states end in one and the same state: by what they ended in, not by multipliers alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.studies.maps.slip_scatter import slip_scatter
+from tests.joints import FAMILY, member
+
+JOINT = shakedown.example("two-node")
+
+
+def apart(p_w, q_w=0.0, stiffness=1.0):
+    """Nodes that do not feel each other, under these normal and tangential loads (m, n)."""
+    p_w = np.asarray(p_w, dtype=float)
+    n, one = p_w.shape[1], np.eye(p_w.shape[1])
+    return shakedown.Problem(
+        A=one * stiffness, B=np.zeros((n, n)), C=one, f=0.5, q_w=np.broadcast_to(q_w, p_w.shape), p_w=p_w
+    )
+
+
+def test_locked_in_slips_that_differ_are_no_unique_state():
+    found = shakedown.initial_state_map(JOINT, 0.6, states=64)
+    assert found.outcomes == {"shakedown": 64}
+    assert found.same_outcome is True
+    assert found.unique is False
+    assert found.scatter.spread == pytest.approx(np.ptp(found.final_slip, axis=0).max())
+    assert found.scatter.spread > 0.1
+    assert found.scatter.largest == np.abs(found.final_slip).max()
+    assert f"differ by up to {found.scatter.spread:.3g}" in found.evidence
+    document = found.to_dict()
+    assert document["same_outcome"] is True
+    assert document["slip_spread"] == found.scatter.spread
+
+
+def test_where_every_start_is_forgotten_the_state_is_unique():
+    """A node whose two limits meet at the same slip: whatever it starts from, it ends there."""
+    problem = apart([[1.0]] * 4, np.array([[0.0], [0.5], [0.0], [-0.5]]))
+    (limit,) = shakedown.initial_state_map(problem, 1.0, states=64, reach=3.0).final_slip.T
+    assert np.ptp(limit) <= 1e-12
+    found = shakedown.initial_state_map(problem, 1.0, states=64, reach=3.0)
+    assert (found.same_outcome, found.unique) == (True, True)
+    assert "the same slips" in found.evidence
+
+
+def of_three(q_1):
+    """Node 0 slips to and fro, node 1 is stuck under these loads (m,)."""
+    q_w = np.column_stack([[0.0, 2.0, 0.0, -2.0], q_1])
+    return apart(np.ones((4, 2)), q_w)
+
+
+def test_a_multiplier_of_one_makes_no_continuum_by_itself():
+    """Node 1 is driven to one slip by its loads, and stuck there at the start of every period."""
+    driven = shakedown.initial_state_map(of_three([0.0, 0.5, 0.0, -0.5]), 1.0, states=64, reach=3.0)
+    (cycle,) = driven.limit_cycles
+    assert cycle.stability == "border"
+    assert np.abs(cycle.multipliers).max() == pytest.approx(1.0)
+    assert cycle.spread <= 1e-12
+    assert cycle.coincide
+    assert (driven.same_outcome, driven.unique) == (True, True)
+    assert "one and the same limit cycle" in driven.evidence
+    assert "a continuum is possible" in driven.evidence
+
+
+def test_the_same_dissipation_does_not_make_one_limit_cycle():
+    """Node 1 is free between its limits: it stays where it was put, and dissipates nothing."""
+    found = shakedown.initial_state_map(of_three([0.0, 0.1, 0.0, -0.1]), 1.0, states=64, reach=3.0)
+    (cycle,) = found.limit_cycles
+    low, high = cycle.dissipation
+    assert high - low <= 1e-12 * high
+    assert cycle.spread == pytest.approx(np.ptp(found.final_slip[:, 1]))
+    assert not cycle.coincide
+    assert (found.same_outcome, found.unique) == (True, False)
+    assert "one of a continuum" in found.evidence
+
+
+def test_states_at_different_cycles_of_one_period_are_compared_in_phase():
+    *data, load_factor, _ = FAMILY[0]
+    found = shakedown.initial_state_map(member(*data), load_factor, states=64)
+    twos = [cycle for cycle in found.limit_cycles if cycle.period == 2]
+    assert twos
+    assert all(cycle.coincide for cycle in twos)
+
+
+def test_drift_is_no_scatter():
+    rng = np.random.default_rng(0)
+    place, drift = rng.normal(size=3), np.array([3.0, 0.0, 4.0])
+    ends = place + rng.integers(0, 5, (20, 1)) * drift
+    assert slip_scatter(ends, np.arange(20), place[None], drift).spread <= 1e-12
+    off = ends + np.array([0.0, 0.5, 0.0]) * (np.arange(20) == 7)[:, None]
+    assert slip_scatter(off, np.arange(20), place[None], drift).spread == pytest.approx(0.5)
+
+
+def test_a_body_that_walks_does_one_and_the_same_from_every_state():
+    q_w, p_w = [[0.9, -0.9], [-0.9, 0.9]], [[1.0, 3.0], [3.0, 1.0]]
+    walking = shakedown.Problem(A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), f=0.5, q_w=q_w, p_w=p_w)
+    found = shakedown.initial_state_map(walking, 1.0, states=32)
+    assert found.outcomes == {"ratchetting": 32}
+    assert np.ptp(found.final_slip, axis=0).min() > 1.0
+    assert found.limit_cycles[0].spread <= 1e-12
+    assert found.unique is True
+    assert "but for the drift" in found.evidence
+
+
+def test_one_state_tells_nothing_of_others():
+    found = shakedown.initial_state_map(JOINT, 0.6, states=1)
+    assert found.unique is None
+
+
+BREATHING = [[1.0, 1.0], [-1.0, 1.0], [-2.0, 1.0], [-1.0, 1.0]]
+
+
+def test_separation_is_a_class_of_its_own():
+    found = shakedown.initial_state_map(apart(BREATHING), 1.0, states=64)
+    assert found.outcomes == {"separation": 64}
+    (cycle,) = found.limit_cycles
+    assert (cycle.outcome, cycle.slipping_nodes) == ("separation", ())
+    assert found.same_outcome is True
+    assert found.unique is False  # node 1 stays where it was put
+    assert "limit cycle" not in found.evidence
+    document = found.to_dict()
+    assert document["fractions"] == {"separation": 1.0}
+    assert document["dissipation_of"]["separation"] == [0.0] * 5
+
+
+def test_outcomes_that_differ_are_named():
+    found = shakedown.initial_state_map(apart(BREATHING), 1.0, states=64)
+    some = found.outcome.copy()
+    some[:3] = "shakedown"
+    mixed = replace(found, outcome=some)
+    assert mixed.same_outcome is False
+    assert mixed.unique is False
+
+
+@pytest.mark.parametrize("factor", [2.0**30, 2.0**-30])
+def test_units_of_length_change_no_verdict(factor):
+    for q_1 in ([0.0, 0.5, 0.0, -0.5], [0.0, 0.1, 0.0, -0.1]):
+        problem = of_three(q_1)
+        one = shakedown.initial_state_map(problem, 1.0, states=16, reach=3.0)
+        softer = replace(problem, A=problem.A / factor, B=problem.B / factor, C=problem.C / factor)
+        other = shakedown.initial_state_map(softer, 1.0, states=16, reach=3.0)
+        assert (one.unique, one.same_outcome) == (other.unique, other.same_outcome)
+        assert other.limit_cycles[0].spread == factor * one.limit_cycles[0].spread

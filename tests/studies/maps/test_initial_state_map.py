@@ -1,0 +1,155 @@
+"""Maps of initial states: what they say agrees with single runs, with the rows, and with what is known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.studies.maps.map_pieces import BLOCK
+from shakedown.studies.maps.several_maps import InitialStateMaps
+from tests.joints import FAMILY, member
+
+JOINT = shakedown.example("two-node")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.initial_state_map(JOINT, 0.7, states=256, seed=1)
+
+
+def test_it_agrees_state_by_state_with_the_long_term_state(found):
+    for k in range(0, 256, 16):
+        state = shakedown.long_term_state(JOINT, 0.7, found.initial_slip[k])
+        assert (found.outcome[k], found.period[k]) == (state.outcome, state.period)
+        assert found.signature[k] == state.signature
+        np.testing.assert_allclose(found.final_slip[k], state.final_slip, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found.slip_per_cycle[k], state.slip_per_cycle, rtol=0, atol=1e-10)
+        assert found.dissipation[k] == pytest.approx(state.dissipation_per_cycle, rel=1e-9, abs=1e-9)
+
+
+def test_admissible_states_cycle_beyond_the_apex_line(found):
+    """Theory and 562 of 562 runs: shakedown exactly where the slip of node 0 is below 0.65407."""
+    assert found.plane.apexes[1][0] == pytest.approx(0.65407, abs=1e-5)
+    inside = found.admissible
+    assert 40 < inside.sum() < 256
+    shaken = found.outcome[inside] == "shakedown"
+    np.testing.assert_array_equal(shaken, found.initial_slip[inside, 0] < found.plane.apexes[1][0])
+    assert 0 < shaken.sum() < len(shaken)
+
+
+def test_the_slip_locked_in_selects_the_limit_cycle(found):
+    (cycle,) = found.limit_cycles
+    assert cycle.count == (found.outcome == "cyclic-slip").sum()
+    assert (cycle.period, cycle.slipping_nodes, cycle.stability) == (1, (1,), "border")
+    assert np.abs(cycle.multipliers).max() == pytest.approx(1.0, abs=1e-9)
+    moving = found.dissipation[found.outcome == "cyclic-slip"]
+    assert cycle.dissipation == (moving.min(), moving.max())
+    assert moving.max() > 5 * moving.min()
+    assert found.unique is False
+    assert "some states shake down and others do not" in found.evidence
+
+
+def test_numbers_over_all_states(found):
+    shaken = (found.outcome == "shakedown").sum()
+    assert found.shakedown_fraction == shaken / 256
+    p, z, n = shaken / 256, 1.959963984540054, 256
+    middle, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    expected = np.array([middle - half, middle + half]) / (1 + z**2 / n)
+    np.testing.assert_allclose(found.interval, expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.dissipation_quartiles, np.percentile(found.dissipation, [0, 25, 50, 75, 100])
+    )
+    document = found.to_dict()
+    assert document["states"] == 256
+    assert document["limit_cycles"][0]["slipping_nodes"] == [1]
+    assert repr(found).startswith("InitialStateMap(load_factor=0.7, states=256, shakedown_fraction=0.")
+
+
+def test_undecided_states_count_against_both_ends(found):
+    some = found.outcome.copy()
+    some[:10] = "undecided"
+    doubted = replace(found, outcome=some)
+    shaken = (some == "shakedown").sum()
+    assert doubted.undecided == 10
+    assert doubted.interval[0] < shaken / 256 < (shaken + 10) / 256 < doubted.interval[1]
+
+
+def test_a_grid_has_no_confidence_interval():
+    grid = shakedown.initial_state_map(JOINT, 0.7, states=30, sampler="grid")
+    assert len(grid) == 25
+    assert np.isnan(grid.interval).all()
+
+
+def test_period_two_members_show_as_such():
+    """A family with unique evolution in which a limit cycle repeats only every second cycle."""
+    *data, load_factor, _ = FAMILY[0]
+    problem = member(*data)
+    states = shakedown.initial_state_map(problem, load_factor, states=BLOCK)
+    twos = [cycle for cycle in states.limit_cycles if cycle.period == 2]
+    assert twos
+    assert set(states.period[states.outcome == "cyclic-slip"]) >= {2}
+    cycle = twos[0]
+    assert cycle.final_slip.shape == (2, 2)
+    alone = shakedown.long_term_state(problem, load_factor, states.initial_slip[cycle.example])
+    assert np.abs(cycle.final_slip - alone.final_slip).max(axis=1).min() <= 1e-9
+    assert cycle.contact_sequences >= 1
+
+
+def test_several_load_factors_make_several_maps():
+    maps = shakedown.initial_state_map(JOINT, [0.6, 0.7, 0.8], states=BLOCK)
+    assert isinstance(maps, InitialStateMaps)
+    np.testing.assert_array_equal(maps.load_factors, [0.6, 0.7, 0.8])
+    assert maps.shakedown_fraction[0] == 1.0
+    assert maps.shakedown_fraction[-1] == 0.0
+    alone = shakedown.initial_state_map(JOINT, 0.7, states=BLOCK)
+    np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
+    assert maps.interval.shape == (3, 2)
+    assert maps.maps[0].same_outcome is True
+    assert maps.maps[1].same_outcome is False
+    assert len(maps.to_dict()["maps"]) == 3
+
+
+@pytest.mark.parametrize("factor", [2.0**40, 2.0**-40])
+def test_units_change_nothing(found, factor):
+    """Forces and stiffness by a power of two: the same slips and verdicts, dissipations in proportion."""
+    scaled = replace(
+        JOINT,
+        **{key: factor * getattr(JOINT, key) for key in ("A", "B", "C", "q_w", "p_w")},
+    )
+    states = shakedown.initial_state_map(scaled, 0.7, states=BLOCK, seed=1)
+    np.testing.assert_array_equal(states.outcome, found.outcome[:BLOCK])
+    np.testing.assert_array_equal(states.signature, found.signature[:BLOCK])
+    np.testing.assert_allclose(states.dissipation, factor * found.dissipation[:BLOCK], rtol=1e-9)
+    assert states.limit_cycles[0].stability == "border"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"load_factor": -1.0}, "load factor: expected a number >= 0"),
+        ({"load_factor": []}, "load factor: expected at least one"),
+        ({"workers": 0}, "workers: expected at least 1"),
+        ({"max_cycles": 0}, "max_cycles: expected at least 1"),
+    ],
+)
+def test_misuse_is_said_in_one_line(words, said):
+    with pytest.raises(shakedown.UsageError, match=said):
+        shakedown.initial_state_map(JOINT, **{"load_factor": 0.7, **words})
+
+
+def test_a_load_factor_without_energy_ball_costs_the_others_nothing(tmp_path):
+    words = {"states": BLOCK, "sampler": "ball", "path": tmp_path / "map.npz"}
+    maps = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], **words)
+    np.testing.assert_array_equal(maps.load_factors, [0.6, 0.65])
+    (missing,) = maps.missing
+    assert (missing.place, missing.load_factor) == (1, 0.8)
+    assert missing.reason.startswith("radius 0 (")
+    alone = shakedown.initial_state_map(JOINT, 0.65, states=BLOCK, sampler="ball")
+    np.testing.assert_array_equal(maps.maps[1].final_slip, alone.final_slip)
+    with np.load(tmp_path / "map.npz") as file:
+        np.testing.assert_array_equal(file["load_factor"], np.repeat([0.6, 0.65], BLOCK))
+    again = shakedown.initial_state_map(JOINT, [0.6, 0.8, 0.65], resume=True, **words)
+    assert again.to_dict() == maps.to_dict()
+    with pytest.raises(shakedown.UsageError, match=r"a finite energy ball at load factor 0\.8"):
+        shakedown.initial_state_map(JOINT, [0.8, 0.9], states=BLOCK, sampler="ball")

@@ -1,0 +1,64 @@
+"""The limit cycle need not be unique: two stable ones of period 1, found by a search and kept."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.motion.integrator import Evolution
+
+JOINT = shakedown.example("two-attractors")
+DISSIPATIONS = (1.876905, 2.135192)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.initial_state_map(JOINT, 1.0, states=512, reach=2.0)
+
+
+def test_both_are_there_and_stable(found):
+    assert found.outcomes == {"cyclic-slip": 512}
+    cycles = sorted(found.limit_cycles, key=lambda cycle: cycle.dissipation)
+    assert [cycle.period for cycle in cycles] == [1, 1]
+    assert [cycle.stability for cycle in cycles] == ["stable", "stable"]
+    assert [cycle.slipping_nodes for cycle in cycles] == [(0, 1), (0, 1)]
+    assert min(cycle.count for cycle in cycles) > 100
+    for cycle, expected in zip(cycles, DISSIPATIONS, strict=True):
+        low, high = cycle.dissipation
+        assert high - low <= 1e-9 * high
+        assert low == pytest.approx(expected, abs=5e-7)
+    assert found.unique is False
+    assert "2 different limit cycles" in found.evidence
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_plain_simulation_ends_there_too(which):
+    evolution, dissipation = Evolution(JOINT, 1.0, JOINT.initial_slip[which]), []
+    for _ in range(150):
+        record = evolution.cycle()
+        assert record is not None
+        assert not record.opened.any()
+        assert not record.jumps
+        dissipation.append(record.dissipation)
+    assert dissipation[-1] == pytest.approx(DISSIPATIONS[which], abs=5e-7)
+    assert np.ptp(dissipation[-10:]) <= 1e-9
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_disturbance_shrinks_by_the_largest_multiplier(found, which):
+    """Second road to the multipliers: the slips of two neighbours, cycle by cycle."""
+    cycle = sorted(found.limit_cycles, key=lambda cycle: cycle.dissipation)[which]
+    ends = []
+    for away in (0.0, 1e-6):
+        evolution = Evolution(JOINT, 1.0, cycle.final_slip[0] + away)
+        slips = []
+        for _ in range(12):
+            evolution.cycle()
+            slips.append(evolution.motion.u[:2].copy())
+        ends.append(slips)
+    apart = np.abs(np.subtract(*ends)).max(axis=1)
+    assert apart[-1] / apart[-2] == pytest.approx(np.abs(cycle.multipliers).max(), rel=1e-3)
+
+
+def test_the_rates_are_unique():
+    assert shakedown.unique_in_contact(JOINT).unique
+    assert shakedown.friction_thresholds(JOINT).uniqueness.low > JOINT.f.max()
