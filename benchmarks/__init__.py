@@ -10,6 +10,9 @@ A study is a module of this package with
 
 Rows are stored as soon as they are measured, so that an interrupted study goes
 on where it stopped.
+
+``python -m benchmarks same_results`` is no study: it holds every result of this
+checkout against those of another one, to the last bit.
 """
 
 STUDIES: tuple[str, ...] = (

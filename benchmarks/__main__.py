@@ -1,14 +1,20 @@
-"""Run studies: ``python -m benchmarks [--short] [--fresh] [STUDY ...]``."""
+"""Run studies: ``python -m benchmarks [--short] [--fresh] [STUDY ...]``; or compare, ``same_results``."""
 
 import argparse
 import sys
 
-from benchmarks import STUDIES
+from benchmarks import STUDIES, same_results
 from benchmarks.runner import run_study
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed against error.")
+    if sys.argv[1:2] == ["same_results"]:
+        return same_results.main(sys.argv[2:])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Speed against error.",
+        epilog="same_results --reference PYTHON [...] compares all results with those of another checkout.",
+    )
     parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"one or more of {', '.join(STUDIES)}")
     parser.add_argument("--short", action="store_true", help="the short form: all studies in two minutes")
     parser.add_argument("--fresh", action="store_true", help="measure again what is already stored")

@@ -51,6 +51,7 @@ MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that 
     ("benchmarks.enumeration", "shakedown.planar.enumeration.tasks"),
     ("benchmarks.claims", "shakedown.files.atomic_write"),
     ("benchmarks.runner", "shakedown.files.atomic_write"),
+    ("benchmarks.same_results", "shakedown.files.atomic_write"),
 }
 MOST_ROOMS = 12
 

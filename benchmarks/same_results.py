@@ -1,0 +1,205 @@
+"""Whether two checkouts say the same, to the last bit: ``python -m benchmarks same_results --reference …``.
+
+``solve``, ``verify``, ``simulate``, ``map``, ``sweep`` and ``critical`` run with ``--json`` on every built-in
+joint and on random ones, in one process of each checkout's interpreter. Compared are exit codes, every leaf
+of the documents, messages, and what the commands write: arrays by their bits, tables by their cells. What
+may differ is :data:`benchmarks.answers.NOT_COMPARED`.
+"""
+
+import argparse
+import hashlib
+import io
+import json
+import sys
+import zipfile
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import shakedown
+from benchmarks.answers import NO_ANSWER, Answer, Checkout, Difference, differences
+from benchmarks.commands_compared import COMMANDS, Run, runs_of
+from benchmarks.drawn_joints import drawn_joint
+from shakedown.files.atomic_write import atomic_write
+from shakedown.report.text_table import table
+
+FIRST = 10  # differing leaves that are shown
+LONGEST = 40  # characters of a value
+TURNS = 6  # of load factors, starts, samplers, parameters that a built-in joint is asked for; a random one: 1
+LIMIT = 300.0  # seconds for one answer
+LISTED = Run("example", "(their list)", ("example", "--json", "-q"))
+
+
+class Joints(NamedTuple):
+    """What both checkouts are asked, and the problem files of the random joints by name."""
+
+    runs: list[Run]
+    files: dict[str, bytes]
+
+    @property
+    def checksum(self) -> dict[str, str]:
+        return {name: _checksum(content) for name, content in self.files.items()}
+
+
+def main(words: list[str] | None = None) -> int:
+    """Exit code 0 where all is the same, 1 where anything differs."""
+    arguments = _parser().parse_args(words)
+    commands = arguments.only.split(",")
+    if unknown := set(commands) - set(COMMANDS):
+        _parser().error(f"--only: expected some of {','.join(COMMANDS)}, found {','.join(sorted(unknown))}")
+    joints = chosen_joints(arguments.joints, arguments.seed, arguments.on)
+    runs = [run for run in joints.runs if run.command in (*commands, LISTED.command)]
+    reference, new = answers_of_both(arguments.reference, runs, joints)
+    if arguments.save:
+        save(arguments.save, reference, joints.checksum)
+    found = {run: differences(reference[run.key], new[run.key]) for run in runs}
+    print(_summary(runs, found, reference, new), flush=True)
+    print(_first_leaves(found, None if arguments.list else FIRST))
+    return int(any(found.values()))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks same_results", description=__doc__)
+    add = parser.add_argument
+    add(
+        "--reference",
+        required=True,
+        metavar="PYTHON",
+        help="the other interpreter, or what --save kept of it",
+    )
+    add("--joints", type=int, default=200, help="number of random joints (200)")
+    add("--seed", type=int, default=0, help="seed of the random joints (0)")
+    add("--only", default=",".join(COMMANDS), metavar="COMMANDS", help="commands with commas between them")
+    add("--on", metavar="JOINTS", help="these joints only: two-node,random-3,…")
+    add("--save", metavar="FILE", help="keep the answers of the reference here")
+    add("--list", action="store_true", help="show every leaf that differs")
+    return parser
+
+
+def chosen_joints(count: int, seed: int, names: str | None) -> Joints:
+    """The runs of the built-in joints and of the random ones, or of those that are named."""
+    chosen = set(names.split(",")) if names else None
+    runs, files = [LISTED], dict[str, bytes]()
+    for name in shakedown.example_names():
+        if chosen is None or name in chosen:
+            problem = shakedown.example(name)
+            asked = [run for turn in range(TURNS) for run in runs_of(name, name, problem, turn)]
+            runs += dict.fromkeys(asked)
+    with TemporaryDirectory() as folder:
+        for number in range(count):
+            name, file = f"random-{number}", f"random-{number}.npz"
+            if chosen is None or name in chosen:
+                problem = drawn_joint(seed, number)
+                shakedown.save_problem(Path(folder) / file, problem)
+                files[file] = (Path(folder) / file).read_bytes()
+                runs += runs_of(name, file, problem, number)
+    return Joints(runs, files)
+
+
+def _checksum(file: bytes) -> str:
+    """Of the arrays in a problem file, by their names."""
+    with zipfile.ZipFile(io.BytesIO(file)) as archive:
+        members = {name: archive.read(name) for name in sorted(archive.namelist())}
+    return hashlib.sha256(b"".join(name.encode() + content for name, content in members.items())).hexdigest()
+
+
+def answers_of_both(
+    reference: str, runs: list[Run], joints: Joints
+) -> tuple[dict[str, Answer], dict[str, Answer]]:
+    """The answers of the reference, asked beside this checkout or read, and of this checkout."""
+    kept = _kept(reference)
+    if kept is not None:
+        _check_kept(reference, kept, runs, joints.checksum)
+    with ExitStack() as stack:
+        here = stack.enter_context(closing(Checkout(sys.executable, joints.files, LIMIT)))
+        _check_place(here)
+        if kept is not None:
+            print(f"reference {reference}\nnew       {here.package}", flush=True)
+            return kept["answers"], _asked(here, runs)
+        there = stack.enter_context(closing(Checkout(reference, joints.files, LIMIT)))
+        print(f"reference {there.package}\nnew       {here.package}", flush=True)
+        if there.package == here.package:
+            print("This is one checkout: no difference means only that its results can be reproduced.")
+        with ThreadPoolExecutor(2) as threads:
+            first, second = threads.map(lambda side: _asked(side, runs), (there, here))
+        return first, second
+
+
+def _asked(side: Checkout, runs: list[Run]) -> dict[str, Answer]:
+    answers = {}
+    for number, run in enumerate(runs, 1):
+        answers[run.key] = side.answer(run)
+        if sys.stderr.isatty():
+            print(f"\r\033[K{number}/{len(runs)} {run.key[:80]}", end="", file=sys.stderr, flush=True)
+    return answers
+
+
+def _check_place(here: Checkout) -> None:
+    """The process next door must not have found another package than the one that draws the joints."""
+    if Path(here.package) != Path(shakedown.__file__):
+        raise SystemExit(f"{here.python} imports {here.package}, expected {shakedown.__file__}")
+
+
+def save(path: str, answers: dict[str, Answer], checksum: dict[str, str]) -> None:
+    """Keep answers, and of which joints they are."""
+    with atomic_write(path) as file:
+        file.write(json.dumps({"joints": checksum, "answers": answers}).encode())
+
+
+def _kept(reference: str) -> dict | None:
+    """What ``save`` wrote, or None where the reference is an interpreter."""
+    if not Path(reference).is_file():
+        raise SystemExit(
+            f"--reference {reference}: expected an interpreter or a file of --save, found neither"
+        )
+    with open(reference, "rb") as file:
+        if file.read(1) != b"{":
+            return None
+        file.seek(0)
+        return json.load(file)
+
+
+def _check_kept(path: str, kept: dict, runs: Iterable[Run], checksum: dict[str, str]) -> None:
+    """Answers can be compared with only if they are to the same questions about the same joints."""
+    other = [name for name, bits in checksum.items() if kept["joints"].get(name) != bits]
+    if other:
+        raise SystemExit(f"{path}: its answers are about other joints than {', '.join(other[:5])}")
+    missing = [run.key for run in runs if run.key not in kept["answers"]]
+    if missing:
+        raise SystemExit(f"{path}: no answer to {missing[0]} ({len(missing)} such questions)")
+
+
+def _summary(
+    runs: list[Run],
+    found: dict[Run, list[Difference]],
+    reference: dict[str, Answer],
+    new: dict[str, Answer],
+) -> str:
+    """One row per command: joints compared, joints that differ, runs, seconds of both."""
+    rows = []
+    for command in dict.fromkeys(run.command for run in runs):
+        mine = [run for run in runs if run.command == command]
+        joints, differing = {run.joint for run in mine}, {run.joint for run in mine if found[run]}
+        seconds = [sum(side[run.key]["seconds"] for run in mine) for side in (reference, new)]
+        silent = sum(str(reference[run.key]["code"]).startswith(NO_ANSWER) for run in mine)
+        rows.append([command, len(joints), len(differing), len(mine), silent, *(f"{s:.1f}" for s in seconds)])
+    headers = ["command", "joints", "differ", "runs", "unanswered", "reference s", "new s"]
+    return table(headers, [[str(cell) for cell in row] for row in rows])
+
+
+def _first_leaves(found: dict[Run, list[Difference]], most: int | None) -> str:
+    leaves = [(run, leaf) for run, differing in found.items() for leaf in differing]
+    lines = []
+    for run, leaf in leaves[:most]:
+        lines += [f"{run.joint}: {run.key}", f"  {leaf.path}"]
+        lines += [f"    reference {_short(leaf.reference)}", f"    new       {_short(leaf.new)}"]
+    if len(leaves) > len(leaves[:most]):
+        lines.append(f"… and {len(leaves) - most} leaves more (--list shows all)")
+    return "\n".join(lines) if leaves else "No difference."
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -1,0 +1,119 @@
+"""Checkouts that say the same are told from such that do not, be it by one bit."""
+
+import json
+import sys
+from dataclasses import fields
+from math import inf, nextafter
+
+import numpy as np
+import pytest
+
+from benchmarks import same_results
+from benchmarks.answers import Checkout, differences
+from benchmarks.command_worker import contents
+from benchmarks.commands_compared import COMMANDS, Run, runs_of
+from benchmarks.drawn_joints import MOST_NODES, drawn_joint
+
+CHOSEN = ["--joints", "3", "--on", "one-node,random-1,random-2", "--only", "solve,simulate"]
+
+
+def test_a_checkout_is_the_same_as_itself_and_not_as_one_a_bit_away(tmp_path, capsys):
+    kept = tmp_path / "answers.json"
+    assert same_results.main(["--reference", sys.executable, "--save", str(kept), *CHOSEN]) == 0
+    assert "No difference." in capsys.readouterr().out
+
+    answers = json.loads(kept.read_text())
+    upper = answers["answers"]["solve random-1.npz --json -q"]["out"]["upper"]
+    there = upper["load_factor"]
+    upper["load_factor"] = nextafter(there, inf)
+    kept.write_text(json.dumps(answers))
+    assert same_results.main(["--reference", str(kept), *CHOSEN]) == 1
+    said = capsys.readouterr().out
+    assert f"out.upper.load_factor\n    reference {nextafter(there, inf)}\n    new       {there}\n" in said
+    rows = {line.split()[0]: line.split()[1:3] for line in said.splitlines() if line.strip()}
+    assert rows["solve"] == ["3", "1"]
+    assert rows["simulate"] == ["3", "0"]
+
+    with pytest.raises(SystemExit, match="about other joints than random-1"):
+        same_results.main(["--reference", str(kept), "--seed", "1", *CHOSEN])
+    with pytest.raises(SystemExit, match="no answer to solve two-node"):
+        same_results.main(["--reference", str(kept), "--on", "two-node", "--only", "solve"])
+
+
+def test_a_process_that_does_not_answer_is_replaced():
+    side = Checkout(sys.executable, {}, limit=60.0)
+    side.limit = 0.0
+    late = side.answer(Run("example", "", ("example", "--json")))
+    side.limit = 60.0
+    assert late["code"] == "no answer: none within 0 s"
+    assert side.answer(Run("example", "", ("example", "none")))["code"] == 2
+    side.close()
+
+
+def one_leaf(was, found):
+    return [(leaf.path, leaf.reference, leaf.new) for leaf in differences({"out": was}, {"out": found})]
+
+
+def test_every_kind_of_difference_is_seen():
+    assert one_leaf({"a": [0.1, None]}, {"a": [0.1, None]}) == []
+    assert one_leaf([0.1], [nextafter(0.1, 1)]) == [("out[0]", "0.1", "0.10000000000000002")]
+    assert one_leaf(0.0, -0.0) == [("out", "0.0", "-0.0")]
+    assert one_leaf(1, 1.0) == [("out", "1", "1.0")]
+    assert one_leaf([], [1]) == [("out", "[]", "(absent)"), ("out[0]", "(absent)", "1")]
+    assert one_leaf([1, 2], [2, 1]) == [("out[0]", "1", "2"), ("out[1]", "2", "1")]
+    assert one_leaf({"a": 1}, {"b": 1}) == [("out.a", "1", "(absent)"), ("out.b", "(absent)", "1")]
+
+
+def test_only_what_is_listed_may_differ():
+    message = "{} subsets are more than the budget; they would take about {} on one core of this machine"
+    was = {"err": message.format(9, "2 s"), "out": {"runs": [{"seconds": 0.1}], "seconds": 1}, "seconds": 1}
+    same = {"err": message.format(9, "3 s"), "out": {"runs": [{"seconds": 0.2}], "seconds": 1}, "seconds": 2}
+    assert differences(was, same) == []
+    assert [leaf.path for leaf in differences(was, same | {"err": message.format(8, "3 s")})] == ["err"]
+    assert [leaf.path for leaf in differences(was, {"err": was["err"]})] == [
+        "out.runs[0].seconds",
+        "out.seconds",
+        "seconds",
+    ]
+
+
+def test_files_are_compared_by_their_bits(tmp_path):
+    def written(values):
+        np.savez(tmp_path / "found.npz", slip=values, settings=np.array('{"seed": 1}'))
+        return contents(tmp_path / "found.npz")
+
+    many = np.linspace(0, 1, 1000)
+    beside = many.copy()
+    beside[500] = nextafter(beside[500], 1)
+    assert written(many) == written(many.copy())
+    assert [leaf.path for leaf in differences(written(many), written(beside))] == ["slip.sha256"]
+    assert "slip.values[0]" in [leaf.path for leaf in differences(written(many[:2]), written(-many[:2]))]
+    assert written(many)["settings"] == {"seed": 1}
+    assert contents(tmp_path / "found.npz") is None
+
+
+def test_joints_are_drawn_of_every_kind_each_from_its_own_seed():
+    joints = [drawn_joint(0, number) for number in range(200)]
+    assert joints[17] == drawn_joint(0, 17) != drawn_joint(1, 17)
+    assert {joint.n for joint in joints} >= {1, 2, 3, 4, 5, 6, 8, MOST_NODES}
+    assert {joint.m for joint in joints} == set(range(2, 13))
+    given = {d.name for joint in joints for d in fields(joint) if getattr(joint, d.name) is not None}
+    assert given >= {"C", "q_mean", "q_transient", "initial_slip", "label"}
+    kinds = {
+        "domain": lambda joint: joint.is_domain,
+        "floating": lambda joint: joint.n > 1 and not np.any(joint.A @ np.ones(joint.n)),
+        "uncoupled": lambda joint: not joint.B.any(),
+        "frictionless": lambda joint: not joint.f.any(),
+        "of whole numbers": lambda joint: np.all(joint.A % 1 == 0) and np.all(joint.q_w % 0.25 == 0),
+        "unloaded": lambda joint: not joint.q_w.any() and not joint.p_w.any(),
+        "beyond uniqueness": lambda joint: np.any(joint.f * np.abs(np.diag(joint.B)) > np.diag(joint.A)),
+    }
+    assert all(sum(map(bool, map(is_one, joints))) >= 3 for is_one in kinds.values())
+
+
+def test_every_joint_is_asked_every_command():
+    for number in range(20):
+        joint = drawn_joint(0, number)
+        runs = runs_of("it", "it.npz", joint, number)
+        assert {run.command for run in runs} == set(COMMANDS)
+        assert len({run.key for run in runs}) == len(runs)
