@@ -53,7 +53,7 @@ class Checkout:
         """What the command says and writes; a process that dies or thinks too long says that instead."""
         if self._process.poll() is not None:
             self._start()
-        question = json.dumps({"words": run.words, "files": run.files})
+        question = json.dumps({"words": run.words})
         self._process.stdin.write(question.encode() + b"\n")
         self._process.stdin.flush()
         return self._line()

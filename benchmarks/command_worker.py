@@ -20,9 +20,10 @@ import numpy as np
 SHOWN = 200  # entries of an array that an answer holds beside its checksum
 
 
-def answer(words: list[str], files: list[str]) -> dict:
-    """What the command answers: exit code, stdout (read as JSON), stderr, the files that it writes."""
-    out, err, began = io.StringIO(), io.StringIO(), time.perf_counter()
+def answer(words: list[str]) -> dict:
+    """What the command answers: exit code, stdout (read as JSON), stderr, the files that it leaves here."""
+    before, out, err = set(Path().iterdir()), io.StringIO(), io.StringIO()
+    began = time.perf_counter()
     with redirect_stdout(out), redirect_stderr(err), patch.object(sys, "argv", ["shakedown-bounds", *words]):
         try:
             runpy.run_module("shakedown", run_name="__main__")
@@ -32,10 +33,9 @@ def answer(words: list[str], files: list[str]) -> dict:
         except Exception as error:
             code = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
-    written = {name: contents(Path(name)) for name in files}
-    return {"code": code, "out": parsed(out.getvalue()), "err": err.getvalue(), "files": written} | {
-        "seconds": seconds
-    }
+    files = {path.name: contents(path) for path in sorted(set(Path().iterdir()) - before)}
+    said = {"code": code, "out": parsed(out.getvalue()), "err": err.getvalue()}
+    return said | {"files": files, "seconds": seconds}
 
 
 def parsed(text: str) -> object:
@@ -47,12 +47,11 @@ def parsed(text: str) -> object:
 
 def contents(path: Path) -> object:
     """What a file holds: arrays by their bits, a table by its cells. The file is gone afterwards."""
-    if not path.exists():
-        return None
+    found: object = "a file"
     if path.suffix == ".npz":
         with np.load(path, allow_pickle=False) as archive:
-            found: object = {key: array(archive[key]) for key in archive.files}
-    else:
+            found = {key: array(archive[key]) for key in archive.files}
+    elif path.suffix == ".csv":
         found = [line.split(",") for line in path.read_text().splitlines()]
     path.unlink()
     return found

@@ -24,12 +24,11 @@ OF_ONE_COEFFICIENT = "f=0.1,0.4,1.5"  # refused where the nodes have different o
 
 @dataclass(frozen=True)
 class Run:
-    """One call of the command: what it is about, its words, and the files that it writes."""
+    """One call of the command: what it is about, and its words."""
 
     command: str
     joint: str
     words: tuple[str, ...]
-    files: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -47,14 +46,10 @@ def runs_of(joint: str, file: str, problem: Problem, number: int) -> list[Run]:
         "critical": [["--budget", MOST_SUBSETS, *["--all"] * (problem.n <= 4)]],
     }
     return [
-        Run(command, joint, (command, file, *words, "--json", "-q"), _written(words))
+        Run(command, joint, (command, file, *words, "--json", "-q"))
         for command, calls in asked.items()
         for words in calls
     ]
-
-
-def _written(words: list[str]) -> tuple[str, ...]:
-    return tuple(words[words.index("-o") + 1 :][:1]) if "-o" in words else ()
 
 
 def _by_turns(choices: tuple[str, ...], number: int) -> str:
@@ -87,6 +82,8 @@ def _map(problem: Problem, number: int) -> list[list[str]]:
     if problem.n > 1 and number % 5 == 0:
         chosen = ["--grid", "0", "1"]
     load_factor = "0.5:1.5:2" if number % 3 == 0 else _by_turns(LOAD_FACTORS, number + 1)
+    if "ball" in chosen:
+        load_factor = "0.1"  # where there is one
     few = ["--states", "16", "--cycles", "200", "--workers", "1"]
     return [["--load-factor", load_factor, *few, *chosen, "-o", "map.npz"]]
 

@@ -15,6 +15,7 @@ import zipfile
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -23,6 +24,7 @@ import shakedown
 from benchmarks.answers import NO_ANSWER, Answer, Checkout, Difference, differences
 from benchmarks.commands_compared import COMMANDS, Run, runs_of
 from benchmarks.drawn_joints import drawn_joint
+from shakedown import Problem
 from shakedown.files.atomic_write import atomic_write
 from shakedown.report.text_table import table
 
@@ -81,22 +83,26 @@ def _parser() -> argparse.ArgumentParser:
 
 def chosen_joints(count: int, seed: int, names: str | None) -> Joints:
     """The runs of the built-in joints and of the random ones, or of those that are named."""
-    chosen = set(names.split(",")) if names else None
+    built_in = {name: shakedown.example(name) for name in shakedown.example_names()}
+    drawn = {f"random-{number}": drawn_joint(seed, number) for number in range(count)}
+    chosen = names.split(",") if names else [*built_in, *drawn]
+    if unknown := set(chosen) - set(built_in) - set(drawn):
+        raise SystemExit(f"--on: expected built-in or random joints, found {', '.join(sorted(unknown))}")
     runs, files = [LISTED], dict[str, bytes]()
-    for name in shakedown.example_names():
-        if chosen is None or name in chosen:
-            problem = shakedown.example(name)
-            asked = [run for turn in range(TURNS) for run in runs_of(name, name, problem, turn)]
-            runs += dict.fromkeys(asked)
-    with TemporaryDirectory() as folder:
-        for number in range(count):
-            name, file = f"random-{number}", f"random-{number}.npz"
-            if chosen is None or name in chosen:
-                problem = drawn_joint(seed, number)
-                shakedown.save_problem(Path(folder) / file, problem)
-                files[file] = (Path(folder) / file).read_bytes()
-                runs += runs_of(name, file, problem, number)
+    for name in filter(chosen.__contains__, built_in):
+        turns = [runs_of(name, name, built_in[name], turn) for turn in range(TURNS)]
+        runs += dict.fromkeys(chain.from_iterable(turns))
+    for number, name in enumerate(drawn):
+        if name in chosen:
+            runs += runs_of(name, f"{name}.npz", drawn[name], number)
+            files[f"{name}.npz"] = _file(drawn[name])
     return Joints(runs, files)
+
+
+def _file(problem: Problem) -> bytes:
+    with TemporaryDirectory() as folder:
+        shakedown.save_problem(Path(folder) / "joint.npz", problem)
+        return (Path(folder) / "joint.npz").read_bytes()
 
 
 def _checksum(file: bytes) -> str:
