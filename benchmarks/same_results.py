@@ -12,6 +12,7 @@ import io
 import json
 import sys
 import zipfile
+from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
@@ -28,8 +29,8 @@ from shakedown import Problem
 from shakedown.files.atomic_write import atomic_write
 from shakedown.report.text_table import table
 
-FIRST = 10  # differing leaves that are shown
-LONGEST = 40  # characters of a value
+FIRST = 3  # runs of every command of which the first differing leaf is shown
+LONGEST = 60  # characters of a value
 TURNS = 6  # of load factors, starts, samplers, parameters that a built-in joint is asked for; a random one: 1
 LIMIT = 300.0  # seconds for one answer
 LISTED = Run("example", "(their list)", ("example", "--json", "-q"))
@@ -59,7 +60,7 @@ def main(words: list[str] | None = None) -> int:
         save(arguments.save, reference, joints.checksum)
     found = {run: differences(reference[run.key], new[run.key]) for run in runs}
     print(_summary(runs, found, reference, new), flush=True)
-    print(_first_leaves(found, None if arguments.list else FIRST))
+    print(_leaves_shown(found, arguments.list))
     return int(any(found.values()))
 
 
@@ -196,15 +197,20 @@ def _summary(
     return table(headers, [[str(cell) for cell in row] for row in rows])
 
 
-def _first_leaves(found: dict[Run, list[Difference]], most: int | None) -> str:
-    leaves = [(run, leaf) for run, differing in found.items() for leaf in differing]
-    lines = []
-    for run, leaf in leaves[:most]:
-        lines += [f"{run.joint}: {run.key}", f"  {leaf.path}"]
-        lines += [f"    reference {_short(leaf.reference)}", f"    new       {_short(leaf.new)}"]
-    if len(leaves) > len(leaves[:most]):
-        lines.append(f"… and {len(leaves) - most} leaves more (--list shows all)")
-    return "\n".join(lines) if leaves else "No difference."
+def _leaves_shown(found: dict[Run, list[Difference]], everything: bool) -> str:
+    """All leaves that differ, or the first one of each of a few runs of every command."""
+    lines, shown = [], Counter[str]()
+    for run, leaves in found.items():
+        shown[run.command] += bool(leaves)
+        if not leaves or (shown[run.command] > FIRST and not everything):
+            continue
+        lines.append(f"{run.joint}: {run.key} ({len(leaves)} leaves differ)")
+        for leaf in leaves if everything else leaves[:1]:
+            lines += [f"  {leaf.path}"]
+            lines += [f"    reference {_short(leaf.reference)}", f"    new       {_short(leaf.new)}"]
+    if not lines:
+        return "No difference."
+    return "\n".join(lines if everything else [*lines, "(--list shows every run and leaf)"])
 
 
 def _short(text: str) -> str:
