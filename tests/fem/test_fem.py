@@ -353,15 +353,16 @@ def test_half_a_receding_block_is_half_of_the_whole():
 
 @pytest.mark.parametrize("name", ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat"])
 def test_shipped_blocks_are_made_again(name):
+    """Every number, to round-off of stiffness and reactions: what vanishes by symmetry is nothing else."""
     shipped, made = shakedown.example(name), BLOCKS()[name]
     assert (shipped.name, shipped.units) == (made.name, made.units)
-    for key in ("A", "B", "C", "f", "q_w", "p_w", "q_transient", "p_transient", "x"):
-        found, expected = getattr(shipped, key), getattr(made, key)
-        assert (found is None) == (expected is None)
-        if expected is not None:
-            np.testing.assert_allclose(
-                found, expected, rtol=0, atol=1e-12 * max(np.abs(expected).max(), 1e-300)
-            )
+    for keys in (("A", "B", "C"), ("q_w", "p_w", "q_transient", "p_transient"), ("f",), ("x",)):
+        parts = [(getattr(shipped, key), getattr(made, key)) for key in keys]
+        size = max(np.abs(expected).max() for _, expected in parts if expected is not None)
+        for key, (found, expected) in zip(keys, parts, strict=True):
+            assert (found is None) == (expected is None)
+            if expected is not None:
+                np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * size, err_msg=key)
 
 
 def test_blocks_are_in_balance_and_refine():
