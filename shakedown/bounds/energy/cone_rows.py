@@ -64,8 +64,12 @@ class ConeRows:
         return float(np.min(room[self.d > 0] / self.d[self.d > 0], initial=np.inf))
 
     def proved(self, multipliers: FloatArray) -> float:
-        """The load factor that multipliers with ‖Hᵀμ‖ ≤ sᵀμ prove not to be exceeded."""
-        return float(multipliers @ (self.g - self.offset * self.s)) / float(self.d @ multipliers)
+        """The load factor that multipliers with ‖Hᵀμ‖ ≤ sᵀμ prove not to be exceeded.
+
+        Inf where they prove none: dᵀμ is not positive.
+        """
+        pull = float(self.d @ multipliers)
+        return float(multipliers @ (self.g - self.offset * self.s)) / pull if pull > 0 else np.inf
 
     def carrying(self, multipliers: FloatArray) -> NDArray[np.intp]:
         """The rows that multipliers rest on, without the sign of λ."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bounds.energy.joints import strong_joint
 
+from shakedown.bounds.energy.cone_rows import cone_rows
 from shakedown.bounds.energy.energy_ball import largest_ball
 from shakedown.bounds.energy.energy_bound import farthest_load_factor
 from shakedown.bounds.energy.energy_rows import EnergyRows, energy_rows
@@ -49,6 +50,14 @@ def test_a_further_row_lowers_the_load_factor():
     assert bound.load_factor < plain.load_factor
     assert abs(bound.gap) <= 1e-9
     assert bound.residual <= 1e-12
+
+
+def test_multipliers_of_rows_without_load_prove_no_load_factor():
+    """As Newton's method finds them where the load hardly matters: none at all."""
+    about = cone_rows(energy_rows(strong_joint(0, 4)), np.zeros(4), 0.05)
+    assert about.proved(np.zeros(len(about.d))) == np.inf
+    unloaded = replace(about, d=np.append(np.zeros(len(about.d) - 1), -1.0))
+    assert unloaded.proved(np.append(np.ones(len(about.d) - 1), 0.0)) == np.inf
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
