@@ -206,7 +206,8 @@ def _next(program: DenseProgram, point: Point, scaling: Scaling) -> Point:
         right = scaling.divided(scaling.divided(share * short - scaling.times(wanted)))
         dx = solve(share * left + program.transposed(right))
         dy = scaling.divided(scaling.divided(program.times(dx))) - right
-        return Point(dx, wanted - scaling.times(dy), scaling.times(dy))  # slack and multiplier as scaled
+        ds = share * short - program.times(dx)  # what x really leaves: W (wanted − W dy) cancels near the end
+        return Point(dx, scaling.divided(ds), scaling.times(dy))  # slack and multiplier as scaled
 
     square = cone.product(centre, centre)
     ahead = step(1.0, -square)
