@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from shakedown.ground.errors import SolverError as SolverError
     from shakedown.ground.errors import UsageError as UsageError
     from shakedown.ground.float_array import FloatArray as FloatArray
+    from shakedown.ground.status import Outcome as Outcome
     from shakedown.ground.status import Status as Status
     from shakedown.ground.tolerances import Tolerances as Tolerances
     from shakedown.importing.contact_figure import contact_picture as contact_picture
@@ -67,7 +68,6 @@ if TYPE_CHECKING:
     from shakedown.long_term.fixed_steps import History as History
     from shakedown.long_term.many_states import LongTermStates as LongTermStates
     from shakedown.long_term.many_states import long_term_states as long_term_states
-    from shakedown.long_term.outcome import Outcome as Outcome
     from shakedown.long_term.simulation import Simulation as Simulation
     from shakedown.long_term.simulation import save_history as save_history
     from shakedown.long_term.simulation import simulate as simulate
@@ -138,7 +138,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "shakedown.joint.units": "units_of work_unit",
-    "shakedown.ground.status": "Status",
+    "shakedown.ground.status": "Outcome Status",
     "shakedown.studies.designs.design_point": "DesignPoint Limit",
     "shakedown.studies.designs.diagram": "Boundaries Region Sweep",
     "shakedown.studies.designs.parameters": "with_parameter",
@@ -197,7 +197,6 @@ _HOMES = {
     "shakedown.long_term.fixed_steps": "History",
     "shakedown.planar.friction.wedging": "Wedging",
     "shakedown.long_term.cycle_log": "Cycles",
-    "shakedown.long_term.outcome": "Outcome",
     "shakedown.long_term.simulation": "Simulation save_history simulate",
     "shakedown.planar.universal.swing_bound": "SwingBound swing_bound",
     "shakedown.planar.universal.universal_bound": "UniversalBound universal_bound",

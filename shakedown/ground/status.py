@@ -1,4 +1,4 @@
-"""How a program ended: the one set of words for it."""
+"""How a program ended, and what becomes of a joint: the one set of words for each."""
 
 from enum import StrEnum
 
@@ -21,4 +21,27 @@ class Status(StrEnum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
+    UNDECIDED = "undecided"
+
+
+class Outcome(StrEnum):
+    """Long-term state of a contact under periodic loading.
+
+    SHAKEDOWN
+        Frictional slip has ceased: every node stays as it is, closed or open, through the whole period.
+    CYCLIC_SLIP
+        Nodes slip in every period and return to where they were.
+    RATCHETTING
+        Slips grow by a constant amount per period.
+    SEPARATION
+        A node opens and closes within the period and none slips in contact, but
+        perhaps in a jump; or the body leaves for good (period 0).
+    UNDECIDED
+        None of these could be established; the reason says why.
+    """
+
+    SHAKEDOWN = "shakedown"
+    CYCLIC_SLIP = "cyclic-slip"
+    RATCHETTING = "ratchetting"
+    SEPARATION = "separation"
     UNDECIDED = "undecided"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
@@ -26,7 +27,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.settling.path_check import Scale, path_check
 from shakedown.long_term.settling.period_map import period_map
 from shakedown.long_term.settling.search import (

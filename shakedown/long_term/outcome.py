@@ -1,36 +1,13 @@
 """What can become of a joint under cyclic loading, and how the last cycles are judged."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.long_term.cycle_log import Cycles
-
-
-class Outcome(StrEnum):
-    """Long-term state of a contact under periodic loading.
-
-    SHAKEDOWN
-        Frictional slip has ceased: every node stays as it is, closed or open, through the whole period.
-    CYCLIC_SLIP
-        Nodes slip in every period and return to where they were.
-    RATCHETTING
-        Slips grow by a constant amount per period.
-    SEPARATION
-        A node opens and closes within the period and none slips in contact, but
-        perhaps in a jump; or the body leaves for good (period 0).
-    UNDECIDED
-        None of these could be established; the reason says why.
-    """
-
-    SHAKEDOWN = "shakedown"
-    CYCLIC_SLIP = "cyclic-slip"
-    RATCHETTING = "ratchetting"
-    SEPARATION = "separation"
-    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)

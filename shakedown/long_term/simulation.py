@@ -12,6 +12,7 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked
 from shakedown.joint.problem import Problem
@@ -19,7 +20,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_log import Cycles, logged
 from shakedown.long_term.fixed_steps import History, Stepping
 from shakedown.long_term.limit_search import LimitSearch
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
 from shakedown.motion.event_history import EventHistory

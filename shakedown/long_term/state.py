@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
-from shakedown.long_term.outcome import Outcome
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.reduced_scene import Scene
 

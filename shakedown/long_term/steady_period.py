@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.long_term.outcome import Outcome, cycles_in_words, nodes_in_words, numbers
+from shakedown.ground.status import Outcome
+from shakedown.long_term.outcome import cycles_in_words, nodes_in_words, numbers
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import law_violation, reactions
 from shakedown.motion.cycle_record import CycleRecord

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
-from shakedown.long_term.outcome import Outcome
 from shakedown.report.node_words import open_in_words
 from shakedown.report.page_tables import transient_is_proved
 from shakedown.report.words import LOAD_DOMAIN, down

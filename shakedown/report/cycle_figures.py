@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown import plot
+from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve

@@ -10,7 +10,7 @@ import numpy as np
 
 from shakedown.ground.shown_values import down as down
 from shakedown.ground.shown_values import up as up
-from shakedown.ground.status import Status
+from shakedown.ground.status import Outcome, Status
 from shakedown.joint.loading import loading
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import units_of, work_unit
@@ -175,8 +175,6 @@ def as_given_in_words(
     At the loading as given (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
     slip, simulated.
     """
-    from shakedown.long_term.outcome import Outcome  # compiled code stands behind it
-
     state = run.simulation
     start = "slip zero" if run.initial == "zero" else "the given slip"
     order = ", with the corners of the load domain in their order" * (

@@ -16,11 +16,11 @@ from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.shown_values import plain, short
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.planar.collapse.box_bound import BoxBound, box_bound
 from shakedown.planar.collapse.lower import LowerBound

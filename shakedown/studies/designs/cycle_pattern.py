@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import BACKWARD, FORWARD, constraints, step_loads
 from shakedown.joint.problem import Problem
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.programs.linear_program import INF, LinearProgram

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.outcome import Outcome
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.studies.designs.attacking_states import admissible

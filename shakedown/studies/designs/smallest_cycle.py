@@ -12,7 +12,7 @@ from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.status import Status
+from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
@@ -26,7 +26,7 @@ from shakedown.joint.arguments import (
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
-from shakedown.long_term.outcome import Outcome, numbers
+from shakedown.long_term.outcome import numbers
 from shakedown.long_term.state import LongTermState
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import check_count, checked
 from shakedown.long_term.many_states import long_term_states
-from shakedown.long_term.outcome import Outcome
 from shakedown.motion.contact_law import scales
 from shakedown.studies.maps.basin_map import InitialStateMap
 from shakedown.studies.maps.limit_cycles import STABLE

@@ -10,9 +10,9 @@ from scipy.stats import binomtest
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
+from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.outcome import Outcome
 from shakedown.studies.maps.final_states import FinalStates, final_states
 from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles
 from shakedown.studies.maps.map_file import Columns

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.long_term.outcome import Outcome
 from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, same_slip
 from shakedown.studies.maps.slip_scatter import Scatter
 

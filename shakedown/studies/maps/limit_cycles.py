@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import UNIT, follow_period
 from shakedown.long_term.limit_search import LimitSearch
-from shakedown.long_term.outcome import Outcome
 from shakedown.motion.contact_law import scales
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import Search
