@@ -26,7 +26,7 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
 from shakedown import EventHistory, FloatArray, Problem, law_violation, loading, reactions, scales
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.text_table import table
 
 TITLE = "Siconos against the event-driven path: agreements, and why the others differ"

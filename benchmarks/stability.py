@@ -176,9 +176,9 @@ def _event_seconds(hard: Scene) -> float:
         evolution.motion.u[:], evolution.active.state[:] = start.u, start.contact
         factorize(evolution.active)
         begin(evolution.motion)
-        status = event_loop.follow(run, 1)
+        status = event_loop.follow(run, 1, event_loop.EFFORT)
         while status in (event_loop.PAUSED, event_loop.RECORD_FULL):
-            status = event_loop.follow(run, 1)
+            status = event_loop.follow(run, 1, event_loop.EFFORT)
         return status
 
     seconds, status = median_time(follow, least=0.01, runs=1 if _long(hard) else 3)

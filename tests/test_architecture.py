@@ -45,7 +45,7 @@ MEASURED_INSIDE = {  # what only a study may reach for: the compiled loops that 
     ("benchmarks.stability", "shakedown.joint.loading"),
     ("benchmarks.stability", "shakedown.long_term.fixed_steps"),
     ("benchmarks.calculix_cycles", "shakedown.readers"),
-    ("benchmarks.siconos_agreement", "shakedown.motion.kernels.gauss_seidel"),
+    ("benchmarks.siconos_agreement", "shakedown.motion.kernels.contact_status"),
     ("benchmarks.evolution", "shakedown.long_term.fixed_steps"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.tasks"),

@@ -181,3 +181,20 @@ def _cell_text(value: float) -> str:
 def field_names(value: Any) -> list[str]:
     """Fields of a dataclass that are shown."""
     return [d.name for d in fields(value) if d.repr]
+
+
+def nodes_in_words(nodes: Sequence[int] | NDArray[np.intp], most: int = 8) -> str:
+    """Nodes by number, the first few of them.
+
+    Examples
+    --------
+    >>> nodes_in_words((3,)), nodes_in_words(tuple(range(20)), most=2)
+    ('node 3', 'nodes 0, 1, …')
+    """
+    listed = ", ".join(map(str, nodes[:most])) + (", …" if len(nodes) > most else "")
+    return f"node{'s' * (len(nodes) > 1)} {listed}"
+
+
+def cycles_in_words(period: int) -> str:
+    """A period after the word "every"."""
+    return "cycle" if period == 1 else f"{period} cycles"

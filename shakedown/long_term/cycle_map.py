@@ -8,7 +8,7 @@ from scipy.linalg import schur, solve_sylvester
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 
 UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1
 

@@ -17,7 +17,7 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
 from shakedown.planar.collapse.box_bound import box_proves
 

@@ -12,7 +12,7 @@ from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.cycle_log import CycleLog, Cycles
-from shakedown.long_term.outcome import WINDOW, Verdict, judge
+from shakedown.long_term.verdict import WINDOW, Verdict, judge
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 

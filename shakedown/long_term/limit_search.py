@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import cycles_in_words
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.long_term.cycle_map import CycleMap, Limit, follow_period, limit
 from shakedown.long_term.energy_proof import Passage
-from shakedown.long_term.outcome import cycles_in_words
 from shakedown.long_term.state import LongTermState
 from shakedown.long_term.steady_period import settled_state, unsettled_state
 from shakedown.motion.cycle_record import CycleRecord, State

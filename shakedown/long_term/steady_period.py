@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
-from shakedown.long_term.outcome import cycles_in_words, nodes_in_words, numbers
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import law_violation, reactions
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 
 
 def settled_state(
@@ -63,7 +63,7 @@ def settled_state(
         friction_dissipation_per_cycle=sum(r.friction_dissipation for r in records) / len(records),
         jump_dissipation_per_cycle=sum(r.jump_dissipation for r in records) / len(records),
         jumps_per_cycle=sum(len(r.jumps) for r in records) / len(records),
-        open_nodes=numbers(always_open),
+        open_nodes=tuple(np.flatnonzero(always_open).tolist()),
         cycles_simulated=0,
         residual=residual,
         dissipations=dissipations,
@@ -86,7 +86,7 @@ def _events_in_words(records: list[CycleRecord], breathing: np.ndarray) -> str:
     every = cycles_in_words(len(records))
     text, jumps = "", sum(len(record.jumps) for record in records)
     if breathing.any():
-        text += f"; opening and closing every {every}: {nodes_in_words(numbers(breathing))}"
+        text += f"; opening and closing every {every}: {nodes_in_words(np.flatnonzero(breathing))}"
     if jumps:
         text += f"; {jumps} jump{'s' if jumps > 1 else ''} in every {every}"
     return text

@@ -15,7 +15,7 @@ from shakedown.joint.loading import loading, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
-from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, OPEN
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, OPEN
 
 
 class Beginning(NamedTuple):

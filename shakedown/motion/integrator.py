@@ -18,7 +18,7 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.kernels import event_loop as kernel
 from shakedown.motion.kernels.active_set import active_set, factorize
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import (
     LOAD_STEP,
     Course,
@@ -200,7 +200,7 @@ class Evolution:
             follow_derivative(self.motion, tangent, delay)
         self.jumps, self._nudged = [], None
         while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
-            status = kernel.follow(run, cycles)
+            status = kernel.follow(run, cycles, kernel.EFFORT)
             now = progress(run)
             found = status == kernel.NO_RATES and self._finds_rates()
             if now.rows > found:  # an instant whose rates have been found is recorded when they are taken

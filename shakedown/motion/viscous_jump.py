@@ -24,7 +24,7 @@ from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, law_violation
 from shakedown.motion.kernels import event_loop as kernel
 from shakedown.motion.kernels.active_set import ActiveSet, active_set, factorize, solve
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import Precision, course, motion_at_rest, room_for
 from shakedown.motion.kernels.rate_problem import rates
 from shakedown.motion.kernels.rate_search import enumerate_states
@@ -157,11 +157,11 @@ class ViscousMotion:
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
         rate, room = rates(n), room_for(0, n)
         run = run_along(act, rate, mo, room, course(path, 0, True, self.precision))
-        status = kernel.follow(run, 1)
+        status = kernel.follow(run, 1, kernel.EFFORT)
         while status == kernel.PAUSED or (
             status == kernel.NO_RATES and enumerate_states(act, rate, self.precision.rate)
         ):
-            status = kernel.follow(run, 1)
+            status = kernel.follow(run, 1, kernel.EFFORT)
         if status != kernel.DONE:
             return False
         if not np.isfinite(mo.u).all():

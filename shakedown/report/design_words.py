@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.shown_values import cycles_in_words
 from shakedown.report.words import down, up
 
 if TYPE_CHECKING:
@@ -138,7 +139,6 @@ def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> 
     It lies at 78.9% of the first collapse λ_1 = 3.096, which is no guarantee here.
     In that cycle node 0 slips and returns to where it was every cycle.
     """
-    from shakedown.long_term.outcome import cycles_in_words  # compiled code stands behind it
     from shakedown.report.node_words import open_in_words
 
     contradiction = [f"CONTRADICTION: {found.contradiction}, and yet:"] if found.contradiction else []

@@ -15,7 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked, checked_damping, real_array, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 
 
 @dataclass(frozen=True, eq=False, repr=False)

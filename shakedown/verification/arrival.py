@@ -7,7 +7,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 
 
 def arrives_closed(

@@ -12,7 +12,7 @@ from shakedown.bounds.best_zone import best_zone
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from tests.partly_open import SOME, partly_open
 
 RECEDING = shakedown.example("receding-block")

@@ -14,7 +14,7 @@ from numba.experimental import structref
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.active_set import ActiveSet, add_product, larger
-from shakedown.motion.kernels.gauss_seidel import OPEN
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import Course, Record
 from shakedown.motion.kernels.named_state import (
     Flags,

@@ -16,7 +16,7 @@ from shakedown.long_term.settling.search import (
     Search,
 )
 from shakedown.motion.kernels.active_set import add_product, factorize, larger
-from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, STICK
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, STICK
 from shakedown.motion.kernels.named_state import inner
 
 

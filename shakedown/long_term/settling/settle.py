@@ -33,7 +33,7 @@ from shakedown.long_term.settling.search import (
     WALK,
     Search,
 )
-from shakedown.motion.kernels.event_loop import DONE, PAUSED, RECORD_FULL, follow
+from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED, RECORD_FULL, follow
 from shakedown.motion.kernels.moving_state import begin
 from shakedown.motion.kernels.named_state import entered, inner
 from shakedown.motion.kernels.run import Run
@@ -56,7 +56,7 @@ def settle(se, starts, answers, effort):  # type: ignore[no-untyped-def]
                 se.verdict = UNDECIDED
             elif se.phase <= CONFIRM:
                 run = run_of_phase(se)
-                after_call(se, run, follow(run, 1))
+                after_call(se, run, follow(run, 1, EFFORT))
                 spent += run.active.effort + 100 * run.course.steps
             else:
                 decide(se)

@@ -1,6 +1,6 @@
 """Compiled loops of the evolution. They know arrays and small named states, no ``Problem``.
 
-Reading order: ``gauss_seidel`` (fixed load steps, and the names of the contact states);
+Reading order: ``contact_status`` (stick, slip, open), ``gauss_seidel`` (fixed load steps);
 ``named_state`` (how a state is handed down), ``active_set`` (systems of the moving nodes),
 ``moving_state`` (the state between events, its course and its record), ``rate_problem`` (rates at
 an event, by pivoting), ``quiet_steps`` (load steps in which nothing happens), ``run`` (all of these

@@ -27,7 +27,7 @@ from numba.experimental import structref
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.named_state import (
     Integers,
     NamedState,

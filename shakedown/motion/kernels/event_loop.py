@@ -8,9 +8,9 @@ and reactions between two events. An event is one of
     an open node closes,                              w = 0,
 
 and its time follows in closed form from the rates. Rates after an event are
-those of :mod:`shakedown.motion.kernels.rate_search`. The reactions are computed afresh from v, w after
-every few events, and v, w of the moving nodes are corrected at each to satisfy their equations, so
-that nothing accumulates. A limit that is overstepped before the end of the load
+those of :mod:`shakedown.motion.kernels.rate_problem`. The reactions are computed afresh from v, w
+after every few events, and v, w of the moving nodes are corrected at each to satisfy their
+equations, so that nothing accumulates. A limit that is overstepped before the end of the load
 step by no more than round-off is touched, not reached.
 
 A load step is first tried as a quiet one (:mod:`shakedown.motion.kernels.quiet_steps`);
@@ -33,7 +33,7 @@ from shakedown.motion.kernels.active_set import (
     larger,
     largest_residual,
 )
-from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import (
     CLOSES,
     LOAD_STEP,
@@ -65,7 +65,7 @@ SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is no
 
 
 @entered
-def follow(run: Run, passes: int, effort: int = EFFORT) -> int:
+def follow(run: Run, passes: int, effort: int) -> int:
     """Carry the state along the course of a run until it has been passed so often since :func:`begin`.
 
     Starts, or resumes, at load step ``step``, time ``time`` of it. Ends with

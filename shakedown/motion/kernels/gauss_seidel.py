@@ -18,8 +18,9 @@ import numba
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 
-STICK, BACKWARD_SLIP, FORWARD_SLIP, OPEN, NO_STATE = 0, 1, -1, 2, 3
+NO_STATE = 3  # beside the contact states: none of them satisfies the law
 
 
 class Stiffness(NamedTuple):

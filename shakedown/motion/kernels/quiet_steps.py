@@ -19,7 +19,7 @@ reactions with the limits.
 import numpy as np
 
 from shakedown.motion.kernels.active_set import ActiveSet, add_product, correct, largest, largest_residual
-from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import Course, Motion, Record
 from shakedown.motion.kernels.named_state import inner
 from shakedown.motion.kernels.rate_problem import Rates

@@ -43,7 +43,7 @@ from shakedown.motion.kernels.active_set import (
     largest,
     largest_residual,
 )
-from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, entered, fields, inner, keeping
 
 REFINED = 1e-13  # residual of the rates, relative to the largest, above which they are refined

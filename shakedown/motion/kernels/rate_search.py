@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.motion.kernels.active_set import ActiveSet, factorize, reach_states
-from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.kernels.named_state import entered
 from shakedown.motion.kernels.rate_problem import (
     AIR,

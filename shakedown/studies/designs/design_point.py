@@ -12,12 +12,12 @@ from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import nodes_in_words
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.outcome import nodes_in_words
 from shakedown.planar.collapse.box_bound import box_bound
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.universal.universal_bound import universal_bound

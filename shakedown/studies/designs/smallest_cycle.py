@@ -26,7 +26,6 @@ from shakedown.joint.arguments import (
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips, long_term_states
-from shakedown.long_term.outcome import numbers
 from shakedown.long_term.state import LongTermState
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
@@ -375,7 +374,7 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
         period=0 if state is None else state.period,
         dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
         least_dissipation=search.simulator.least_dissipation(load_factor if isfinite(load_factor) else top),
-        slipping_nodes=() if state is None else numbers(state.slip_per_cycle > 0),
+        slipping_nodes=() if state is None else tuple(np.flatnonzero(state.slip_per_cycle > 0).tolist()),
         state=state,
         universal=limits.universal,
         lower=limits.lower,

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -109,6 +108,8 @@ class InitialStateMap(Result):
         """
         if self.sampling.sampler == Sampler.GRID:
             return np.nan, np.nan
+        from scipy.stats import binomtest  # loads much: not in every worker
+
         shaken, states = self.outcomes.get(Outcome.SHAKEDOWN, 0), len(self)
         low, high = (
             binomtest(count, states).proportion_ci(CONFIDENCE, method="wilson")

@@ -1,12 +1,13 @@
 """The work of a map, cut into pieces: the long-term states of some initial states."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from shakedown.campaign.payload import packed, unpacked
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_count
 from shakedown.long_term.limit_search import LONGEST_PERIOD
@@ -15,6 +16,7 @@ from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
+FEW = 1 << 20  # slips of one load factor that are sent to other processes: 8 MB
 COLUMNS = (  # what is kept of every state
     "initial_slip",
     "final_slip",
@@ -50,6 +52,14 @@ class MapPieces:
 
     samplings: tuple[Sampling, ...]
     search: Search
+    slips: tuple[FloatArray, ...] = ()  # of all states at each load factor, where they are drawn already
+
+    def for_other_processes(self) -> "MapPieces":
+        """The same work with few states drawn here, so that a worker need not load what draws them."""
+        first = self.samplings[0]
+        if first.states * first.problem.n > FEW:
+            return self
+        return replace(self, slips=tuple(chosen.slips(0, chosen.states) for chosen in self.samplings))
 
     @property
     def size(self) -> int:
@@ -94,11 +104,11 @@ class MapPieces:
 
     def __call__(self, number: int) -> bytes:
         which, part = divmod(number, self._per_load_factor)
-        chosen = self.samplings[which]
+        chosen, rows = self.samplings[which], slice(part * self.size, (part + 1) * self.size)
         found = long_term_states(
             chosen.problem,
             chosen.load_factor,
-            chosen.slips(part * self.size, (part + 1) * self.size),
+            self.slips[which][rows] if self.slips else chosen.slips(rows.start, rows.stop),
             max_cycles=self.search.max_cycles,
             longest_period=self.search.longest_period,
             tolerances=self.search.tolerances,

@@ -216,7 +216,8 @@ def _columns(
             LOGGER.warning("%s: not this map, or altered since; made again", visible(str(target)))
     with ExitStack() as stack:
         journal = stack.enter_context(journal_at(record, header, resume=resume))
-        run_campaign(work, work.count, journal, crew, progress, work.fits)
+        sent = work if crew.processes == 1 and crew.scheduler is None else work.for_other_processes()
+        run_campaign(sent, work.count, journal, crew, progress, work.fits)
         if target is None:
             return joined_columns(journal)
         write_map(target, journal, rows, settings)

@@ -6,7 +6,6 @@ from enum import StrEnum
 from math import isqrt
 
 import numpy as np
-from scipy.stats import qmc
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.safe_slip import safe_slip
@@ -215,6 +214,8 @@ def _grid(chosen: Sampling, start: int, stop: int) -> FloatArray:
 
 
 def _sobol(chosen: Sampling, start: int, stop: int) -> FloatArray:
+    from scipy.stats import qmc  # loads much: only where it is drawn from
+
     n = chosen.problem.n
     if n > qmc.Sobol.MAXDIM:
         raise UsageError(f"sampler sobol: expected at most {qmc.Sobol.MAXDIM} nodes, found {n}")
@@ -226,6 +227,8 @@ def _sobol(chosen: Sampling, start: int, stop: int) -> FloatArray:
 
 
 def _latin(chosen: Sampling, block: int) -> FloatArray:
+    from scipy.stats import qmc
+
     engine = qmc.LatinHypercube(chosen.problem.n, seed=_generator(chosen, block))
     return _in_box(chosen, engine.random(BLOCK))
 

@@ -5,7 +5,7 @@ Independent of the compiled loops: numpy only.
 
 import numpy as np
 
-from shakedown.motion.kernels.gauss_seidel import BACKWARD_SLIP, FORWARD_SLIP, OPEN
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
 from shakedown.motion.kernels.rate_problem import AIR, APEX, FRICTIONLESS, ON_BACKWARD, ON_FORWARD
 
 

@@ -55,10 +55,10 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
         evolution.active, evolution.rates, evolution.motion, room_for(7, 9), evolution._run(False).course
     )
     begin(evolution.motion)
-    status, rows = event_loop.follow(run, 1), progress(run).rows
+    status, rows = event_loop.follow(run, 1, event_loop.EFFORT), progress(run).rows
     while status == event_loop.RECORD_FULL:
         assert progress(run).rows == 7
-        status = event_loop.follow(run, 1)
+        status = event_loop.follow(run, 1, event_loop.EFFORT)
         rows += progress(run).rows
     assert status == event_loop.DONE
     assert (progress(run).events, progress(run).signature) == (first.events, first.signature)
@@ -75,7 +75,7 @@ def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_f
     begin(whole.motion)
     while event_loop.follow(run, passes, 20) == event_loop.PAUSED:
         returns += 1
-    assert event_loop.follow(same, passes) == event_loop.DONE
+    assert event_loop.follow(same, passes, event_loop.EFFORT) == event_loop.DONE
     assert returns >= passes
     assert progress(run).events == progress(same).events
     assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from motion.kernels.lemke import lemke, rates_by_lemke
 
 from shakedown.motion.kernels.active_set import active_set, factorize, solve
-from shakedown.motion.kernels.gauss_seidel import OPEN, STICK
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.rate_problem import (
     AIR,
     APEX,

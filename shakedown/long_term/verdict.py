@@ -1,4 +1,4 @@
-"""What can become of a joint under cyclic loading, and how the last cycles are judged."""
+"""How the last cycles of a motion are judged: by what they slip, over two of them or two periods in a row."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.long_term.cycle_log import Cycles
 
@@ -37,24 +38,27 @@ def judge(cycles: Cycles, always_open: NDArray[np.bool_], threshold: float) -> V
         return None
     still = np.zeros(cycles.slip.shape[1])
     if cycles.slip[-2:].max() <= threshold:
-        stays_open = numbers(always_open[-1])
-        breathing = numbers(cycles.open_nodes[-1] & ~always_open[-1])
+        stays_open = _numbers(always_open[-1])
+        breathing = _numbers(cycles.open_nodes[-1] & ~always_open[-1])
         if breathing:
             reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
             return Verdict(Outcome.SEPARATION, 1, still, reason, stays_open)
         reason = "no frictional slip in the last two cycles"
         return Verdict(Outcome.SHAKEDOWN, 1, still, reason, stays_open)
     for period in range(1, LONGEST_PERIOD + 1):
-        verdict = _periodic(cycles, numbers(np.asarray(always_open[-period:].all(axis=0))), period, threshold)
+        verdict = _periodic(cycles, always_open[-period:], period, threshold)
         if verdict is not None:
             return verdict
     return None
 
 
-def _periodic(cycles: Cycles, stays_open: tuple[int, ...], period: int, threshold: float) -> Verdict | None:
+def _periodic(
+    cycles: Cycles, always_open: NDArray[np.bool_], period: int, threshold: float
+) -> Verdict | None:
     """Cyclic slip or ratchetting of the given period, seen over two periods."""
     if len(cycles.slip) < 2 * period + 1:
         return None
+    stays_open = _numbers(np.all(always_open, axis=0))
     steps = [cycles.end_slip[-1 - k] - cycles.end_slip[-1 - k - period] for k in range(period + 1)]
     slip = cycles.slip[-period:].sum(axis=0).max()
     # A slow approach to shakedown has increments of the size of its slip; a limit cycle has none.
@@ -70,23 +74,6 @@ def _periodic(cycles: Cycles, stays_open: tuple[int, ...], period: int, threshol
     return None
 
 
-def numbers(nodes: NDArray[np.bool_]) -> tuple[int, ...]:
+def _numbers(nodes: NDArray[np.bool_]) -> tuple[int, ...]:
     """Numbers of the nodes that are marked."""
-    return tuple(int(j) for j in np.flatnonzero(nodes))
-
-
-def nodes_in_words(nodes: tuple[int, ...], most: int = 8) -> str:
-    """Nodes by number, the first few of them.
-
-    Examples
-    --------
-    >>> nodes_in_words((3,)), nodes_in_words(tuple(range(20)), most=2)
-    ('node 3', 'nodes 0, 1, …')
-    """
-    listed = ", ".join(map(str, nodes[:most])) + (", …" if len(nodes) > most else "")
-    return f"node{'s' * (len(nodes) > 1)} {listed}"
-
-
-def cycles_in_words(period: int) -> str:
-    """A period after the word "every"."""
-    return "cycle" if period == 1 else f"{period} cycles"
+    return tuple(np.flatnonzero(nodes).tolist())
