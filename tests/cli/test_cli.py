@@ -1,13 +1,11 @@
 """The command: JSON fields, exit codes, one line for every error, 80 columns, light imports."""
 
-import ast
 import json
 import os
 import re
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -272,10 +270,20 @@ def test_a_closed_pipe_ends_quietly():
     assert (done.returncode, done.stderr) == (1, "")
 
 
-def test_public_names_are_declared_once_for_programs_and_once_for_type_checkers():
-    tree = ast.parse(Path(shakedown.__file__).read_text())
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    declared = {(line.module, name.asname) for line in block.body for name in line.names}
-    lazy = {(module, name) for module, names in shakedown._HOMES.items() for name in names.split()}
-    assert declared == lazy
+def test_every_public_name_of_the_stub_is_there():
     assert all(hasattr(shakedown, name) for name in shakedown.__all__)
+
+
+def test_a_name_that_is_not_public_is_no_attribute():
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = shakedown.nothing
+
+
+def test_public_names_load_at_once_where_the_environment_asks_for_it():
+    """EAGER_IMPORT of scientific-python: nothing that is public needs an extra, or the package half loaded."""
+    code = "import shakedown, sys; print('shakedown.verification.verify' in sys.modules)"
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(
+        words, env={**os.environ, "EAGER_IMPORT": "1"}, capture_output=True, text=True, check=False
+    )
+    assert (done.stdout, done.stderr) == ("True\n", "")
