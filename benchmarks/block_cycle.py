@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.refinement import block_on_plane
 from benchmarks.timing import in_turn
-from shakedown import Evolution, loading, scales
+from shakedown.joint.loading import loading
+from shakedown.motion.contact_law import scales
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.report.text_table import table
 

@@ -12,7 +12,8 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import chain
 from benchmarks.timing import in_turn
-from shakedown import Constraints, Problem, constraints
+from shakedown import Problem
+from shakedown.joint.constraints import Constraints, constraints
 from shakedown.report.text_table import table
 
 TITLE = "Upper and lower bound: time against the number of nodes"

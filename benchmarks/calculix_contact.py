@@ -17,7 +17,9 @@ import shakedown
 from benchmarks import calculix_peer
 from benchmarks.calculix_cycles import follow, modelled
 from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
-from shakedown import FloatArray, TransientLimit
+from shakedown import TransientLimit
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 
 TITLE = "CalculiX with contact and friction against the toolkit"
@@ -55,7 +57,7 @@ def measure(case: dict) -> dict:
     begin = time.perf_counter()
     peer = follow(name, load_factor, case["slope"] * YOUNG / SIZE, cycles)
     seconds = time.perf_counter() - begin
-    history = shakedown.evolve(model.problem, load_factor, cycles=cycles + 1).history
+    history = evolve(model.problem, load_factor, cycles=cycles + 1).history
     exact = history.at(np.arange(QUARTERS * cycles + 1) / QUARTERS)
     slip, pressure = exact.v * model.sense, exact.p / area
     own, theirs = ranges(slip), ranges(peer.slip)

@@ -10,7 +10,9 @@ import numpy as np
 
 from benchmarks import calculix_peer
 from benchmarks.calculix_joints import FRICTION, PERIOD, Joint, Values, joint
-from shakedown import FloatArray, LoadCase, Problem, condensed_stiffness
+from shakedown import LoadCase, Problem
+from shakedown.condensation.condense import condensed_stiffness
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers import Stiffness, read_stiffness
 
 

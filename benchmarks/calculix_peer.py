@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shakedown import FloatArray
+from shakedown.ground.float_array import FloatArray
 
 PROGRAM = "ccx"
 ABSENT = "CalculiX is left out: there is no program ccx (Debian package calculix-ccx)"

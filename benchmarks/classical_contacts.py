@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.figure import Figure
 
-import shakedown
 from shakedown.fem import cylinder_on_flat, hertz, press_fit, press_fit_pressure
+from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Classical contacts: error against element size"
@@ -42,7 +42,7 @@ def press_fit_errors(refinement: int) -> dict:
 def line_contact_errors(refinement: int) -> dict:
     """Errors after pressing (pressure) and at the first crest of the shear (shear, stick zone)."""
     problem = cylinder_on_flat(refinement, f=FRICTION)
-    history = shakedown.evolve(problem, 1.0, cycles=1).history
+    history = evolve(problem, 1.0, cycles=1).history
     assert problem.x is not None
     x, size = problem.x - HALF, 2 * HALF / (problem.n - 1)
     pressed, crest = (int(np.argmin(np.abs(history.cycle - time))) for time in (0.0, 0.25))

@@ -19,6 +19,8 @@ import numpy as np
 import shakedown
 from benchmarks.adversary import scaled_to, symmetric
 from benchmarks.universal_adversary import loaded
+from shakedown.joint.loading import loading
+from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip below the first collapse, and in the least box, for coupling ratios below 1"
@@ -77,7 +79,7 @@ def measure(case: dict) -> dict:
             continue
         problem, limit, first = found
         counts["joints_found"] += 1
-        ratios.append(shakedown.coupling(problem).bound)
+        ratios.append(coupling(problem).bound)
         for fraction in FRACTIONS:
             below(rng, turned(rng, problem), fraction * limit, case["starts"], counts)
         if first.node >= 0 and first.load_factor <= limit:
@@ -100,7 +102,7 @@ def joint_of(rng: np.random.Generator, case: dict, loads: str):
         if case["shape"] != "floating":
             A, B = scaled_to(A, B, rng.uniform(low, high))
         problem = pressed(loaded(rng, A, B, loads), PRESSED * tried)
-        if not shakedown.coupling(problem).bound >= 0.9 * low:
+        if not coupling(problem).bound >= 0.9 * low:
             continue
         first = shakedown.lower_bound(problem, certify=False)
         universal = shakedown.universal_bound(problem, first_collapse=first, certify=False)
@@ -142,7 +144,7 @@ def stiffness(rng: np.random.Generator, n: int, shape: str) -> tuple[np.ndarray,
 def turned(rng: np.random.Generator, problem: shakedown.Problem) -> shakedown.Problem:
     """The same loop, begun at another load step."""
     start = int(rng.integers(problem.m))
-    loop = shakedown.loading(problem)
+    loop = loading(problem)
     return replace(
         problem,
         q_w=np.roll(problem.q_w, -start, axis=0),
@@ -154,7 +156,7 @@ def turned(rng: np.random.Generator, problem: shakedown.Problem) -> shakedown.Pr
 
 def at_first_step(problem: shakedown.Problem, load_factor: float, shares: np.ndarray) -> np.ndarray:
     """Slips in which every node is at a share of the way from its forward to its backward limit (s, n)."""
-    q, p = (welded[0] for welded in shakedown.loading(problem).at(load_factor))
+    q, p = (welded[0] for welded in loading(problem).at(load_factor))
     fB, f = problem.f[:, None] * problem.B, problem.f
     own = np.diag(problem.A - fB), np.diag(problem.A + fB)
     upper, lower = shares / own[0], (1.0 - shares) / own[1]
@@ -167,7 +169,7 @@ def at_first_step(problem: shakedown.Problem, load_factor: float, shares: np.nda
 
 
 def admissible(problem: shakedown.Problem, load_factor: float, slips: np.ndarray) -> np.ndarray:
-    q, p = (welded[0] for welded in shakedown.loading(problem).at(load_factor))
+    q, p = (welded[0] for welded in loading(problem).at(load_factor))
     room = problem.f * (p + slips @ problem.B.T) - np.abs(q + slips @ problem.A.T)
     return np.all(room >= -1e-12 * np.abs(room).max(), axis=1)
 

@@ -37,8 +37,12 @@ from scipy.stats import binomtest
 from skfem import MeshQuad
 
 import shakedown
-from shakedown import FloatArray, Outcome, Problem
+from shakedown import Outcome, Problem
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, contact_problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.contact_law import scales
+from shakedown.motion.evolve import evolve
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.report.text_table import table
 
 TITLE = "Complete contact: final states that follow from random transients"
@@ -162,7 +166,7 @@ class Transients:
         passed = generator.uniform((1.0, -side, -side), (self.largest, side, side), (count, 3))
         still = loaded(self.unit, PRESSED[None], PRESSED)
         still = replace(still, q_transient=passed @ self.unit.q_w, p_transient=passed @ self.unit.p_w)
-        return shakedown.evolve(still, 0.0).history.v[-1]
+        return evolve(still, 0.0).history.v[-1]
 
 
 @cache
@@ -198,7 +202,7 @@ def _bounds(elements: int) -> dict:
     history = shakedown.transient_limit(problem, steps=20, accuracy=1e-5)
     return {
         "n": problem.n,
-        "unique_in_contact": shakedown.unique_in_contact(problem).argument,
+        "unique_in_contact": unique_in_contact(problem).argument,
         "upper": upper.load_factor,
         "upper_certified": None if upper.certified is None else list(upper.certified),
         "lower": lower.load_factor,
@@ -253,7 +257,7 @@ def _one_by_one(case: dict) -> dict:
     slips, load_factor = slips[: case["compared"]], case["above"] * limit
     batch = shakedown.long_term_states(problem, load_factor, slips)
     alone = [shakedown.long_term_state(problem, load_factor, slip) for slip in slips]
-    length = shakedown.scales(problem, load_factor).length
+    length = scales(problem, load_factor).length
     pairs = list(zip(batch.outcome, batch.period, batch.final_slip, alone, strict=True))
     return {
         "differ": sum((outcome, period) != (one.outcome, one.period) for outcome, period, _, one in pairs),

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from shakedown import FloatArray, Problem
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
 
 NODES = (1, 2, 2, 3, 2, 3, 4, 5, 6, 3, 2, 4)  # by turns; every eighth joint has more
 MOST_NODES = 12

@@ -14,7 +14,10 @@ from collections import Counter
 import numpy as np
 
 import shakedown
-from shakedown import EnergyBall, Evolution, Outcome, Problem, constraints, energy_ball
+from shakedown import EnergyBall, Outcome, Problem, energy_ball
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
+from shakedown.motion.integrator import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "States inside the energy ball, and outside, that do not shake down"
@@ -139,7 +142,7 @@ def starts(rng: np.random.Generator, problem: Problem, ball: EnergyBall, reach: 
 
 def is_admissible(problem: Problem, load_factor: float, start: np.ndarray) -> bool:
     """Whether the first load leaves every node within its friction limits at this slip."""
-    loop = shakedown.loading(problem)
+    loop = loading(problem)
     q_w, p_w = (part[0] for part in loop.at(load_factor))
     if problem.q_transient is not None and problem.p_transient is not None:
         q_w, p_w = problem.q_transient[0], problem.p_transient[0]

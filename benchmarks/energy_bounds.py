@@ -19,7 +19,9 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import chain, joint, random_problem
 from benchmarks.refinement import block_on_plane
-from shakedown import Evolution, Problem, coupling, energy_ball, energy_bound, transient_limit, upper_bound
+from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
+from shakedown.motion.integrator import Evolution
+from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.report.text_table import table
 
 TITLE = "The energy bound: how sharp, and at what cost"

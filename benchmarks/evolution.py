@@ -11,8 +11,12 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem, refined
 from benchmarks.timing import in_turn
-from shakedown import Tolerances, law_violation, loading, reactions, scales
+from shakedown import Tolerances
+from shakedown.joint.loading import loading
 from shakedown.long_term.fixed_steps import Stepping
+from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import EvolutionResult, evolve
 from shakedown.report.text_table import table
 
 TITLE = "Time integration: time per cycle against error of the path"
@@ -69,7 +73,7 @@ def scene(name: str) -> tuple[shakedown.Problem, float, np.ndarray]:
 def reference(name: str) -> np.ndarray:
     """Slips of the event-driven path at the load steps of all cycles, (CYCLES * m, n)."""
     problem, load_factor, start = scene(name)
-    run = shakedown.evolve(problem, load_factor, start, cycles=CYCLES)
+    run = evolve(problem, load_factor, start, cycles=CYCLES)
     assert run.stop is None
     return run.history.at(np.arange(CYCLES * problem.m) / problem.m).v
 
@@ -79,14 +83,14 @@ def measure(case: dict) -> dict:
     parts = case["parts"]
     fine = refined(problem, parts)
 
-    def event() -> shakedown.EvolutionResult:
-        return shakedown.evolve(problem, load_factor, start, cycles=CYCLES)
+    def event() -> EvolutionResult:
+        return evolve(problem, load_factor, start, cycles=CYCLES)
 
     if case["method"] == "event":
         ((seconds, run),) = in_turn(event, runs=TURNS)
         own = seconds
         slips = (
-            shakedown.evolve(refined(problem, 7), load_factor, start, cycles=CYCLES)
+            evolve(refined(problem, 7), load_factor, start, cycles=CYCLES)
             .history.at(np.arange(CYCLES * problem.m) / problem.m)
             .v
         )  # every load step split into 7: the path must not change
@@ -134,7 +138,7 @@ def _siconos(problem: shakedown.Problem, load_factor: float, start: np.ndarray, 
 
 
 def _violation(
-    problem: shakedown.Problem, load_factor: float, start: np.ndarray, history: shakedown.EventHistory
+    problem: shakedown.Problem, load_factor: float, start: np.ndarray, history: EventHistory
 ) -> float:
     """The friction law over an event-driven path, from its slips and gaps alone."""
     q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)

@@ -17,6 +17,7 @@ import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.joint.constraints import constraints
 from shakedown.report.text_table import table
 
 TITLE = "Floating joints: bounds against HiGHS, the rational truth, other units, orders and scales"
@@ -130,7 +131,7 @@ class PinnedPrograms:
     """The programs of both bounds by HiGHS, as it comes, with some slips left out, in units of the rows."""
 
     def __init__(self, problem: Problem, pins: list[int]) -> None:
-        rows = shakedown.constraints(problem)
+        rows = constraints(problem)
         self.node, self.kept = rows.node, [i for i in range(rows.n) if i not in pins]
         matrix = np.column_stack([rows.G[:, self.kept], rows.d])
         self.size = np.abs(matrix[:, :-1]).max(axis=1)

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.problems import random_problem
+from shakedown.motion.integrator import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "Cost growth: time and peak memory, with fitted exponents"
@@ -77,7 +78,7 @@ def _do(task: str, problem: shakedown.Problem, load_factor: float, cycles: int) 
     elif task == "upper bound":
         shakedown.upper_bound(problem, certify=False)
     elif task == "event-driven cycles":
-        evolution = shakedown.Evolution(problem, load_factor)
+        evolution = Evolution(problem, load_factor)
         for _ in range(cycles):
             assert evolution.cycle() is not None
     else:

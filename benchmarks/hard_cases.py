@@ -14,7 +14,9 @@ import shakedown
 from benchmarks.bounds import highs_solved
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
-from shakedown import Constraints, Problem, constraints
+from shakedown import Problem
+from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.joint.constraints import Constraints, constraints
 from shakedown.report.text_table import table
 
 TITLE = "Hard cases: error of each road against the exact rational answer"
@@ -168,7 +170,7 @@ def plain_upper(problem: Problem) -> Answer:
 
 
 def conic_upper(problem: Problem) -> Answer:
-    upper = shakedown.conic_upper_bound(problem)
+    upper = conic_upper_bound(problem)
     return upper.status, upper.load_factor
 
 

@@ -15,8 +15,10 @@ from threadpoolctl import threadpool_limits
 
 import shakedown
 from benchmarks.problems import chain, random_problem
-from shakedown import FloatArray, Problem
+from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Support, Traction, block_mesh, contact_problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import constraints
 from shakedown.report.text_table import table
 
 TITLE = "Large joints: the bounds and what HiGHS and Clarabel need for the same programs"
@@ -85,7 +87,7 @@ def _measured(case: dict) -> dict:
 
 def _model(problem: Problem, towards: float) -> tuple[highspy.Highs, FloatArray]:
     """The rows of a joint in HiGHS with its own options, scaled by it."""
-    rows = shakedown.constraints(problem)
+    rows = constraints(problem)
     matrix, n = np.column_stack([rows.G, rows.d]), rows.n
     model = highspy.HighsLp()
     model.num_row_, model.num_col_ = matrix.shape
@@ -137,7 +139,7 @@ def _clarabel(matrix: FloatArray, right: FloatArray, cones: list) -> FloatArray:
 
 
 def _clarabel_upper(problem: Problem) -> float:
-    rows = shakedown.constraints(problem)
+    rows = constraints(problem)
     matrix = np.vstack([np.column_stack([rows.G, rows.d]), np.append(np.zeros(rows.n), -1.0)])
     right = np.append(rows.g, 0.0)
     return float(_clarabel(matrix, right, [clarabel.NonnegativeConeT(len(right))])[-1])
@@ -145,7 +147,7 @@ def _clarabel_upper(problem: Problem) -> float:
 
 def _clarabel_energy(problem: Problem) -> float:
     """The cone program of λ_E from slip zero with every row, in the energy metric y = L^T v, A = L L^T."""
-    rows, root = shakedown.constraints(problem), cholesky(problem.A, lower=True)
+    rows, root = constraints(problem), cholesky(problem.A, lower=True)
     tied = np.diagonal(problem.B) / np.diagonal(problem.A)  # no friction here is above a node's own threshold
     spread = np.linalg.norm(
         solve_triangular(root, (problem.B - tied[:, None] * problem.A).T, lower=True), axis=0

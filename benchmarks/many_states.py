@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 import shakedown
 from shakedown import Outcome
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.motion.contact_law import scales
 from shakedown.report.text_table import table
 
 TITLE = "Many long-term states: a batch against a loop, CPU time per state"
@@ -57,7 +58,7 @@ def joint_of(name: str) -> tuple[shakedown.Problem, float]:
 def measure(case: dict) -> dict:
     problem, limit = joint_of(case["joint"])
     load_factor = 0.70 if case["above"] is None else case["above"] * limit
-    scale = shakedown.scales(problem, load_factor)
+    scale = scales(problem, load_factor)
     slips = np.random.default_rng(0).uniform(-1, 1, (case["states"], problem.n)) * SPREAD * scale.length
     shakedown.long_term_states(problem, load_factor, slips[:1])  # compiles
     shakedown.long_term_state(problem, load_factor, slips[0])

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown import FloatArray, Problem
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
 
 
 def joint(

@@ -12,7 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from shakedown import FloatArray, Problem, loading
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.loading import loading
 
 STICK, BACKWARD, FORWARD, OPEN = "stick", "backward", "forward", "open"
 SIDE = {BACKWARD: 1, FORWARD: -1}

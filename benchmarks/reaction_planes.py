@@ -27,8 +27,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 import shakedown
-from shakedown import Constraints, FloatArray, Problem, plot
+from shakedown import Problem, plot
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
+from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.loading import loading
+from shakedown.motion.evolve import evolve
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
 from shakedown.report.text_table import table
 
@@ -54,7 +58,7 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
         wedged = shakedown.friction_thresholds(problem).wedging
         return {"found": [wedged.value, *wedged.slip.tolist()], "says": "friction, witness"}
     if case["what"] == "extreme points":
-        rows = shakedown.constraints(problem)
+        rows = constraints(problem)
         return {"found": rows.step.tolist(), "says": "load step of each row, backward and forward"}
     slips = tenth_cycle(problem)
     return {"found": [float(slip.max()) for slip in slips.values()], "says": ", ".join(slips)}
@@ -72,7 +76,7 @@ def tenth_cycle(problem: Problem) -> dict[str, FloatArray]:
     witness = shakedown.lower_bound(problem).slip
     starts = {"safe slip": upper.slip, "slip 0": 0 * upper.slip, "witness of the first collapse": witness}
     return {
-        name: shakedown.evolve(problem, upper.load_factor, start, cycles=CYCLE + 1).cycles[CYCLE].slip
+        name: evolve(problem, upper.load_factor, start, cycles=CYCLE + 1).cycles[CYCLE].slip
         for name, start in starts.items()
     }
 
@@ -115,7 +119,7 @@ def reaction_figure() -> Figure:
 
 
 def _sectors(axes: Axes, problem: Problem, load_factor: float, step: int, slip: FloatArray) -> None:
-    q_w, p_w = (side[step] for side in shakedown.loading(problem).at(load_factor))
+    q_w, p_w = (side[step] for side in loading(problem).at(load_factor))
     back = np.linalg.inv(reaction_map(problem))
     welded = np.stack([q_w, p_w], axis=1)
     apex = welded[0] - back @ welded[1]  # where node 1 has no reactions
@@ -163,7 +167,7 @@ def wedging_figure() -> Figure:
 def slip_figure() -> Figure:
     """Slip space at the four critical load factors: each time three rows meet in a point (fig. 5.4)."""
     problem = shakedown.example("two-node")
-    rows = shakedown.constraints(problem)
+    rows = constraints(problem)
     figure = Figure(figsize=(11, 8.6), layout="constrained")
     panels = figure.subplots(2, 2).ravel()
     for axes, (load_factor, point) in zip(panels, meeting_points(rows), strict=True):
@@ -197,8 +201,8 @@ def pair_corners(rows: Constraints, load_factor: float) -> FloatArray:
 
 def extreme_figure(problem: Problem, nodes: tuple[int, int], where: str) -> Figure:
     """The reactions of one period of two nodes at the safe slip, with their extreme load steps."""
-    upper, rows = shakedown.upper_bound(problem), shakedown.constraints(problem)
-    q_w, p_w = shakedown.loading(problem).at(upper.load_factor)
+    upper, rows = shakedown.upper_bound(problem), constraints(problem)
+    q_w, p_w = loading(problem).at(upper.load_factor)
     q, p = q_w + upper.slip @ problem.A.T, p_w + upper.slip @ problem.B.T
     figure = Figure(figsize=(11, 5.0), layout="constrained")
     panels = figure.subplots(1, 2)

@@ -35,8 +35,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.runner import run_study
-from shakedown import EventHistory, FloatArray, Problem, simulate
+from shakedown import Problem, simulate
 from shakedown.fem import receding_block
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.event_history import EventHistory
 
 TITLE = "Chapter III: receding contact under cyclic loading"
 THESIS_EXPONENT, THESIS_RATIO = -3.1, 0.56

@@ -21,8 +21,10 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.receding import LETTERS
-from shakedown import EventHistory, Problem, plot
+from shakedown import Problem, plot
 from shakedown.fem import receding_block
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Chapter III: zones at full unloading, in the ninth cycle and in the steady state"
@@ -68,19 +70,19 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
 def unloading(refinement: int) -> tuple[EventHistory, Problem]:
     """The path from p_max to no load, and the block."""
     block = receding_block(refinement, symmetric=True, unloading=0.0)
-    return between(shakedown.evolve(block, 1.0, cycles=1).history, P_MAX, 0.0), block
+    return between(evolve(block, 1.0, cycles=1).history, P_MAX, 0.0), block
 
 
 def first_cycle(refinement: int) -> tuple[EventHistory, Problem]:
     """The path p_max → p_max/3 → p_max after the first loading, and the block."""
     block = right_half(refinement)
-    return between(shakedown.evolve(block, 1.0, cycles=1).history, P_MAX, P_MAX + 1), block
+    return between(evolve(block, 1.0, cycles=1).history, P_MAX, P_MAX + 1), block
 
 
 def ninth_cycle(refinement: int) -> tuple[EventHistory, Problem]:
     """The path of the ninth cycle, and the block."""
     block = right_half(refinement)
-    return between(shakedown.evolve(block, 1.0, cycles=9).history, NINTH, NINTH + 1), block
+    return between(evolve(block, 1.0, cycles=9).history, NINTH, NINTH + 1), block
 
 
 def between(path: EventHistory, begin: float, end: float) -> EventHistory:

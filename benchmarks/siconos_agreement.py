@@ -25,7 +25,12 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
-from shakedown import EventHistory, FloatArray, Problem, law_violation, loading, reactions, scales
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.loading import loading
+from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import evolve
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.text_table import table
 
@@ -60,7 +65,7 @@ def scene(seed: int, n: int, separation: bool) -> tuple[Problem, float, EventHis
         least = p_w.min(axis=0)
         problem = replace(problem, q_w=q_w, p_w=p_w - least - 0.15 * np.ptp(p_w, axis=0).max())
         load_factor = 1.0
-    run = shakedown.evolve(problem, load_factor, cycles=CYCLES)
+    run = evolve(problem, load_factor, cycles=CYCLES)
     if run.stop is not None or any(cycle.jumps for cycle in run.cycles):
         raise RuntimeError(f"seed {seed}: the path is not unique, choose another problem")
     return problem, load_factor, run.history

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.timing import median_time
-from shakedown import Evolution
+from shakedown.motion.integrator import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "Slow approach to shakedown: the closed form against plain cycling"

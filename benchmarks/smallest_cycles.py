@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.adversary import difficult_joint
+from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.report.text_table import table
 
 TITLE = "The smallest cycle found, beside what is proved from every state and the first collapse"
@@ -79,7 +80,7 @@ def searched(problem: shakedown.Problem, case: dict) -> dict | None:
         return None
     return {
         "n": problem.n,
-        "coupling_ratio": finite(shakedown.coupling(problem).ratio),
+        "coupling_ratio": finite(coupling(problem).ratio),
         "universal": cycle.universal.load_factor,
         "first_collapse": cycle.lower.load_factor,
         "guarantee": cycle.lower.guarantee,

@@ -18,14 +18,17 @@ from functools import cache
 import numpy as np
 from matplotlib.figure import Figure
 
-import shakedown
 from benchmarks import siconos_peer
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability_scenes import FAMILIES, Scene
 from benchmarks.timing import median_time
-from shakedown import FloatArray, Problem, law_violation, reactions, scales
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
 from shakedown.long_term.fixed_steps import MAX_SWEEPS
+from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.evolve import evolve
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels import event_loop
 from shakedown.motion.kernels.active_set import factorize
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
@@ -153,7 +156,7 @@ def verdict(error: float | None, sensitivity: float, said: str, long_step: bool)
 
 
 def _event(hard: Scene) -> Path:
-    run = shakedown.evolve(hard.problem, 1.0, hard.start, cycles=hard.cycles)
+    run = evolve(hard.problem, 1.0, hard.start, cycles=hard.cycles)
     history = run.history
     q, p = reactions(hard.problem, history.q_w, history.p_w, history.v, history.w)
     slip = _contact_slip(history.v, history.w, hard.start)
@@ -164,7 +167,7 @@ def _event(hard: Scene) -> Path:
 
 def _event_seconds(hard: Scene) -> float:
     """Time of the compiled loop over the load steps, set up beforehand as it is for Gauss–Seidel."""
-    evolution = shakedown.Evolution(hard.problem, 1.0, hard.start)
+    evolution = Evolution(hard.problem, 1.0, hard.start)
     start, load, n = evolution.state, evolution.load, hard.problem.n
     path = np.vstack([ramp_start(hard.problem, load[0], hard.start), *[load] * hard.cycles])
     run = run_along(
@@ -187,7 +190,7 @@ def _event_seconds(hard: Scene) -> float:
 
 def _event_long(hard: Scene) -> Path:
     """Without a record: states at the ends of the cycles only."""
-    evolution = shakedown.Evolution(hard.problem, 1.0, hard.start)
+    evolution = Evolution(hard.problem, 1.0, hard.start)
     violations, last, said = [], [], ""
     for cycle in range(hard.cycles):
         if evolution.cycle() is None:

@@ -8,7 +8,10 @@ from numpy.typing import ArrayLike
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown import FloatArray, Problem, Scales, loading, scales
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.loading import loading
+from shakedown.motion.contact_law import Scales, scales
 
 
 @dataclass(frozen=True)

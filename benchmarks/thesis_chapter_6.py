@@ -4,6 +4,8 @@ import numpy as np
 
 import shakedown
 from benchmarks.thesis_entry import Entry, entry
+from shakedown.motion.evolve import evolve
+from shakedown.thesis.corner_report import corner_report, pair_thresholds
 
 
 def chapter_6() -> list[Entry]:
@@ -13,24 +15,24 @@ def chapter_6() -> list[Entry]:
 
 def _equations() -> list[Entry]:
     joint = shakedown.example("jump")
-    report = shakedown.corner_report(joint, joint.q_w[0], joint.p_w[0])
+    report = corner_report(joint, joint.q_w[0], joint.p_w[0])
     return [
         entry(
             "(6.4)–(6.10)", "determinants of two slipping nodes; uniqueness in contact",
-            "shakedown.pair_thresholds shakedown.friction_thresholds shakedown.unique_in_contact",
+            "shakedown.thesis.corner_report.pair_thresholds shakedown.friction_thresholds shakedown.planar.uniqueness.in_contact.unique_in_contact",
         ),
-        entry("(6.15), (6.16)", "slips with both nodes at their limits", "shakedown.corner_report"),
+        entry("(6.15), (6.16)", "slips with both nodes at their limits", "shakedown.thesis.corner_report"),
         entry(
             "(6.17)", "gaps of both nodes without contact; not possible, since one is negative",
-            "shakedown.CornerReport.both_open_possible", computed=report.both_open,
+            "shakedown.thesis.corner_report.CornerReport.both_open_possible", computed=report.both_open,
         ),
         entry(
             "(6.18)–(6.22)", "viscous motion beyond the discontinuity; damping D",
-            "shakedown.motion.viscous_jump.ViscousMotion shakedown.Jump",
+            "shakedown.motion.viscous_jump.ViscousMotion shakedown.motion.viscous_jump.Jump",
         ),
         entry(
             "(6.31)–(6.40)", "perturbation of the corner; equilibrium with one node open",
-            "shakedown.corner_report shakedown.CornerEnd",
+            "shakedown.thesis.corner_report shakedown.thesis.corner_report.CornerEnd",
         ),
         entry(
             "(6.45), (6.48)", "the system: matrices with four digits, f = 0.39, loads", "shakedown.example",
@@ -48,8 +50,8 @@ def _thresholds() -> list[Entry]:
             "shakedown.friction_thresholds", "1.1241 4.229", np.sort(limits.single_node),
         ),
         entry(
-            "(6.47)", "thresholds of both nodes", "shakedown.pair_thresholds",
-            "0.3557 -0.3557 0.4079 -0.4079 4.3009 -4.3009 4.9314 -4.9314", shakedown.pair_thresholds(joint),
+            "(6.47)", "thresholds of both nodes", "shakedown.thesis.corner_report.pair_thresholds",
+            "0.3557 -0.3557 0.4079 -0.4079 4.3009 -4.3009 4.9314 -4.9314", pair_thresholds(joint),
         ),
         entry(
             "after (6.47)", "critical friction, limits II and III",
@@ -60,8 +62,8 @@ def _thresholds() -> list[Entry]:
 
 def _corner() -> list[Entry]:
     joint = shakedown.example("jump")
-    report = shakedown.corner_report(joint, joint.q_w[0], joint.p_w[0])
-    home = "shakedown.corner_report"
+    report = corner_report(joint, joint.q_w[0], joint.p_w[0])
+    home = "shakedown.thesis.corner_report"
     return [
         entry("(6.49)", "discontinuity point v", home, "-20.7296 30.9087", report.slip),
         entry("(6.50)", "H", home, "-0.3881 -0.1668 -0.1961 -0.0794", report.H),
@@ -69,7 +71,7 @@ def _corner() -> list[Entry]:
         entry("(6.52)", "eigenvectors of H", home, "-0.8943 -0.4472 0.3914 -0.9201", report.eigenvectors),
         entry(
             "(6.54), fig. 6.5", "admissible perturbations: coefficients of a₁, a₂",
-            "shakedown.CornerReport.admissible", "0.4218 0.0015 0.2109 -0.0036", report.coefficients,
+            "shakedown.thesis.corner_report.CornerReport.admissible", "0.4218 0.0015 0.2109 -0.0036", report.coefficients,
         ),
         entry(
             "before (6.55)", "p₂ is used up first: node 2 opens (the toolkit's node 1)", home, "2",
@@ -80,9 +82,9 @@ def _corner() -> list[Entry]:
 
 def _end() -> list[Entry]:
     joint = shakedown.example("jump")
-    end = shakedown.corner_report(joint, joint.q_w[0], joint.p_w[0]).end
+    end = corner_report(joint, joint.q_w[0], joint.p_w[0]).end
     assert end is not None
-    home, path = "shakedown.CornerEnd", shakedown.evolve(joint, 1.0, joint.initial_slip[0]).history
+    home, path = "shakedown.thesis.corner_report.CornerEnd", evolve(joint, 1.0, joint.initial_slip[0]).history
     printed = "0.3881 0.1668 -0.0525 0.1754 0.1216 0.1082 -0.053 0.1082 0.5522"
     inverse = "18.05 -31.83 7.95 -33.39 68.85 -16.67 8.27 -16.55 5.84"
     return [
@@ -93,7 +95,7 @@ def _end() -> list[Entry]:
         entry("(6.59)", "change of v₁, v₂, w₂ to the end state", home, "24.27 -55.42 3.33", end.change),
         entry("(6.60)", "end state v₁, v₂, w₂", home, "3.5459 -24.5192 3.33", [*end.slip, end.gap[1]]),
         entry(
-            "(6.60)", "the same by following the viscous motion", "shakedown.evolve",
+            "(6.60)", "the same by following the viscous motion", "shakedown.motion.evolve",
             "3.5459 -24.5192 3.33", [*path.v[-1], path.w[-1][1]], figure="worked-jump",
         ),
     ]  # fmt: skip
@@ -106,10 +108,10 @@ def appendix_a() -> list[Entry]:
     critical = shakedown.friction_thresholds(shakedown.example("one-node-cyclic")).single_node
     sign = "F = −(q_w, p_w); A, B, C = k₁₁, k₂₁, k₂₂"
     return [
-        entry("(A.1), (A.2)", f"the model; {sign}", "shakedown.Problem shakedown.reactions"),
-        entry("(A.3), (A.4)", "conditions of stick and separation", "shakedown.law_violation"),
-        entry("(A.7), (A.9)", "slip of one node", "shakedown.evolve"),
-        entry("(A.10), (A.11)", "jump to separation above the critical friction", "shakedown.Jump"),
+        entry("(A.1), (A.2)", f"the model; {sign}", "shakedown.Problem shakedown.motion.contact_law.reactions"),
+        entry("(A.3), (A.4)", "conditions of stick and separation", "shakedown.motion.contact_law.law_violation"),
+        entry("(A.7), (A.9)", "slip of one node", "shakedown.motion.evolve"),
+        entry("(A.10), (A.11)", "jump to separation above the critical friction", "shakedown.motion.viscous_jump.Jump"),
         entry(
             "f_cr = k₁₁/k₂₁", "critical friction; ours is 2/3", "shakedown.friction_thresholds",
             computed=critical,

@@ -6,6 +6,7 @@ import shakedown
 from benchmarks import receding, receding_zones
 from benchmarks.reaction_planes import reaction_map, tenth_cycle
 from benchmarks.thesis_entry import Entry, entry
+from shakedown.thesis.corner_report import pair_thresholds
 
 REFINEMENT = 12  # of the receding block: 97 nodes on the half
 OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
@@ -14,8 +15,12 @@ OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
 def chapter_2() -> list[Entry]:
     """The discrete system and its time integration."""
     return [
-        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.law_violation"),
-        entry("(2.10), (2.11)", "the discrete system", "shakedown.Problem shakedown.reactions"),
+        entry("(2.3)–(2.9)", "Coulomb's law, node by node", "shakedown.motion.contact_law.law_violation"),
+        entry(
+            "(2.10), (2.11)",
+            "the discrete system",
+            "shakedown.Problem shakedown.motion.contact_law.reactions",
+        ),
         entry(
             "(2.15), fig. 2.2",
             "Gauss–Seidel at fixed load steps (method 'gauss-seidel')",
@@ -71,7 +76,7 @@ def chapter_4() -> list[Entry]:
     """One and two nodes in contact. Nothing printed is at hand; the numbers are the two-node system's."""
     joint = shakedown.example("two-node")
     limits = shakedown.friction_thresholds(joint)
-    pair = shakedown.pair_thresholds(joint)[::2]  # each has its negative
+    pair = pair_thresholds(joint)[::2]  # each has its negative
     transient = shakedown.transient_limit(joint, accuracy=1e-8)
     return [
         entry(
@@ -90,12 +95,12 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.18)", "transient load steps", "shakedown.Problem"),
         entry(
-            "(4.23)", "thresholds of two nodes, the real ones", "shakedown.pair_thresholds",
+            "(4.23)", "thresholds of two nodes, the real ones", "shakedown.thesis.corner_report.pair_thresholds",
             computed=pair[np.isfinite(pair)],
         ),
-        entry("(4.21), (4.24)", "extremal constraints", "shakedown.constraints"),
+        entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
         entry(
-            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the witness is drawn", "shakedown.Wedging",
+            "4.3.2", "wedging: |A v| ≤ f B v, its friction; the witness is drawn", "shakedown.planar.friction.wedging.Wedging",
             computed=limits.wedging.value, figure="planes-wedging",
         ),
         entry(
@@ -116,13 +121,13 @@ def _definitions() -> list[Entry]:
     return [
         entry(
             "(5.3)–(5.7)", "extremal constraints in slip and load factor",
-            "shakedown.constraints shakedown.loading",
+            "shakedown.joint.constraints shakedown.joint.loading",
         ),
         entry(
-            "figs 5.1–5.3", "extreme points of the reaction loop", "shakedown.constraints",
+            "figs 5.1–5.3", "extreme points of the reaction loop", "shakedown.joint.constraints",
             figure="planes-extreme-points",
         ),
-        entry("(5.8), (5.10)", "edges of the constraints", "shakedown.Constraints"),
+        entry("(5.8), (5.10)", "edges of the constraints", "shakedown.joint.constraints.Constraints"),
         entry("(5.11), (5.12)", "critical load factors", "shakedown.critical_load_factors"),
         entry("(5.16)", "λ_max by a linear program", "shakedown.upper_bound"),
     ]  # fmt: skip
@@ -159,12 +164,12 @@ def _nine_nodes() -> list[Entry]:
         ),
         entry("5.4", "λ_max", "shakedown.upper_bound", "1.0821", upper.load_factor, OTHER_BLOCK),
         entry(
-            "fig. 5.7", "reaction loops of nodes 1 and 9 with their extreme points", "shakedown.constraints",
+            "fig. 5.7", "reaction loops of nodes 1 and 9 with their extreme points", "shakedown.joint.constraints",
             figure="planes-block-loops",
         ),
         entry(
             "fig. 5.8", "largest slip in the tenth cycle at λ_max from the safe slip: none (here from slip "
-            "zero neither; from the witness of the first collapse it slips)", "shakedown.evolve", "0",
+            "zero neither; from the witness of the first collapse it slips)", "shakedown.motion.evolve", "0",
             safe if safe > least else 0.0, OTHER_BLOCK, "planes-tenth-cycle",
         ),
     ]  # fmt: skip

@@ -15,7 +15,11 @@ from numba import njit
 
 import shakedown
 from benchmarks.adversary import scaled_to, symmetric
-from shakedown import loading
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
+from shakedown.planar.uniqueness.coupling import coupling
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
+from shakedown.planar.universal.swing_bound import swing_bound
 from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip below the load factor proved from every initial state"
@@ -95,7 +99,7 @@ def proved(problem: shakedown.Problem) -> tuple[shakedown.Problem, float, float]
     if lower.status != "optimal" or lower.load_factor <= 0:
         return problem, np.nan, np.nan
     lift = shakedown.universal_bound(problem, first_collapse=lower, certify=False).lift_off_bound
-    swing = shakedown.swing_bound(problem, certify=False).load_factor
+    swing = swing_bound(problem, certify=False).load_factor
     return problem, lower.load_factor, min(swing, lower.load_factor, lift)
 
 
@@ -108,8 +112,8 @@ def difficult(rng: np.random.Generator, n: int, band: str, loads: str) -> shaked
         problem = loaded(rng, A, B, loads)
         if star:
             problem = _held_down(rng, problem)
-        ratio = shakedown.coupling(problem).ratio
-        if not low <= ratio <= high or (high > 1.0 and not shakedown.unique_in_contact(problem)):
+        ratio = coupling(problem).ratio
+        if not low <= ratio <= high or (high > 1.0 and not unique_in_contact(problem)):
             continue
         if 0.0 < shakedown.lower_bound(problem, certify=False).load_factor < np.inf:
             return problem
@@ -168,7 +172,7 @@ def attacked(
     rng: np.random.Generator, problem: shakedown.Problem, load_factor: float, starts: int
 ) -> np.ndarray:
     """How many starts ended in which way."""
-    rows, f = shakedown.constraints(problem), problem.f
+    rows, f = constraints(problem), problem.f
     loop = loading(problem)
     steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
     corners = np.concatenate([steps, steps[:1]])

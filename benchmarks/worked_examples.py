@@ -4,6 +4,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import plot
+from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 
 TITLE = "Worked examples: separation and stick, cyclic slip above the critical friction, a jump"
@@ -19,7 +20,7 @@ def cases(short: bool) -> list[dict]:
 def measure(case: dict) -> dict:
     problem = shakedown.example(case["name"])
     start = problem.initial_slip[0]
-    run = shakedown.evolve(problem, 1.0, start, cycles=3, damping=DAMPINGS[case["damping"]])
+    run = evolve(problem, 1.0, start, cycles=3, damping=DAMPINGS[case["damping"]])
     state = shakedown.long_term_state(problem, 1.0, start)
     jumps = [jump for cycle in run.cycles for jump in cycle.jumps]
     return {
@@ -54,7 +55,7 @@ def figures(rows: list[dict]) -> dict[str, Figure]:
     out = {}
     for name in NAMES:
         problem = shakedown.example(name)
-        run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
+        run = evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
         if problem.n == 2:
             axes = plot.slip_space(problem, 1.0, {"path": run})
         else:

@@ -19,6 +19,7 @@ from .options import json_option, problem_argument, quiet_option
 from .output import (
     echo_json,
     headline,
+    length_unit,
     listing,
     node_table,
     number,
@@ -104,7 +105,7 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     ]
     lines += [listing(facts)]
     if found.state is not None:
-        length = shakedown.units_of(problem)[1]
+        length = length_unit(problem)
         columns = {"initial slip": found.initial_slip, "slip per period": found.slip_per_cycle}
         shown = {with_unit(name, length): [number(x) for x in slips] for name, slips in columns.items()}
         lines += ["", node_table(problem, shown)]

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import click
 
 import shakedown
+from shakedown.files.atomic_write import check_target
 from shakedown.ground.visible_text import shortened
 
 CLAIMS = "shakedown.claims"  # key of the command's context
@@ -80,6 +81,6 @@ class OutputFile(click.Path):
         if self.endings and not str(value).lower().endswith(self.endings):
             known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
-        shakedown.check_target(value)
+        check_target(value)
         writes(ctx, name, value)
         return super().convert(value, param, ctx)

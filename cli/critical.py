@@ -5,14 +5,16 @@ from __future__ import annotations
 import click
 
 import shakedown
-from shakedown import SIDE_NAMES, Problem
+from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
+from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.report.words import critical_in_words
 
 from .options import json_option, problem_argument, quiet_option
 from .output import (
     echo_json,
     headline,
+    length_unit,
     node_table,
     number,
     paragraph,
@@ -63,7 +65,7 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
             "",
             paragraph(f"It is where these limits meet (node, limit): {limits}."),
         ]
-        heading = with_unit("slip there", shakedown.units_of(problem)[1])
+        heading = with_unit("slip there", length_unit(problem))
         lines += ["", node_table(problem, {heading: [number(slip) for slip in smallest.slip]})]
     if list_all and result.load_factors is not None:
         rows = [[str(k), number(value, 10)] for k, value in enumerate(result.load_factors)]

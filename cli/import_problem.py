@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import shakedown
+from shakedown.importing.templates import import_template, import_template_names, write_import_example
+from shakedown.joint.units import units_of
 
 from .claims import PICTURES, OutputFile, reads
 from .options import json_option, quiet_option
-from .output import echo_json, headline, number, paragraph, say, table
+from .output import echo_json, headline, length_unit, number, paragraph, say, table
 
 if TYPE_CHECKING:
-    from shakedown import FloatArray, LoadEvidence
+    from shakedown.ground.float_array import FloatArray
+    from shakedown.importing.load_evidence import LoadEvidence
 
 EXAMPLE = "example"
 ROUND_OFF = 1e-9  # of the largest resultant
@@ -33,7 +36,7 @@ WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", 
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw nodes and normals (PNG, SVG, PDF).")
 @click.option(
     "--template",
-    type=click.Choice([*shakedown.import_template_names(), EXAMPLE]),
+    type=click.Choice([*import_template_names(), EXAMPLE]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
 @json_option
@@ -72,8 +75,9 @@ def import_problem_command(
         reads(context, f"{source}, which CONFIG.toml names", config.parent / source)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
+        from shakedown.importing.contact_figure import contact_picture
 
-        plot.save(shakedown.contact_picture(made), picture)
+        plot.save(contact_picture(made), picture)
     if not check and output is not None:
         shakedown.save_problem(output, made.problem)
     if as_json:
@@ -104,10 +108,10 @@ def _write_template(kind: str, config: Path | None, output: Path | None) -> None
     if kind == EXAMPLE:
         if output is None:
             raise click.UsageError("--template example: expected -o FOLDER")
-        for path in shakedown.write_import_example(output):
+        for path in write_import_example(output):
             say(f"wrote {path}")
         return
-    text = shakedown.import_template(kind)
+    text = import_template(kind)
     if output is None:
         click.echo(text, nl=False)
         return
@@ -130,7 +134,7 @@ def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[
 def _echo_check(made: shakedown.Import) -> None:
     """Nodes, normals, symmetry, rigid motions and load resultants."""
     reduced, contact, problem = made.condensation, made.contact, made.problem
-    length = shakedown.units_of(problem)[1]
+    length = length_unit(problem)
     axes = ["xyz"[axis - 1] for axis in contact.axes]
     columns = {"label": list(contact.names)}
     if contact.coordinates is not None:
@@ -144,7 +148,7 @@ def _echo_check(made: shakedown.Import) -> None:
     if made.rigid_residual == made.rigid_residual:
         say(f"rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness")
     say(f"rigid motions of the contact nodes without resistance: {reduced.zero_modes}")
-    force = shakedown.units_of(problem)[0]
+    force = units_of(problem)[0]
     say(f"forces{f' [{force}]' if force else ''} at factor 1: applied, and of the contact on the first body")
     headers = ["load", *(f"applied {a}" for a in axes), *(f"contact {a}" for a in axes)]
     say(table(headers, [[load.name, *_forces(load)] for load in made.loads]))

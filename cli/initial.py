@@ -8,7 +8,8 @@ import click
 import numpy as np
 
 import shakedown
-from shakedown import FloatArray, Problem
+from shakedown import Problem
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 
 from .claims import reads

@@ -12,7 +12,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import simulated_path_in_words
 
-from .output import headline, listing, number, paragraph, table, work_unit
+from .output import headline, length_unit, listing, number, paragraph, table, work_unit
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps, LimitCycle
@@ -180,7 +180,7 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
 
 
 def _legend(found: InitialStateMap) -> str:
-    length = shakedown.units_of(found.problem)[1]
+    length = length_unit(found.problem)
     spread = with_unit("spread", length)
     jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
     return paragraph(

@@ -10,9 +10,10 @@ from typing import Any
 
 import click
 
-import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
+from shakedown.joint.units import units_of
+from shakedown.joint.units import work_unit as unit_of_work
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
@@ -90,7 +91,12 @@ def node_table(problem: Problem, more: Mapping[str, Sequence[str]]) -> str:
 
 def work_unit(problem: Problem) -> str:
     """The unit of dissipation, empty where force or length has none."""
-    return shakedown.work_unit(*shakedown.units_of(problem))
+    return unit_of_work(*units_of(problem))
+
+
+def length_unit(problem: Problem) -> str:
+    """The unit of slip, empty where it has none."""
+    return units_of(problem)[1]
 
 
 def headline(problem: Problem) -> str:

@@ -33,6 +33,7 @@ from .options import (
 from .output import (
     echo_json,
     headline,
+    length_unit,
     listing,
     node_table,
     number,
@@ -144,7 +145,7 @@ def _proof_facts(problem: Problem, run: shakedown.Simulation) -> list[tuple[str,
 
 
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
-    work, length = work_unit(problem), shakedown.units_of(problem)[1]
+    work, length = work_unit(problem), length_unit(problem)
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]

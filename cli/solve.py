@@ -7,9 +7,10 @@ from typing import Literal, NamedTuple
 import click
 
 import shakedown
-from shakedown import SIDE_NAMES, Problem
+from shakedown import Problem
 from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.visible_text import with_unit
+from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.report.json_documents import (
     bounds_document,
     proved_document,
@@ -30,7 +31,7 @@ from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
-from .output import bound, echo_json, headline, listing, node_table, number, paragraph, say
+from .output import bound, echo_json, headline, length_unit, listing, node_table, number, paragraph, say
 
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 F_THRESHOLD = (
@@ -170,14 +171,14 @@ def _text(
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
     thresholds = [number(each, 5) for each in limits.single_node]
     safe, active = _safe_columns(problem, upper).items()
-    witness = with_unit("witness", shakedown.units_of(problem)[1]), [number(slip) for slip in lower.slip]
+    witness = with_unit("witness", length_unit(problem)), [number(slip) for slip in lower.slip]
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
     return "\n".join([*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)])
 
 
 def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
     """The safe slip of every node, and its limits that are reached at λ_max."""
-    heading = with_unit("safe slip", shakedown.units_of(problem)[1])
+    heading = with_unit("safe slip", length_unit(problem))
     sides = [_sides(upper, node) for node in range(problem.n)]
     return {heading: [number(slip) for slip in upper.slip], "active at λ_max": sides}
 

@@ -9,7 +9,9 @@ import click
 import numpy as np
 
 import shakedown
-from shakedown import FloatArray, Problem
+from shakedown import Problem
+from shakedown.files.table_file import check_table
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
@@ -112,7 +114,7 @@ class TableFile(OutputFile):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         path = super().convert(value, param, ctx)
-        shakedown.check_table(path)
+        check_table(path)
         return path
 
 

@@ -32,7 +32,7 @@ from .options import (
     problem_argument,
     quiet_option,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table, tiny
+from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table, tiny
 
 
 @click.command(
@@ -80,7 +80,9 @@ def verify(
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
     if output is not None:
-        shakedown.report_path(output)  # before the work, not after
+        from shakedown.report.html import report_path, write_report  # what draws is wanted only here
+
+        report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
@@ -94,7 +96,7 @@ def verify(
             progress=update,
         )
         if output is not None:
-            shakedown.write_report(output, result)
+            write_report(output, result)
     if as_json:
         echo_json(verification_document(result))
     else:
@@ -106,7 +108,7 @@ def verify(
 
 
 def _text(problem: Problem, result: shakedown.Verification) -> str:
-    length = shakedown.units_of(problem)[1]
+    length = length_unit(problem)
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:

@@ -80,7 +80,8 @@ class EventHistory(Result):
         Examples
         --------
         >>> import shakedown
-        >>> history = shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=3).history
+        >>> from shakedown.motion.evolve import evolve
+        >>> history = evolve(shakedown.example("two-node"), 0.9, cycles=3).history
         >>> len(history) > len(history.thinned()) > len(history.thinned(10))
         True
         """
@@ -126,7 +127,8 @@ class EventHistory(Result):
         Examples
         --------
         >>> import shakedown
-        >>> shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=2).history.at([0.0, 1.0]).v.round(4)
+        >>> from shakedown.motion.evolve import evolve
+        >>> evolve(shakedown.example("two-node"), 0.9, cycles=2).history.at([0.0, 1.0]).v.round(4)
         array([[0.    , 0.    ],
                [0.    , 0.7132]])
         """

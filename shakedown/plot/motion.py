@@ -69,8 +69,9 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     --------
     >>> import shakedown
     >>> from shakedown import plot
+    >>> from shakedown.motion.evolve import evolve
     >>> joint = shakedown.example("two-node")
-    >>> axes = plot.slip_space_at(shakedown.evolve(joint, 0.9, cycles=2), joint, 1.25)
+    >>> axes = plot.slip_space_at(evolve(joint, 0.9, cycles=2), joint, 1.25)
     >>> axes.get_title()
     't = 1.25 cycles'
     """

@@ -170,7 +170,7 @@ def corner_report(
     --------
     >>> import shakedown
     >>> joint = shakedown.example("jump")
-    >>> report = shakedown.corner_report(joint, joint.q_w[0], joint.p_w[0])
+    >>> report = corner_report(joint, joint.q_w[0], joint.p_w[0])
     >>> report.slip.round(3), report.eigenvalues.real.round(4), report.opening_node
     (array([-20.727,  30.905]), array([-0.4716,  0.004 ]), 1)
     >>> report.end.slip.round(4), report.end.gap.round(4), report.both_open_possible

@@ -13,6 +13,7 @@ from benchmarks.problems import random_problem
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability import verdict
 from benchmarks.stability_scenes import coarse, one_node
+from shakedown.motion.evolve import evolve
 
 PEERS = {
     "calculix_contact": calculix_peer,
@@ -47,7 +48,7 @@ def test_rational_and_event_driven_paths_agree(n: int, seed: int) -> None:
     problem = random_problem(n, seed, m=8)
     load_factor = 1.4 * shakedown.upper_bound(problem).load_factor
     exact = rational_path(problem, load_factor, np.zeros(n), 2).slips(2)
-    history = shakedown.evolve(problem, load_factor, cycles=2).history
+    history = evolve(problem, load_factor, cycles=2).history
     assert np.abs(history.thinned().v[1:] - exact).max() <= 1e-13 * np.ptp(exact)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 import shakedown
 from benchmarks import reaction_planes
+from shakedown.joint.constraints import constraints
 
 TWO_NODE = shakedown.example("two-node")
 
@@ -18,7 +19,7 @@ def test_reactions_of_the_second_node_follow_from_those_of_the_first():
 
 
 def test_three_limits_meet_at_the_critical_load_factors():
-    found = reaction_planes.meeting_points(shakedown.constraints(TWO_NODE))
+    found = reaction_planes.meeting_points(constraints(TWO_NODE))
     factors = shakedown.critical_load_factors(TWO_NODE, values=True).load_factors
     assert [load_factor for load_factor, _ in found] == pytest.approx(factors)
     assert found[0][1] == pytest.approx(shakedown.lower_bound(TWO_NODE).slip)

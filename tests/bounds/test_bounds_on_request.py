@@ -9,6 +9,7 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
+from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
 from shakedown.planar.collapse import lower as lower_room
 from shakedown.planar.collapse.proof_status import guarantee_status
 
@@ -112,7 +113,7 @@ def test_a_safe_interval_that_ends() -> None:
     upper = shakedown.upper_bound(problem)
     assert (upper.status, upper.load_factor) == ("optimal", pytest.approx(1.5))
     assert upper.least_load_factor == pytest.approx(1 / 2.4)
-    second = shakedown.conic_upper_bound(problem), shakedown.conic_lower_bound(problem)
+    second = conic_upper_bound(problem), conic_lower_bound(problem)
     assert second[0].load_factor == pytest.approx(1.5, rel=1e-9)
     assert second[1].status == "infeasible"
 

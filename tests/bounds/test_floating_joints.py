@@ -18,7 +18,9 @@ from benchmarks.floating_joints import (
 )
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
+from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
+from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.json_documents import bounds_document
 from shakedown.report.words import hints_in_words
@@ -137,7 +139,7 @@ def test_every_bound_answers_for_the_true_joint(noise: float) -> None:
         np.testing.assert_allclose(other.slip, one.slip, rtol=1e3 * near["rel"], atol=near["rel"])
     curves = [shakedown.guarantee_curve(one, [0.5, 2.0]).load_factors for one in (true, rough)]
     np.testing.assert_allclose(*curves, rtol=near["rel"])
-    roads = [shakedown.conic_upper_bound(one).load_factor for one in (true, rough)]
+    roads = [conic_upper_bound(one).load_factor for one in (true, rough)]
     assert roads == pytest.approx([bounds.upper.load_factor] * 2, rel=max(1e-6, near["rel"]))
 
 
@@ -162,7 +164,7 @@ def test_a_soft_spring_is_a_spring_where_the_data_are_sharp() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_held_joints_are_left_alone(seed: int) -> None:
     problem = joint(seed, 1 + seed, coupling=0.5)
-    rows, known = shakedown.constraints(problem), rigid_slips(problem)
+    rows, known = constraints(problem), rigid_slips(problem)
     assert (known.pinned, known.doubt) == ((), "")
     assert rows.coefficients is rows.G
     sizes = 10.0 ** np.linspace(-3, 3, problem.n)
@@ -181,7 +183,7 @@ def test_a_pin_can_be_moved_to_another_node() -> None:
 
 def test_relative_slips_change_no_limit() -> None:
     problem = rational_joint(5, 6, 2).rounded
-    rows, slip = shakedown.constraints(problem), np.linspace(-1.0, 2.0, 6)
+    rows, slip = constraints(problem), np.linspace(-1.0, 2.0, 6)
     moved = rows.rigid.relative(slip)
     assert not moved[list(rows.pinned)].any()
     np.testing.assert_allclose(rows.G @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
@@ -225,7 +227,7 @@ def test_a_body_that_can_move_only_rigidly_in_a_zone_keeps_its_gap() -> None:
     block = shakedown.example("receding-block")
     zone = shakedown.upper_bound(block, open_nodes="auto")
     assert (len(zone.pinned), zone.slip[list(zone.pinned)].tolist()) == (1, [0.0])
-    other = shakedown.conic_upper_bound(block, open_nodes=zone.open_nodes)
+    other = conic_upper_bound(block, open_nodes=zone.open_nodes)
     assert other.load_factor == pytest.approx(zone.load_factor, rel=1e-7)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import joint
+from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
 
 UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
 
@@ -17,7 +18,7 @@ UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
 def test_both_roads_lead_to_the_same_bounds(seed: int) -> None:
     problem = joint(seed, 2 + seed % 5, units=UNITS)
     bounds = shakedown.shakedown_bounds(problem)
-    upper, lower = shakedown.conic_upper_bound(problem), shakedown.conic_lower_bound(problem)
+    upper, lower = conic_upper_bound(problem), conic_lower_bound(problem)
     assert upper.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-9)
     assert lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-9)
     assert lower.node == bounds.lower.node
@@ -26,7 +27,7 @@ def test_both_roads_lead_to_the_same_bounds(seed: int) -> None:
 def test_real_units_block() -> None:
     problem = replace(shakedown.example("block-9"), f=0.2)
     bounds = shakedown.shakedown_bounds(problem)
-    upper, lower = shakedown.conic_upper_bound(problem), shakedown.conic_lower_bound(problem)
+    upper, lower = conic_upper_bound(problem), conic_lower_bound(problem)
     assert upper.load_factor == pytest.approx(bounds.upper.load_factor, rel=1e-9)
     assert lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-9)
 
@@ -34,14 +35,14 @@ def test_real_units_block() -> None:
 def test_statuses_agree() -> None:
     problem = shakedown.example("two-node")
     for changed in (replace(problem, f=2.5), replace(problem, p_w=problem.p_w - 9000.0)):
-        assert shakedown.conic_upper_bound(changed).status == shakedown.upper_bound(changed).status
+        assert conic_upper_bound(changed).status == shakedown.upper_bound(changed).status
 
 
 @pytest.mark.parametrize("solver", ["CLARABEL", "HIGHS"])
 def test_any_solver_of_the_modelling_road(solver: str) -> None:
     problem = shakedown.example("two-node")
-    upper = shakedown.conic_upper_bound(problem, solver=solver)
-    lower = shakedown.conic_lower_bound(problem, solver=solver)
+    upper = conic_upper_bound(problem, solver=solver)
+    lower = conic_lower_bound(problem, solver=solver)
     assert upper.solver == lower.solver == solver
     assert upper.load_factor == pytest.approx(0.7391455673806329, rel=1e-8)
     assert lower.load_factor == pytest.approx(0.6573734697246544, rel=1e-8)
@@ -49,7 +50,8 @@ def test_any_solver_of_the_modelling_road(solver: str) -> None:
 
 def test_the_default_road_does_without_cvxpy() -> None:
     code = (
-        "import sys, shakedown; shakedown.conic_lower_bound(shakedown.example('two-node'));"
+        "import sys, shakedown; from shakedown.bounds.interior_point import conic_lower_bound;"
+        "conic_lower_bound(shakedown.example('two-node'));"
         "assert 'cvxpy' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -77,7 +79,7 @@ def test_limits_without_any_force_are_no_contradiction(name: str, unit: float) -
     problem = shakedown.Problem(**data)
     lower = shakedown.lower_bound(problem)
     assert (lower.status, lower.load_factor) == ("optimal", 0.0)
-    assert shakedown.conic_lower_bound(problem).load_factor == pytest.approx(0.0, abs=1e-9)
+    assert conic_lower_bound(problem).load_factor == pytest.approx(0.0, abs=1e-9)
     if unit == 1.0:
         assert shakedown.verify(problem, random_states=1).disagreements == ()
 
@@ -87,4 +89,4 @@ def test_a_small_force_too_much_is_seen() -> None:
     for excess, status in ((-1e-5, "unbounded"), (1e-5, "infeasible")):
         # v enters neither limit: (A − f B) v = 0 in the backward one, where q⁰ alone decides
         problem = shakedown.Problem(**{**data, "q_w": [[1.0 + excess], [1.0 + excess]]})
-        assert shakedown.conic_lower_bound(problem).status == shakedown.lower_bound(problem).status == status
+        assert conic_lower_bound(problem).status == shakedown.lower_bound(problem).status == status

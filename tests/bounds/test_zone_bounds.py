@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import UsageError, loading, safe_slip, upper_bound
+from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
 from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.loading import loading
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import OPEN

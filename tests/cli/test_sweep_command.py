@@ -7,6 +7,8 @@ import pytest
 from command import document, run
 
 import shakedown
+from shakedown.importing.import_model import import_problem
+from shakedown.importing.templates import write_import_example
 
 FAST = ("--bounds", "lower,energy,upper")
 
@@ -103,12 +105,12 @@ def test_every_simulated_load_factor_is_in_the_table():
 
 
 def test_friction_that_may_mean_two_things_is_refused(tmp_path):
-    shakedown.write_import_example(tmp_path / "punch")
+    write_import_example(tmp_path / "punch")
     config = str(tmp_path / "punch" / "import.toml")
     code, out, err = run("sweep", config, "--vary", "friction=0.2,0.4")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "expected f (the friction coefficient) or friction.factor (a factor on it)" in err
-    coefficient = shakedown.import_problem(config).f[0]
+    coefficient = import_problem(config).f[0]
     half = document("sweep", config, "--vary", "friction.factor=0.5", "--bounds", "upper")["points"][0]
     same = document("sweep", config, "--vary", f"f={float(coefficient) / 2!r}", "--bounds", "upper")[
         "points"
@@ -201,12 +203,12 @@ def test_bad_words_are_one_line(tmp_path, words, message):
 
 
 def test_numbers_of_a_configuration_are_parameters(tmp_path):
-    shakedown.write_import_example(tmp_path / "punch")
+    write_import_example(tmp_path / "punch")
     config = str(tmp_path / "punch" / "import.toml")
     force = "load.2.forces.1.3"
     result = document("sweep", config, "--vary", f"{force}=5,10", "--bounds", "upper")
     first, second = (point["upper"]["load_factor"] for point in result["points"])
-    as_given = shakedown.upper_bound(shakedown.import_problem(config)).load_factor
+    as_given = shakedown.upper_bound(import_problem(config)).load_factor
     assert second == pytest.approx(as_given, rel=1e-9)
     assert first > second
     assert max(map(len, run("sweep", config, "--vary", f"{force}=5,10", "--quick")[1].splitlines())) <= 80

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from shakedown import LoadCase, ProblemError, condense, condensed_stiffness
+from shakedown import LoadCase, ProblemError, condense
+from shakedown.condensation.condense import condensed_stiffness
 from shakedown.condensation.load_case import histories
 from shakedown.condensation.stiffness_checks import check_against_run, check_condensed
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from shakedown import ProblemError, condensed_stiffness
+from shakedown import ProblemError
+from shakedown.condensation.condense import condensed_stiffness
 from shakedown.condensation.loose_motion import loose_motion
 from shakedown.fem import ElasticBody, Material, block_mesh
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import UsageError, check_target
-from shakedown.files.atomic_write import PART, atomic_write, atomic_write_together
+from shakedown import UsageError
+from shakedown.files.atomic_write import PART, atomic_write, atomic_write_together, check_target
 
 
 def write(path, data=b"new"):

@@ -9,6 +9,7 @@ from hostile.extreme_problems import extreme, joint_arrays
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError
+from shakedown.motion.evolve import evolve
 
 SIZES = {  # (largest size of every array that is read, message)
     "stiffness denormal": (("A", "B", "C"), 5e-324, "largest magnitude"),
@@ -46,7 +47,7 @@ def test_negligible_entries_are_zero():
 @pytest.mark.parametrize("slip", [1e200, 1e99, -1e300])
 def test_an_initial_slip_without_reactions_is_refused(slip):
     problem = shakedown.example("two-node")
-    for call in (shakedown.simulate, shakedown.long_term_state, shakedown.evolve):
+    for call in (shakedown.simulate, shakedown.long_term_state, evolve):
         with pytest.raises(UsageError, match="initial slip"):
             call(problem, 0.5, [slip, 0.0])
 

@@ -8,9 +8,11 @@ from itertools import count
 
 import numpy as np
 import pytest
+from public_names import public
 
 import shakedown
 from shakedown import ShakedownError, Tolerances, UsageError, plot
+from shakedown.bounds.interior_point import conic_upper_bound
 
 JOINT = shakedown.example("two-node")
 GIVEN = {
@@ -51,11 +53,7 @@ WHOLES = [np.int64(1), np.uint8(1), np.array(1)]
 SLOW = {"verify", "sweep", "initial_state_map", "smallest_cycle", "transient_limit", "long_term_states"}
 
 
-def functions(module):
-    return {n: f for n in module.__all__ if inspect.isfunction(f := getattr(module, n))}
-
-
-FUNCTIONS = functions(shakedown)
+FUNCTIONS = {name: thing for name, thing in public().items() if inspect.isfunction(thing)}
 CALLABLE = {
     name: f
     for name, f in FUNCTIONS.items()
@@ -185,7 +183,7 @@ def outcome(name, argument, value):
         ),
         (lambda: shakedown.initial_state_map(JOINT, 1e308, states=8), "load factor: expected one with react"),
         (lambda: shakedown.simulate(JOINT, 0.5, tolerances=None), "tolerances: expected a Tolerances, found"),
-        (lambda: shakedown.conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
+        (lambda: conic_upper_bound(JOINT, open_nodes=count()), "expected several whole numbers"),
     ],
 )
 def test_what_was_no_line(call, said):
@@ -195,7 +193,7 @@ def test_what_was_no_line(call, said):
             call()
 
 
-PICTURES = functions(plot)
+PICTURES = {name: f for name in plot.__all__ if inspect.isfunction(f := getattr(plot, name))}
 FITTING = ("problem", ["problem"]), ("simulation", ["runs"])
 
 

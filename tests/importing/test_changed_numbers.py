@@ -5,12 +5,14 @@ import pytest
 
 import shakedown
 from shakedown.ground.errors import ProblemError
+from shakedown.importing.import_model import import_problem
+from shakedown.importing.templates import write_import_example
 
 
 @pytest.fixture(scope="module")
 def config(tmp_path_factory):
     folder = tmp_path_factory.mktemp("import") / "punch"
-    shakedown.write_import_example(folder)
+    write_import_example(folder)
     return folder / "import.toml"
 
 
@@ -36,7 +38,7 @@ def test_a_changed_number_is_an_edited_file(config, as_given, changes, old, new)
     assert text.count(old) == 1
     edited = config.with_name("edited.toml")
     edited.write_text(text.replace(old, new))
-    expected = shakedown.import_problem(edited)
+    expected = import_problem(edited)
     for before in (None, as_given):
         made = shakedown.import_model(config, changes=changes, before=before)
         for key in ("A", "B", "C", "f", "q_w", "p_w"):

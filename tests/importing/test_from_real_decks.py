@@ -11,18 +11,13 @@ import writers
 from model_files import BLOCK
 from scipy import sparse
 
-import shakedown
-from shakedown import (
-    LoadCase,
-    ProblemError,
-    UsageError,
-    condense,
-    condensed_stiffness,
-    import_model,
-    import_problem,
-)
+from shakedown import LoadCase, ProblemError, UsageError, condense, import_model
+from shakedown.condensation.condense import condensed_stiffness
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
+from shakedown.importing.contact_figure import contact_picture
+from shakedown.importing.import_model import import_problem
 from shakedown.importing.input_files import InputFiles
+from shakedown.importing.templates import import_template, import_template_names, write_import_example
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
 from shakedown.joint.initial_gap import with_initial_gap
@@ -30,7 +25,7 @@ from shakedown.joint.initial_gap import with_initial_gap
 
 @pytest.fixture
 def punch(tmp_path):
-    shakedown.write_import_example(tmp_path)
+    write_import_example(tmp_path)
     return tmp_path
 
 
@@ -312,10 +307,10 @@ def test_points_at_no_time_are_refused():
             time_function(Table({"history": {"points": points}}, "load 1"), 4, InputFiles(Path()))
 
 
-@pytest.mark.parametrize("kind", shakedown.import_template_names())
+@pytest.mark.parametrize("kind", import_template_names())
 def test_every_template_reads_up_to_its_first_file(tmp_path, kind):
     """Nothing in it is unknown: every key is taken before the files are missed, comments included."""
-    text = shakedown.import_template(kind)
+    text = import_template(kind)
     (tmp_path / "c.toml").write_text(text)
     with pytest.raises(ProblemError, match="no such file"):
         import_model(tmp_path / "c.toml")
@@ -328,12 +323,12 @@ def test_every_template_reads_up_to_its_first_file(tmp_path, kind):
 
 def test_an_unknown_template_is_named():
     with pytest.raises(UsageError, match="expected one of abaqus, ansys, calculix, nastran, reactions"):
-        shakedown.import_template("ideas")
+        import_template("ideas")
 
 
 def test_an_example_is_never_written_over(punch):
     with pytest.raises(ProblemError, match="expected no such file, found one"):
-        shakedown.write_import_example(punch)
+        write_import_example(punch)
 
 
 def test_output4_brings_rows_and_loads(tmp_path):
@@ -374,7 +369,7 @@ history = 1
 
 
 def test_a_picture_needs_coordinates(punch):
-    axes = shakedown.contact_picture(import_model(punch / "import.toml"))
+    axes = contact_picture(import_model(punch / "import.toml"))
     assert len(axes.texts) == 9
     with pytest.raises(UsageError, match="expected coordinates"):
-        shakedown.contact_picture(import_model(BLOCK / "import.toml"))
+        contact_picture(import_model(BLOCK / "import.toml"))

@@ -12,8 +12,10 @@ from model_files import BLOCK
 from scipy import sparse
 
 import shakedown
-from shakedown import LoadCase, ProblemError, condense, condensed_stiffness, import_model, import_problem
+from shakedown import LoadCase, ProblemError, condense, import_model
+from shakedown.condensation.condense import condensed_stiffness
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
+from shakedown.importing.import_model import import_problem
 from shakedown.importing.input_files import InputFiles
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table

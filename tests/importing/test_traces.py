@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.importing.import_model import import_problem
+from shakedown.importing.templates import write_import_example
 from shakedown.readers.face_shares import face_shares
 from shakedown.readers.mesh import Mesh
 
@@ -15,7 +17,7 @@ SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [4, 2, 0], [-1, 2, 0]])
 
 @pytest.fixture
 def example(tmp_path):
-    shakedown.write_import_example(tmp_path)
+    write_import_example(tmp_path)
     return tmp_path / "import.toml"
 
 
@@ -41,23 +43,23 @@ def test_the_example_says_where_it_comes_from(example):
 
 def test_the_same_import_twice_gives_the_same_bytes(example, tmp_path):
     for name in "ab":
-        shakedown.save_problem(tmp_path / name, shakedown.import_problem(example))
+        shakedown.save_problem(tmp_path / name, import_problem(example))
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-    assert shakedown.import_problem(example) == shakedown.load_problem(tmp_path / "a")
+    assert import_problem(example) == shakedown.load_problem(tmp_path / "a")
 
 
 def test_a_thickness_multiplies_the_areas(example):
     text = example.read_text()
     example.write_text(text.replace("[contact]", "[contact]\nthickness = 2.5"))
-    assert shakedown.import_problem(example).node_area[1] == pytest.approx(2.5 * 0.25)
+    assert import_problem(example).node_area[1] == pytest.approx(2.5 * 0.25)
     example.write_text(text.replace("[contact]", "[contact]\nthickness = 0"))
     with pytest.raises(shakedown.ProblemError, match="key 'thickness': expected a number > 0, found 0"):
-        shakedown.import_problem(example)
+        import_problem(example)
 
 
 def test_a_load_name_that_a_terminal_obeys_is_kept_as_text(example):
     example.write_text(example.read_text().replace('name = "pressed down"', 'name = "\\u001b[2J"'))
-    assert shakedown.import_problem(example).load_names[0] == "\\x1b[2J"
+    assert import_problem(example).load_names[0] == "\\x1b[2J"
 
 
 @pytest.mark.parametrize("count", [4, 8])

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.importing.import_model import import_problem
+from shakedown.motion.evolve import evolve
+from shakedown.report.html import write_report
 
 JOINT = shakedown.example("two-node")
 MISUSE = {
@@ -15,9 +18,9 @@ MISUSE = {
     "load factor a list": lambda: shakedown.safe_slip(JOINT, [1, 2]),
     "load factor overflows": lambda: shakedown.simulate(JOINT, 1e308),
     "cycles a fraction": lambda: shakedown.simulate(JOINT, 0.5, cycles=2.5),
-    "cycles a word": lambda: shakedown.evolve(JOINT, 0.5, cycles="a"),
+    "cycles a word": lambda: evolve(JOINT, 0.5, cycles="a"),
     "longest period zero": lambda: shakedown.long_term_state(JOINT, 0.5, longest_period=0),
-    "damping negative": lambda: shakedown.evolve(JOINT, 0.5, damping=[-1.0] * 4, reduce=True),
+    "damping negative": lambda: evolve(JOINT, 0.5, damping=[-1.0] * 4, reduce=True),
     "radii a word": lambda: shakedown.guarantee_curve(JOINT, "x"),
     "radii negative": lambda: shakedown.guarantee_curve(JOINT, [-1.0]),
     "seed negative": lambda: shakedown.verify(JOINT, seed=-1),
@@ -34,8 +37,8 @@ MISUSE = {
     "path empty": lambda: shakedown.load_problem(""),
     "save to none": lambda: shakedown.save_problem(None, JOINT),
     "save nothing": lambda: shakedown.save_problem("x.npz", None),
-    "import nothing": lambda: shakedown.import_problem(None),
-    "report nothing": lambda: shakedown.write_report("x.html", None),
+    "import nothing": lambda: import_problem(None),
+    "report nothing": lambda: write_report("x.html", None),
     "history of nothing": lambda: shakedown.save_history("x.npz", None),
     "masked array": lambda: shakedown.Problem(
         A=np.ma.array([[1.0]], mask=[[True]]), B=[[0.0]], f=0.3, q_w=[[1.0]], p_w=[[1.0]]
@@ -63,7 +66,7 @@ def test_misuse_is_refused_in_one_line(kind):
         lambda problem: shakedown.safe_slip(problem, 1.0),
         lambda problem: shakedown.simulate(problem, 1.0),
         lambda problem: shakedown.simulate(problem, 1.0, method="gauss-seidel"),
-        lambda problem: shakedown.evolve(problem, 1.0),
+        lambda problem: evolve(problem, 1.0),
         lambda problem: shakedown.long_term_state(problem, 1.0),
         lambda problem: shakedown.guarantee_curve(problem, [1.0]),
     ],

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, ProblemError, UsageError, loading
+from shakedown import Problem, ProblemError, UsageError
+from shakedown.joint.constraints import constraints
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.loading import loading
 
 BLOCK = shakedown.example("block-9")
 OPEN = (0, 3, 8)
@@ -48,7 +50,7 @@ def test_rows_of_open_nodes_are_their_gaps_and_the_others_are_limits():
 def test_a_zone_without_open_nodes_is_the_joint():
     zone = contact_zone(BLOCK, ())
     assert zone.joint is BLOCK
-    assert np.array_equal(zone.constraints.G, shakedown.constraints(BLOCK).G)
+    assert np.array_equal(zone.constraints.G, constraints(BLOCK).G)
 
 
 def test_opening_in_two_steps_is_opening_at_once():

@@ -10,6 +10,7 @@ from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, s
 from shakedown.campaign.payload import fingerprint
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.reduced_scene import reduced_scene
+from shakedown.verification.random_paths import random_paths
 
 JOINT = shakedown.example("two-node")
 DOMAIN = replace(JOINT, load_path="domain")
@@ -45,7 +46,7 @@ def test_parts_of_a_joint_keep_it_and_a_path_through_it_does_not():
     assert contact_zone(DOMAIN, [1]).joint.is_domain
     block = replace(shakedown.example("block-9"), load_path="domain")
     assert reduced_scene(block, 0.1, None).problem.is_domain
-    assert not any(path.is_domain for path in shakedown.random_paths(DOMAIN, 2))
+    assert not any(path.is_domain for path in random_paths(DOMAIN, 2))
 
 
 def test_loads_with_ranges_make_a_domain_and_histories_a_loop():

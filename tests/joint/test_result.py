@@ -11,9 +11,20 @@ import typing
 
 import numpy as np
 import pytest
+from public_names import public
 
 import shakedown
+from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
 from shakedown.joint.result import LINES, WIDTH, Result
+from shakedown.motion.evolve import evolve
+from shakedown.motion.reduced_scene import reduced_scene
+from shakedown.planar.collapse.single_node_cycle import single_node_cycle
+from shakedown.planar.uniqueness.coupling import coupling
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
+from shakedown.planar.universal.swing_bound import swing_bound
+from shakedown.thesis.corner_report import corner_report
 
 INPUTS = {"Problem", "Tolerances"}  # dataclasses that functions take; their own rules
 LARGEST = "block-33"
@@ -35,10 +46,9 @@ def annotated_return(function):
 
 
 def public_dataclasses():
-    """Those that are exported by name, and those that exported functions return."""
+    """Those that are public by name, and those that public functions return."""
     found = set()
-    for name in shakedown.__all__:
-        thing = getattr(shakedown, name)
+    for thing in public().values():
         if isinstance(thing, type):
             found.add(thing)
         elif inspect.isroutine(thing) or hasattr(thing, "__wrapped__"):
@@ -84,34 +94,32 @@ RESULTS = {  # one of every function that makes one
     "ball": lambda: shakedown.energy_ball(many(), 0.5),
     "friction": lambda: shakedown.friction_thresholds(two()),
     "universal": lambda: shakedown.universal_bound(two()),
-    "swing": lambda: shakedown.swing_bound(two()),
+    "swing": lambda: swing_bound(two()),
     "box": lambda: shakedown.box_bound(two()),
     "critical": lambda: shakedown.critical_load_factors(two(), values=True),
     "curve": lambda: shakedown.guarantee_curve(two(), [0.25, 1.0]),
-    "conic": lambda: shakedown.conic_upper_bound(two()),
+    "conic": lambda: conic_upper_bound(two()),
     "simulation": lambda: shakedown.simulate(many(), 0.5, cycles=2, record=True),
     "steps": lambda: shakedown.simulate(two(), 0.5, cycles=2, method="gauss-seidel", record=True),
     "jump": lambda: shakedown.simulate(jumping(), 1.0, jumping().initial_slip[0]),
     "state": lambda: shakedown.long_term_state(many(), 0.9, reduce=True),
-    "evolution": lambda: shakedown.evolve(two(), 0.9, cycles=2),
+    "evolution": lambda: evolve(two(), 0.9, cycles=2),
     "limit": lambda: shakedown.transient_limit(two()),
-    "scene": lambda: shakedown.reduced_scene(two(), 0.9),
-    "unique": lambda: shakedown.unique_in_contact(two()),
+    "scene": lambda: reduced_scene(two(), 0.9),
+    "unique": lambda: unique_in_contact(two()),
     "verification": lambda: shakedown.verify(shakedown.example("one-node"), random_states=1),
     "run": lambda: made("verification").runs[0],
-    "loading": lambda: shakedown.loading(two()),
-    "rows": lambda: shakedown.constraints(many()),
+    "loading": lambda: loading(two()),
+    "rows": lambda: constraints(many()),
     "sweep": lambda: shakedown.sweep(two(), {"f": np.linspace(0.1, 0.4, 4)}, bounds=["upper"]),
     "point": lambda: made("sweep").points[0],
     "cycle": lambda: shakedown.smallest_cycle(two(), states=8, rounds=1),
     "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
-    "corner": lambda: shakedown.corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
-    "coupling": lambda: shakedown.coupling(two()),
-    "no coupling": lambda: shakedown.coupling(dataclasses.replace(two(), f=50.0)),
-    "single": lambda: shakedown.single_node_cycle(shakedown.example("three-node")),
-    "no single": lambda: shakedown.single_node_cycle(
-        dataclasses.replace(shakedown.example("one-node"), f=50.0)
-    ),
+    "corner": lambda: corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
+    "coupling": lambda: coupling(two()),
+    "no coupling": lambda: coupling(dataclasses.replace(two(), f=50.0)),
+    "single": lambda: single_node_cycle(shakedown.example("three-node")),
+    "no single": lambda: single_node_cycle(dataclasses.replace(shakedown.example("one-node"), f=50.0)),
     "case": lambda: shakedown.LoadCase(history=np.arange(1000.0), force=np.zeros(5000)),
 }
 

@@ -10,6 +10,7 @@ import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.motion.reduced_scene import reduced_scene
 
 SOURCE = json.dumps(
     {"command": "shakedown-bounds import c.toml", "files": [{"name": "k.mtx", "sha256": "0" * 64}]}
@@ -119,7 +120,7 @@ def test_a_problem_of_some_of_the_nodes_knows_which():
 def test_a_reduced_scene_knows_which_nodes_move():
     block = shakedown.example("block-9")
     named = dataclasses.replace(block, label=[f"P{i}" for i in range(9)], source=SOURCE, load_names=["top"])
-    scene = shakedown.reduced_scene(named, 0.2)
+    scene = reduced_scene(named, 0.2)
     assert scene.problem.n < 9
     assert scene.problem.label == tuple(f"P{i}" for i in np.flatnonzero(scene.moving))
     assert (scene.problem.source, scene.problem.load_names) == (SOURCE, ("top",))

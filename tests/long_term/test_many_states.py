@@ -10,13 +10,14 @@ import pytest
 import shakedown
 from benchmarks.problems import in_units
 from shakedown.long_term.many_states import LongTermStates
+from shakedown.motion.contact_law import scales
 from tests.joints import FAMILY, any_joint, joint_of_kind, member, slow_problem
 
 
 def assert_agree(problem, load_factor, starts, **options):
     """State by state: equal verdicts and contact sequences; slips and dissipation to 1e-9 of the scales."""
     states = shakedown.long_term_states(problem, load_factor, starts, **options)
-    scale = shakedown.scales(problem, load_factor)
+    scale = scales(problem, load_factor)
     for row, start in enumerate(starts):
         one = shakedown.long_term_state(problem, load_factor, start, **options)
         assert (states.outcome[row], states.period[row]) == (one.outcome, one.period)
@@ -52,7 +53,7 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
     for _ in range(20):
         problem = joint_of_kind(rng, kind)
         load_factor = float(rng.uniform(0.2, 1.6))
-        starts = rng.normal(size=(3, problem.n)) * shakedown.scales(problem, load_factor).length
+        starts = rng.normal(size=(3, problem.n)) * scales(problem, load_factor).length
         states = assert_agree(problem, load_factor, starts * rng.choice([0.1, 1.0, 5.0]), max_cycles=40)
         alone = shakedown.long_term_states(problem, load_factor, states.initial_slip[1:2], max_cycles=40)
         identical(states, alone, slice(1, 2))
@@ -65,7 +66,7 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
 @pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.7), ("two-node", 0.9), ("block-9", 2.0)])
 def test_agrees_with_the_single_state(name, load_factor):
     problem, rng = shakedown.example(name), np.random.default_rng(0)
-    starts = rng.uniform(-1.5, 1.5, (12, problem.n)) * shakedown.scales(problem, load_factor).length
+    starts = rng.uniform(-1.5, 1.5, (12, problem.n)) * scales(problem, load_factor).length
     states = assert_agree(problem, load_factor, starts)
     assert len(states) == 12
     assert states.load_factor == load_factor
@@ -98,7 +99,7 @@ def test_units_change_no_bit(force, length):
     rng = np.random.default_rng(7)
     for _ in range(20):
         problem = any_joint(rng)
-        starts = rng.normal(size=(3, problem.n)) * shakedown.scales(problem, 1.0).length
+        starts = rng.normal(size=(3, problem.n)) * scales(problem, 1.0).length
         one = shakedown.long_term_states(problem, 1.0, starts, max_cycles=40)
         scaled = in_units(problem, force, length)
         other = shakedown.long_term_states(scaled, 1.0, length * starts, max_cycles=40)

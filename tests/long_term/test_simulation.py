@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import shakedown
 from shakedown import Outcome, Problem, simulate
+from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation
 from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.kernels.gauss_seidel import NO_STATE, Stiffness, nodal_state
@@ -115,7 +116,7 @@ def test_dissipation_approaches_the_work_of_the_loading():
         run = simulate(problem, 0.8, record=True, method="gauss-seidel")
         assert run.outcome == Outcome.CYCLIC_SLIP
         v = np.vstack([run.history.v[-m - 1 :]])
-        q_w = np.roll(shakedown.loading(problem).at(0.8)[0], 1, axis=0)
+        q_w = np.roll(loading(problem).at(0.8)[0], 1, axis=0)
         steps = np.diff(np.vstack([q_w, q_w[:1]]), axis=0)
         work = ((v[1:] + v[:-1]) / 2 * steps).sum()
         errors.append(abs(run.dissipation_per_cycle / work - 1))

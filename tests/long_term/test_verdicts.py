@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
 
 # Scenarios A.6 and A.7 as loops: by hand, one node, k₁₁ = 1, k₂₁ = 1.5, k₂₂ = 4, f = 0.8.
@@ -33,7 +35,7 @@ def test_appendix_a_jumps_in_every_cycle(name):
     assert jump.energy_released == pytest.approx(expected["released"], rel=1e-6)
     assert jump.friction_work == pytest.approx(expected["friction"], rel=1e-6)
     assert jump.friction_work + jump.damping_work == pytest.approx(jump.energy_released)
-    at = run.history.kind == shakedown.EventKind.JUMPS
+    at = run.history.kind == EventKind.JUMPS
     loads = np.column_stack([run.history.q_w[at], run.history.p_w[at]])
     assert loads[-1] == pytest.approx(expected["jump at"], rel=1e-6)
 
@@ -139,7 +141,7 @@ def test_a_simulation_follows_the_joint_once(monkeypatch):
     problem = shakedown.example("two-node")
     run = shakedown.simulate(problem, 0.9, record=True)
     assert len(followed) == 1
-    path = shakedown.evolve(problem, 0.9, cycles=len(run.cycles.slip))
+    path = evolve(problem, 0.9, cycles=len(run.cycles.slip))
     assert run.cycles.slip == pytest.approx(np.array([cycle.slip for cycle in path.cycles]), abs=1e-12)
     assert np.array_equal(run.history.kind, path.history.kind)
     assert run.history.v == pytest.approx(path.history.v, abs=1e-12)

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 import shakedown
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation, scales
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolve import evolve
 
 SEEDS = range(4)
 
@@ -32,7 +34,7 @@ def worst_violation(problem, load_factor, history, points=20):
     """Friction law at every event and at points between, from v, w and the load alone."""
     scale, worst = scales(problem, load_factor), 0.0
     C = np.zeros_like(problem.A) if problem.C is None else problem.C
-    quasi_static = history.kind[1:] != shakedown.EventKind.JUMPS
+    quasi_static = history.kind[1:] != EventKind.JUMPS
     for k in np.flatnonzero((np.diff(history.cycle) > 0) & quasi_static):
         s = np.linspace(0, 1, points + 2)[:, None]
 
@@ -53,7 +55,7 @@ def test_law_holds_at_and_between_events_of_random_problems(seed):
     rng, separated = np.random.default_rng(seed), 0
     for _ in range(250):
         problem, load_factor = random_problem(rng), rng.uniform(0.3, 2.0)
-        run = shakedown.evolve(problem, load_factor, cycles=2)
+        run = evolve(problem, load_factor, cycles=2)
         assert run.stop is None
         assert worst_violation(problem, load_factor, run.history) <= 1e-12
         assert np.abs(np.diff(run.history.v, axis=0)[np.diff(run.history.cycle) == 0]).max(initial=0) == 0
@@ -66,7 +68,7 @@ def test_law_holds_at_and_between_events_of_random_problems(seed):
 def test_law_holds_on_built_in_problems(name, share):
     problem = shakedown.example(name)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    run = shakedown.evolve(problem, share, start, cycles=3)
+    run = evolve(problem, share, start, cycles=3)
     assert run.stop is None or "the body leaves" in run.stop.reason
     assert worst_violation(problem, share, run.history) <= 1e-12
 
@@ -87,7 +89,7 @@ def split(problem, parts):
 
 @pytest.mark.parametrize("time", [2.0, -0.5, np.nan])
 def test_no_state_is_made_up_beyond_the_path(time):
-    history = shakedown.evolve(shakedown.example("two-node"), 1.2, cycles=2).history
+    history = evolve(shakedown.example("two-node"), 1.2, cycles=2).history
     assert np.array_equal(history.at(history.cycle[[0, -1]]).v, history.v[[0, -1]])
     with pytest.raises(shakedown.UsageError, match=r"^cycle: expected times from -0.02 to 1.98, found"):
         history.at(np.array([1.0, time]))
@@ -99,8 +101,8 @@ def test_path_does_not_depend_on_the_load_steps(seed):
     for _ in range(15):
         problem, load_factor = random_problem(rng), rng.uniform(0.3, 2.0)
         times = np.linspace(0.0, 2.0, 41)
-        path = shakedown.evolve(problem, load_factor, cycles=4).history.at(times)
-        finer = shakedown.evolve(split(problem, 7), load_factor, cycles=4).history.at(times)
+        path = evolve(problem, load_factor, cycles=4).history.at(times)
+        finer = evolve(split(problem, 7), load_factor, cycles=4).history.at(times)
         length = scales(problem, load_factor).length
         assert np.abs(path.v - finer.v).max() <= 1e-11 * length
         assert np.abs(path.w - finer.w).max() <= 1e-11 * length
@@ -123,14 +125,14 @@ def test_gauss_seidel_comes_nearer_with_finer_load_steps(name):
 
 def test_zero_load_and_constant_load_move_nothing():
     problem = shakedown.example("two-node")
-    run = shakedown.evolve(problem, 0.0, cycles=3)
+    run = evolve(problem, 0.0, cycles=3)
     assert all(cycle.slip.max() == 0 and cycle.events == 0 for cycle in run.cycles[1:])
 
 
 def test_initial_slip_that_is_admissible_is_left_alone():
     problem = shakedown.example("two-node")
     slip = shakedown.upper_bound(problem).slip
-    run = shakedown.evolve(problem, 0.5, slip, cycles=2)
+    run = evolve(problem, 0.5, slip, cycles=2)
     assert np.array_equal(run.history.v[-1], slip)
     assert sum(cycle.events for cycle in run.cycles) == 0
 
@@ -145,7 +147,7 @@ def one_node(q_w, p_w, f=0.5, B=0.3, C=1.0):
 def test_a_load_that_touches_a_limit_causes_no_slip(B, excess):
     peak = 0.5 * (1.0 + excess)
     problem = one_node([peak, 0.0, -peak, 0.0], [1.0] * 4, B=B)
-    run = shakedown.evolve(problem, 1.0, cycles=4)
+    run = evolve(problem, 1.0, cycles=4)
     assert all(cycle.slip.max() <= 1e-14 and not cycle.opened.any() for cycle in run.cycles)
     state = shakedown.long_term_state(problem, 1.0)
     assert state.outcome == "shakedown"
@@ -156,7 +158,7 @@ def test_a_load_along_the_limit_itself_causes_no_slip(rounding):
     """q = f p throughout: stuck on the limit while p grows and falls, touching the apex."""
     p = np.array([1.0, 0.6, 1e-3, 0.0, 0.3, 1.7])
     problem = one_node(0.5 * p * (1 + rounding), p)
-    run = shakedown.evolve(problem, 1.0, cycles=3)
+    run = evolve(problem, 1.0, cycles=3)
     assert all(cycle.slip.max() <= 1e-14 for cycle in run.cycles)
     assert np.abs(run.history.w).max() <= 1e-14
 
@@ -172,7 +174,7 @@ def test_a_corner_that_is_touched_causes_no_slip(seed):
     on_limits, inside = side * problem.f * p, 0.5 * side * problem.f * p
     q_w = np.stack([inside, on_limits, inside, on_limits, -inside]) - problem.A @ start
     corner = replace(problem, q_w=q_w, p_w=np.tile(p - problem.B @ start, (5, 1)))
-    run = shakedown.evolve(corner, 1.0, start, cycles=3)
+    run = evolve(corner, 1.0, start, cycles=3)
     assert np.abs(run.history.v - start).max() <= 1e-13 * np.abs(start).max()
     assert shakedown.long_term_state(corner, 1.0, start).outcome == "shakedown"
 
@@ -182,7 +184,7 @@ def test_symmetric_nodes_reach_their_limits_together():
     t = np.arange(12) / 12
     q = np.cos(2 * np.pi * t)[:, None] * [1.0, 1.0]
     problem = shakedown.Problem(A=A, B=B, C=np.eye(2) * 3, f=0.4, q_w=q, p_w=np.full((12, 2), 1.5))
-    run = shakedown.evolve(problem, 1.0, cycles=3)
+    run = evolve(problem, 1.0, cycles=3)
     assert run.stop is None
     assert worst_violation(problem, 1.0, run.history) <= 1e-13
     assert run.history.v[:, 0] == pytest.approx(run.history.v[:, 1], abs=1e-14)
@@ -191,7 +193,7 @@ def test_symmetric_nodes_reach_their_limits_together():
 
 def test_normal_load_alone_opens_and_closes_without_slip():
     problem = one_node([0.0] * 4, [1.0, -1.0, -2.0, -1.0], B=0.0)
-    run = shakedown.evolve(problem, 1.0, cycles=3)
+    run = evolve(problem, 1.0, cycles=3)
     assert run.cycles[-1].opened.all()
     assert run.cycles[-1].slip.max() == 0.0
     assert run.history.w.max() == pytest.approx(2.0)
@@ -202,7 +204,7 @@ def test_normal_load_alone_opens_and_closes_without_slip():
 
 def test_frictionless_node_follows_its_load_without_dissipation():
     problem = one_node([1.0, 0.0, -1.0, 0.0], [2.0] * 4, f=0.0, B=0.2)
-    run = shakedown.evolve(problem, 1.0, cycles=2)
+    run = evolve(problem, 1.0, cycles=2)
     assert np.abs(run.history.q).max() <= 1e-15
     assert run.cycles[-1].dissipation == pytest.approx(0.0, abs=1e-15)
     assert run.cycles[-1].slip == pytest.approx(4.0)
@@ -210,7 +212,7 @@ def test_frictionless_node_follows_its_load_without_dissipation():
 
 def test_without_C_a_node_that_lifts_off_is_named():
     problem = one_node([0.0] * 2, [1.0, -1.0], C=None)
-    run = shakedown.evolve(problem, 1.0, cycles=2)
+    run = evolve(problem, 1.0, cycles=2)
     assert run.stop is not None
     assert run.stop.node == 0
     assert "lifts off" in run.stop.reason
@@ -233,8 +235,8 @@ def test_units_do_not_matter(seed, unit):
     problem = random_problem(rng, n=int(rng.integers(1, 5)))
     other = replace(problem, q_w=unit * problem.q_w, p_w=unit * problem.p_w)
     times = np.linspace(0, 1, 17)
-    a = shakedown.evolve(problem, 1.0, cycles=3).history.at(times)
-    b = shakedown.evolve(other, 1.0, cycles=3).history.at(times)
+    a = evolve(problem, 1.0, cycles=3).history.at(times)
+    b = evolve(other, 1.0, cycles=3).history.at(times)
     assert np.abs(b.v / unit - a.v).max() <= 1e-11 * scales(problem, 1.0).length
 
 
@@ -243,15 +245,15 @@ def test_mirroring_mirrors_and_relabelling_relabels(seed):
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, n=int(rng.integers(2, 5)))
     times = np.linspace(0, 1, 17)
-    a = shakedown.evolve(problem, 1.0, cycles=3).history.at(times)
+    a = evolve(problem, 1.0, cycles=3).history.at(times)
     mirrored = replace(problem, B=-problem.B, q_w=-problem.q_w)
-    b = shakedown.evolve(mirrored, 1.0, cycles=3).history.at(times)
+    b = evolve(mirrored, 1.0, cycles=3).history.at(times)
     order = rng.permutation(problem.n)
     relabelled = shakedown.Problem(
         A=problem.A[np.ix_(order, order)], B=problem.B[np.ix_(order, order)], C=problem.C[np.ix_(order, order)],
         f=problem.f[order], q_w=problem.q_w[:, order], p_w=problem.p_w[:, order],
     )  # fmt: skip
-    c = shakedown.evolve(relabelled, 1.0, cycles=3).history.at(times)
+    c = evolve(relabelled, 1.0, cycles=3).history.at(times)
     tiny = 1e-11 * scales(problem, 1.0).length
     assert np.abs(a.v + b.v).max() <= tiny
     assert np.abs(a.v[:, order] - c.v).max() <= tiny
@@ -260,27 +262,27 @@ def test_mirroring_mirrors_and_relabelling_relabels(seed):
 def test_load_factor_and_cycles_are_checked():
     problem = shakedown.example("one-node")
     with pytest.raises(shakedown.UsageError, match="load factor"):
-        shakedown.evolve(problem, -1.0)
+        evolve(problem, -1.0)
     with pytest.raises(shakedown.UsageError, match="cycles"):
-        shakedown.evolve(problem, 1.0, cycles=0)
+        evolve(problem, 1.0, cycles=0)
     with pytest.raises(shakedown.UsageError, match="initial slip"):
-        shakedown.evolve(problem, 1.0, [1.0, 2.0])
+        evolve(problem, 1.0, [1.0, 2.0])
     for cycles in (2.5, 2.0):
         with pytest.raises(shakedown.UsageError, match=f"cycles: expected a whole number, found {cycles}"):
-            shakedown.evolve(problem, 1.0, cycles=cycles)
-    assert len(shakedown.evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
+            evolve(problem, 1.0, cycles=cycles)
+    assert len(evolve(problem, 1.0, cycles=np.int64(2)).cycles) == 2
 
 
 @pytest.mark.parametrize("reduce", [False, True])
 def test_damping_is_checked_whether_or_not_it_is_needed(reduce):
     with pytest.raises(shakedown.UsageError, match="damping: expected 2 positive numbers"):
-        shakedown.evolve(shakedown.example("one-node"), 1.0, damping=[-1.0], reduce=reduce)
+        evolve(shakedown.example("one-node"), 1.0, damping=[-1.0], reduce=reduce)
 
 
 def test_a_thinned_history_keeps_load_steps_and_the_last_state():
-    history = shakedown.evolve(shakedown.example("two-node"), 0.9, cycles=2).history
+    history = evolve(shakedown.example("two-node"), 0.9, cycles=2).history
     thinned = history.thinned(5)
-    steps = history.kind == shakedown.EventKind.LOAD_STEP
+    steps = history.kind == EventKind.LOAD_STEP
     assert len(thinned) == len(np.arange(steps.sum())[::5]) + (not steps[-1] or (steps.sum() - 1) % 5 != 0)
     assert np.array_equal(thinned.v[-1], history.v[-1])
     assert np.isin(thinned.cycle, history.cycle).all()

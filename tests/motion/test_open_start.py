@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import ProblemError, UsageError, evolve, long_term_state, simulate, upper_bound
+from shakedown import ProblemError, UsageError, long_term_state, simulate, upper_bound
 from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.loading import loading
+from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
 from tests.partly_open import SOME, partly_open
 
@@ -26,7 +28,7 @@ def at_a_share(problem, share):
 
 def with_transient(problem, load_factor, seed):
     """The same joint, brought to its loop through load steps in between those of the loop."""
-    q_w, p_w = shakedown.loading(problem).at(load_factor)
+    q_w, p_w = loading(problem).at(load_factor)
     weights = np.random.default_rng(seed).dirichlet(np.ones(problem.m), size=3)
     return replace(problem, q_transient=weights @ q_w, p_transient=weights @ p_w)
 
@@ -116,7 +118,7 @@ def test_load_steps_that_are_split_change_nothing():
     mean = {"q_mean": problem.q_w.mean(axis=0), "p_mean": problem.p_w.mean(axis=0)}
     fine = replace(problem, **mean, q_w=split(loop[0])[2:], p_w=split(loop[1])[2:])
     # the finer loop begins half a step earlier: both are brought to the same first load
-    q_w, p_w = shakedown.loading(problem).at(load_factor)
+    q_w, p_w = loading(problem).at(load_factor)
     first = {"q_transient": q_w[-1:], "p_transient": p_w[-1:]}
     ends = [
         evolve(replace(joint, **first), load_factor, upper.slip, open_nodes=upper.open_nodes, cycles=3)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.motion.evolve import evolve
 from shakedown.motion.reduced_scene import reduced_scene
 
 TIMES = np.linspace(0.0, 1.5, 37)
@@ -26,8 +27,8 @@ def test_same_path_and_long_term_state_as_the_full_form(seed):
     rng = np.random.default_rng(seed)
     problem = closed_joint(rng, int(rng.integers(2, 7)))
     start = 0.05 * rng.normal(size=problem.n)
-    full = shakedown.evolve(problem, 1.0, start, cycles=3)
-    small = shakedown.evolve(problem, 1.0, start, cycles=3, reduce=True)
+    full = evolve(problem, 1.0, start, cycles=3)
+    small = evolve(problem, 1.0, start, cycles=3, reduce=True)
     assert small.scene is not None
     a, b = full.history.at(TIMES), small.history.at(TIMES)
     for key in ("v", "w", "q", "p", "q_w", "p_w"):
@@ -48,7 +49,7 @@ def test_something_is_left_out_and_what_is_left_out_does_not_move():
         rng = np.random.default_rng(seed)
         problem = closed_joint(rng, int(rng.integers(2, 7)))
         scene = reduced_scene(problem, 1.0)
-        run = shakedown.evolve(problem, 1.0, cycles=3)
+        run = evolve(problem, 1.0, cycles=3)
         moved = np.ptp(run.history.v, axis=0) > 0
         opened = np.any([cycle.opened for cycle in run.cycles], axis=0)
         assert not np.any(moved & ~scene.moving)
@@ -68,7 +69,7 @@ def test_nodes_that_separate_are_not_left_out():
     scene = reduced_scene(problem, 1.0)
     assert scene.separable[0]
     assert scene.moving[0]
-    run = shakedown.evolve(problem, 1.0, cycles=2, reduce=True)
+    run = evolve(problem, 1.0, cycles=2, reduce=True)
     assert run.cycles[-1].opened[0]
 
 
@@ -83,6 +84,6 @@ def test_a_joint_that_never_moves_keeps_one_node():
 
 def test_a_jump_falls_back_to_the_full_form():
     problem = shakedown.example("jump")
-    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], reduce=True)
+    run = evolve(problem, 1.0, problem.initial_slip[0], reduce=True)
     assert run.scene is None
     assert run.history.w[-1, 1] == pytest.approx(3.34427293, abs=1e-6)

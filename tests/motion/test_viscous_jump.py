@@ -5,6 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.motion.contact_law import law_violation, scales
+from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.active_set import active_set
 from shakedown.motion.kernels.rate_problem import ON_BACKWARD, ON_FORWARD, rates
@@ -17,7 +18,7 @@ DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5
 @pytest.mark.parametrize("damping", DAMPINGS)
 def test_jump_ends_in_the_published_state_whatever_the_damping(damping):
     problem = shakedown.example("jump")
-    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+    run = evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
     assert run.stop is None
     (jump,) = run.cycles[0].jumps
     assert np.hypot(*(jump.v_before - [-20.7269, 30.9051])) < 0.12  # from slightly inside the corner
@@ -32,7 +33,7 @@ def test_start_nearer_the_corner_jumps_nearer_the_published_point():
     for inside in (1e-3, 1e-5):
         G = np.array([problem.A[0] + 0.39 * problem.B[0], problem.A[1] - 0.39 * problem.B[1]])
         start = corner + np.linalg.solve(G, [-inside, 0.0])
-        (jump,) = shakedown.evolve(problem, 1.0, start).cycles[0].jumps
+        (jump,) = evolve(problem, 1.0, start).cycles[0].jumps
         assert jump.v_before == pytest.approx(start, abs=1e-6)
         assert np.abs(start - corner).max() <= 105 * inside
 
@@ -41,7 +42,7 @@ def test_energy_released_does_not_depend_on_damping_and_balances_the_load():
     problem = shakedown.example("jump")
     released = []
     for damping in DAMPINGS:
-        run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
+        run = evolve(problem, 1.0, problem.initial_slip[0], damping=damping)
         (jump,) = run.cycles[0].jumps
         assert 0 < jump.friction_work < jump.energy_released
         released.append(jump.energy_released)
@@ -115,9 +116,9 @@ def copies(problem, count, *, one_after_another):
 def test_copies_jump_as_each_would_alone(count, one_after_another):
     """A jump has nothing to do with those before it in the cycle."""
     problem = shakedown.example("jump")
-    alone = shakedown.evolve(problem, 1.0, problem.initial_slip[0]).cycles[0]
+    alone = evolve(problem, 1.0, problem.initial_slip[0]).cycles[0]
     many = copies(problem, count, one_after_another=one_after_another)
-    run = shakedown.evolve(many, 1.0, many.initial_slip[0])
+    run = evolve(many, 1.0, many.initial_slip[0])
     assert run.stop is None
     (cycle,) = run.cycles
     assert len(cycle.jumps) == (count if one_after_another else 1)
@@ -133,7 +134,7 @@ def test_a_body_that_friction_does_not_hold_slides_away():
         A=[[1.0, -1.0], [-1.0, 1.0]], B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
         q_w=[[0.0, 0.0], [2.0, 2.0]], p_w=np.ones((2, 2)),
     )  # fmt: skip
-    run = shakedown.evolve(problem, 1.0)
+    run = evolve(problem, 1.0)
     assert run.stop.slides_away
     assert "the body slides away" in run.stop.reason
     state = shakedown.long_term_state(problem, 1.0)
@@ -144,7 +145,7 @@ def test_a_body_that_friction_does_not_hold_slides_away():
     )
     other = shakedown.long_term_state(lifted, 1.0)
     assert (other.outcome, other.slides_away) == ("undecided", False)
-    assert not shakedown.evolve(lifted, 1.0).stop.slides_away
+    assert not evolve(lifted, 1.0).stop.slides_away
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -160,7 +161,7 @@ def test_random_joints_far_above_their_thresholds(seed):
             A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=rng.uniform(0.5, 3.0),
             q_w=0.6 * rng.normal(size=(m, n)), p_w=p_w,
         )  # fmt: skip
-        run = shakedown.evolve(problem, 1.0, cycles=3)
+        run = evolve(problem, 1.0, cycles=3)
         assert run.stop is None
         h, scale = run.history, scales(problem, 1.0)
         assert law_violation(problem.f, h.q, h.p, h.w, np.zeros_like(h.v), scale).max() <= 1e-12
@@ -191,4 +192,4 @@ def test_a_body_that_is_not_held_leaves():
 def test_damping_is_checked():
     problem = shakedown.example("jump")
     with pytest.raises(shakedown.UsageError, match="damping"):
-        shakedown.evolve(problem, 1.0, damping=[1.0, 2.0])
+        evolve(problem, 1.0, damping=[1.0, 2.0])

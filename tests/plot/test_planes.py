@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import constraints, plot
+from shakedown import plot
+from shakedown.joint.constraints import constraints
+from shakedown.motion.evolve import evolve
 from shakedown.plot.planes import safe_polygon
 
 
@@ -14,7 +16,7 @@ def texts(axes):
 
 def test_reaction_space_shows_states_and_sectors():
     problem = shakedown.example("one-node-separation")
-    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
+    run = evolve(problem, 1.0, problem.initial_slip[0], cycles=3)
     shown = texts(plot.reaction_space(run, problem))
     assert {"stick", "open"} <= set(shown)
     assert "v = -1" in shown
@@ -23,7 +25,7 @@ def test_reaction_space_shows_states_and_sectors():
 
 def test_slip_space_shows_the_jump_and_the_rows():
     problem = shakedown.example("jump")
-    run = shakedown.evolve(problem, 1.0, problem.initial_slip[0])
+    run = evolve(problem, 1.0, problem.initial_slip[0])
     axes = plot.slip_space(problem, 1.0, {"path": run})
     assert sum(name.endswith("limit") for name in texts(axes)) == 4
     assert any(line.get_linestyle() == ":" for line in axes.lines)

@@ -7,6 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import shakedown
 from shakedown import plot
 from shakedown.ground.errors import UsageError
+from shakedown.studies.designs.parameters import with_parameter
 
 TWO = shakedown.example("two-node")
 
@@ -70,9 +71,7 @@ def test_every_number_of_a_contour_line_is_inside_the_axes():
 
 
 def test_a_parameter_of_the_users_own_function_has_its_own_name():
-    found = shakedown.sweep(
-        lambda friction: shakedown.with_parameter(TWO, "f", friction), {"friction": [0.2, 0.3]}
-    )
+    found = shakedown.sweep(lambda friction: with_parameter(TWO, "f", friction), {"friction": [0.2, 0.3]})
     assert plot.regions(found).get_xlabel() == "friction"
     assert "friction" in found.columns()
     assert (found.meanings, found.is_factor(0)) == (("",), False)

@@ -9,9 +9,11 @@ from calculix import ccx, needs_ccx
 from model_files import BLOCK
 
 import shakedown
-from shakedown import ProblemError, condensed_stiffness, import_problem
+from shakedown import ProblemError
+from shakedown.condensation.condense import condensed_stiffness
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
+from shakedown.importing.import_model import import_problem
 from shakedown.readers import read_stiffness
 
 MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc

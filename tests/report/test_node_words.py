@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.joint.loading import loading
 from shakedown.report.node_words import label_column, node_in_words, open_in_words, slipping_nodes
 from shakedown.report.words import bounds_in_words
 
@@ -45,7 +46,7 @@ def test_a_constant_load_has_no_load_factor_to_speak_of():
 
 def scaled(factor: float):
     """The two-node system with its periodic part multiplied: λ = 1 moves along the bounds."""
-    joint, loop = shakedown.example("two-node"), shakedown.loading(shakedown.example("two-node"))
+    joint, loop = shakedown.example("two-node"), loading(shakedown.example("two-node"))
     q, p = loop.at(factor)
     return dataclasses.replace(joint, q_w=q, p_w=p, q_mean=loop.q0, p_mean=loop.p0)
 

@@ -7,6 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.ground.shown_values import down, up
+from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.page_tables import remarks
@@ -132,7 +133,7 @@ def test_a_rounded_limit_is_never_on_the_wrong_side(value: float) -> None:
 
 def test_the_load_factor_below_which_no_node_cycles_alone_is_rounded_down() -> None:
     joint = shakedown.example("three-node")
-    alone = shakedown.single_node_cycle(joint).load_factor
+    alone = single_node_cycle(joint).load_factor
     status = shakedown.shakedown_bounds(joint).lower
     assert f"may cycle alone from {up(alone)} on" in status.reason
     assert float(up(alone)) >= alone

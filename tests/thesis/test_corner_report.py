@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.motion.contact_law import reactions
+from shakedown.motion.evolve import evolve
+from shakedown.thesis.corner_report import corner_report, pair_thresholds
 
 JUMP = shakedown.example("jump")
 PRINTED = {  # (6.50)–(6.60); the thesis's matrices had more digits than it prints
@@ -25,7 +28,7 @@ FROM_PRINTED_MATRICES = {"slip": [3.5639831, -24.56392242], "gap": [0.0, 3.34427
 
 @pytest.fixture
 def report():
-    return shakedown.corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0])
+    return corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0])
 
 
 @pytest.mark.parametrize("key", PRINTED)
@@ -43,15 +46,15 @@ def test_printed_numbers_of_the_end(report, key):
 def test_all_eight_thresholds_of_the_pair():
     printed = [0.3557, -0.3557, 0.4079, -0.4079, 4.3009, -4.3009, 4.9314, -4.9314]
     recomputed = np.repeat([0.35567569, 0.40778783, 4.30101229, 4.93117885], 2) * np.tile([1, -1], 4)
-    assert shakedown.pair_thresholds(JUMP) == pytest.approx(np.array(printed), rel=4e-4)
-    assert shakedown.pair_thresholds(JUMP) == pytest.approx(recomputed, abs=5e-9)
+    assert pair_thresholds(JUMP) == pytest.approx(np.array(printed), rel=4e-4)
+    assert pair_thresholds(JUMP) == pytest.approx(recomputed, abs=5e-9)
     found = shakedown.friction_thresholds(JUMP)
     assert found.single_node == pytest.approx([4.2295, 1.1238], abs=1e-4)
-    assert found.uniqueness_in_contact.value == pytest.approx(shakedown.pair_thresholds(JUMP)[0])
+    assert found.uniqueness_in_contact.value == pytest.approx(pair_thresholds(JUMP)[0])
 
 
 def test_the_corner_leads_where_the_evolution_jumps(report):
-    run = shakedown.evolve(JUMP, 1.0, JUMP.initial_slip[0], damping=np.ones(4))
+    run = evolve(JUMP, 1.0, JUMP.initial_slip[0], damping=np.ones(4))
     assert report.grows
     assert report.opening_node == report.end.node == 1
     assert report.end.possible
@@ -63,7 +66,7 @@ def test_the_corner_leads_where_the_evolution_jumps(report):
 
 
 def test_the_state_at_the_corner_is_on_both_limits(report):
-    q, p = shakedown.reactions(JUMP, JUMP.q_w[0], JUMP.p_w[0], report.slip, np.zeros(2))
+    q, p = reactions(JUMP, JUMP.q_w[0], JUMP.p_w[0], report.slip, np.zeros(2))
     assert report.q == pytest.approx(q)
     assert report.p == pytest.approx(p)
     assert q == pytest.approx(np.array(report.sides) * 0.39 * p)
@@ -81,14 +84,14 @@ def test_both_nodes_open_is_no_way_out(report):
     u = -np.linalg.solve(JUMP.kappa, np.concatenate([JUMP.q_w[0], JUMP.p_w[0]]))
     assert report.both_open == pytest.approx(u[2:])
     assert not report.both_open_possible
-    lifted = shakedown.corner_report(JUMP, JUMP.q_w[0], [-30.0, -30.0])
+    lifted = corner_report(JUMP, JUMP.q_w[0], [-30.0, -30.0])
     assert lifted.both_open_possible
 
 
 def test_below_the_threshold_nothing_grows():
     from dataclasses import replace
 
-    report = shakedown.corner_report(replace(JUMP, f=0.35), JUMP.q_w[0], JUMP.p_w[0])
+    report = corner_report(replace(JUMP, f=0.35), JUMP.q_w[0], JUMP.p_w[0])
     assert (report.eigenvalues.real < 0).all()
     assert (report.grows, report.opening_node, report.end) == (False, -1, None)
 
@@ -103,8 +106,8 @@ def test_other_nodes_stuck_shift_the_corner():
     problem = shakedown.Problem(A=A, B=B * 0.05 + 0.95 * np.where(np.isin(np.arange(n), two), B, 0),
                                 C=C, f=0.39, q_w=np.ones((1, n)), p_w=np.ones((1, n)))  # fmt: skip
     q_w = np.array([0.0, 2.0, 0.0, 2.5])
-    report = shakedown.corner_report(problem, q_w, np.ones(n), nodes=two, slip=[2.0, 0.0, 0.0, 0.0])
-    alone = shakedown.corner_report(JUMP, [2.7, 2.0], [1.0, 1.0])
+    report = corner_report(problem, q_w, np.ones(n), nodes=two, slip=[2.0, 0.0, 0.0, 0.0])
+    alone = corner_report(JUMP, [2.7, 2.0], [1.0, 1.0])
     assert report.nodes == (3, 1)
     assert report.slip == pytest.approx(alone.slip)
     assert report.opening_node == 1
@@ -123,4 +126,4 @@ def test_other_nodes_stuck_shift_the_corner():
 )
 def test_misuse_is_refused(change, message):
     with pytest.raises(shakedown.UsageError, match=message):
-        shakedown.corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0], **change)
+        corner_report(JUMP, JUMP.q_w[0], JUMP.p_w[0], **change)

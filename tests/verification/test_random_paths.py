@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, UsageError, evolve, random_paths, safe_slip, upper_bound
+from shakedown import Problem, UsageError, safe_slip, upper_bound
+from shakedown.motion.evolve import evolve
+from shakedown.verification.random_paths import random_paths
 from tests.partly_open import SOME, partly_open
 
 SIZES = (0.3, 0.2, 0.4)

@@ -7,6 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.joint.constraints import constraints, through_transient
+from shakedown.motion.evolve import evolve
 from shakedown.report.words import bounds_in_words
 from shakedown.verification.arrival import arrives_closed
 from tests.joints import joint_of_kind
@@ -70,7 +71,7 @@ def test_a_slip_that_is_safe_through_the_transient_stays_where_it_is(seed):
     if not (np.isfinite(lasting.load_factor) and lasting.load_factor > 0):
         return
     safe = shakedown.safe_slip(problem, 0.9 * lasting.load_factor, transient=True)
-    run = shakedown.evolve(problem, 0.9 * lasting.load_factor, safe.slip, cycles=2)
+    run = evolve(problem, 0.9 * lasting.load_factor, safe.slip, cycles=2)
     assert sum(cycle.slip.max() for cycle in run.cycles) <= 1e-9 * max(np.abs(safe.slip).max(), 1e-3)
     above = shakedown.safe_slip(problem, 1.01 * lasting.load_factor, transient=True)
     assert above.status == "infeasible"

@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.bounds.interior_point import ConicBound
+from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.report.words import bounds_in_words, critical_in_words
@@ -95,7 +95,7 @@ def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> No
     )
     for joint in (problem, floating, replace(shakedown.example("two-node"), f=2.5)):
         bounds = shakedown.shakedown_bounds(joint)
-        roads = shakedown.conic_lower_bound(joint), shakedown.conic_upper_bound(joint)
+        roads = conic_lower_bound(joint), conic_upper_bound(joint)
         assert list(room.road_findings(bounds, room.SecondRoad(*roads, joint.n), DEFAULT)) == []
 
 

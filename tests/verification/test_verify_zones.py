@@ -8,6 +8,7 @@ from command import document, run
 
 import shakedown
 from shakedown import verify
+from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.report.words import bounds_in_words
 from shakedown.verification import plan
 from shakedown.verification import verify as room
@@ -107,7 +108,7 @@ def test_two_nodes_one_of_them_open(tmp_path):
 def test_both_roads_find_the_same_load_factor_of_a_zone(seed):
     problem = partly_open(seed)
     upper = shakedown.upper_bound(problem, open_nodes="auto")
-    conic = shakedown.conic_upper_bound(problem, open_nodes=upper.open_nodes)
+    conic = conic_upper_bound(problem, open_nodes=upper.open_nodes)
     assert conic.status == upper.status
     assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-7, nan_ok=True)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.files.table_file import check_table, write_csv, write_parquet
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -20,7 +21,6 @@ from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.result import Result
 from shakedown.studies.designs.design_point import FROM_HERE, SYMBOLS, DesignPoint
 from shakedown.studies.designs.parameters import FACTORS, PARAMETERS
-from shakedown.studies.designs.table_file import check_table, write_csv, write_parquet
 
 COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
 

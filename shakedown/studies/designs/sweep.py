@@ -14,6 +14,7 @@ from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
+from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -22,7 +23,6 @@ from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.studies.designs.design_point import LIMITS, DesignPoint, Question, design_point
 from shakedown.studies.designs.diagram import Sweep
-from shakedown.studies.designs.table_file import check_table
 from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation
 
 Progress = Callable[[int, int], None]

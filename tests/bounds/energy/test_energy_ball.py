@@ -10,6 +10,8 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem, energy_ball
+from shakedown.joint.loading import loading
+from shakedown.motion.integrator import Evolution
 
 RADII = {  # at half of λ_max, in √energy units of the file
     "two-node": 63.31165567,
@@ -29,7 +31,7 @@ def test_radius_of_the_examples(name):
 
 def radius_by_another_road(problem: Problem, load_factor: float) -> float:
     """Every load step on its own, γ from the inverse of A, scipy's linear programs, below critical friction."""
-    A, B, f, loop = problem.A, problem.B, problem.f, shakedown.loading(problem)
+    A, B, f, loop = problem.A, problem.B, problem.f, loading(problem)
     own = np.diagonal(B) / np.diagonal(A)
     rest = B - own[:, None] * A
     gamma = np.sqrt(np.einsum("ij,jk,ik->i", rest, np.linalg.inv(A), rest))
@@ -169,7 +171,7 @@ def test_no_motion_from_the_surface_leaves_the_ball(seed, n, friction, floating)
     assert ball.status == ("unbounded" if n == 1 else "optimal")  # one node above its friction wedges
     assert 0 < ball.radius < np.inf
     for start in ball.at(np.random.default_rng(seed).normal(size=(12, ball.metric.root.shape[0])), 1 - 1e-9):
-        evolution, distance = shakedown.Evolution(problem, load_factor, start), ball.distance(start)
+        evolution, distance = Evolution(problem, load_factor, start), ball.distance(start)
         for _ in range(5):
             record = evolution.cycle()
             assert record is not None

@@ -10,6 +10,8 @@ from bounds.energy.joints import one_node, strong_joint
 import shakedown
 from benchmarks.problems import chain, in_units, random_problem
 from shakedown import Problem, energy_bound
+from shakedown.bounds.energy.energy_bound import energy_document
+from shakedown.joint.loading import loading
 
 NUMBERS = {  # to the digits of an independent computation
     "one-node": 0.9305239948,
@@ -35,7 +37,7 @@ def load_factor_by_another_road(
     problem: Problem, start: np.ndarray, distance: float, end: type = cp.Maximize
 ) -> float:
     """Every load step on its own through cvxpy, γ from the inverse of A, below critical friction."""
-    A, B, f, loop = problem.A, problem.B, problem.f, shakedown.loading(problem)
+    A, B, f, loop = problem.A, problem.B, problem.f, loading(problem)
     rest = B - (np.diagonal(B) / np.diagonal(A))[:, None] * A
     gamma = np.sqrt(np.einsum("ij,jk,ik->i", rest, np.linalg.inv(A), rest))
     v, radius, factor = cp.Variable(problem.n), cp.Variable(), cp.Variable(nonneg=True)
@@ -222,7 +224,7 @@ def test_transient_load_steps_are_further_samples():
 
 
 def test_the_document_has_the_names_that_others_rely_on():
-    document = shakedown.energy_document(energy_bound(shakedown.example("two-node")))
+    document = energy_document(energy_bound(shakedown.example("two-node")))
     assert {"load_factor", "slip", "radius", "distance", "status", "least_load_factor", "certified"} <= set(
         document
     )

@@ -7,9 +7,11 @@ import pytest
 from scipy.optimize import linprog
 
 import shakedown
-from shakedown import Status, UsageError, energy_ball, energy_bound, evolve, long_term_state, upper_bound
+from shakedown import Status, UsageError, energy_ball, energy_bound, long_term_state, upper_bound
 from shakedown.joint.constraints import GAP
 from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.loading import loading
+from shakedown.motion.evolve import evolve
 from tests.partly_open import SOME, partly_open
 
 SHARE = 0.5
@@ -54,7 +56,7 @@ def radius_by_another_road(problem, load_factor, nodes):
     }
     slope = follow[o:, :c]
     matrix, right = [], []
-    for q, p in zip(*shakedown.loading(problem).at(load_factor), strict=True):
+    for q, p in zip(*loading(problem).at(load_factor), strict=True):
         r = np.concatenate([q, p])
         freed = np.linalg.solve(K[np.ix_(free, free)], r[free])
         left = r[held] - K[np.ix_(held, free)] @ freed
@@ -81,7 +83,7 @@ def test_motions_from_within_the_ball_stay_in_the_zone_and_shake_down(case):
     problem, load_factor, ball = BALLS[case]
     zone, rng = contact_zone(problem, ball.open_nodes), np.random.default_rng(case)
     closed = list(zone.closed_nodes)
-    loop = shakedown.loading(zone.joint).at(load_factor)
+    loop = loading(zone.joint).at(load_factor)
     tried = 0
     for _ in range(200):
         start = ball.at(rng.normal(size=len(closed)), 0.999)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.motion.event_history import EventKind
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels import event_loop
 from shakedown.motion.kernels.moving_state import begin, room_for
@@ -36,7 +37,7 @@ def test_a_record_changes_nothing(name, load_factor):
         a, b = plain.cycle(), recorded.cycle(record=True)
         assert (a.events, a.dissipation, a.signature) == (b.events, b.dissipation, b.signature)
         assert np.array_equal(a.slip, b.slip)
-    starts = recorded.history.kind == shakedown.EventKind.LOAD_STEP
+    starts = recorded.history.kind == EventKind.LOAD_STEP
     assert starts.sum() >= 3 * plain.problem.m
 
 

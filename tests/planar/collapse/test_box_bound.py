@@ -10,9 +10,12 @@ import shakedown
 from benchmarks.problems import in_units, random_problem
 from shakedown import Problem
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
 from shakedown.motion.integrator import Evolution
 from shakedown.planar.collapse.box_bound import box_proves
 from shakedown.planar.collapse.least_box import BoxMap
+from shakedown.planar.uniqueness.coupling import coupling
 
 KNOWN = [
     ("two-node", None, 0.73159),
@@ -33,13 +36,13 @@ def weakly_coupled(seed: int, n: int = 4) -> Problem:
     return next(
         problem
         for problem in (random_problem(n, 100 * seed + k, coupling=0.5) for k in range(100))
-        if shakedown.coupling(problem).bound < 0.98 and shakedown.lower_bound(problem).load_factor > 0
+        if coupling(problem).bound < 0.98 and shakedown.lower_bound(problem).load_factor > 0
     )
 
 
 def limits(problem: Problem, load_factor: float, low: np.ndarray, high: np.ndarray):
     """Largest forward and smallest backward limit of every node over a box, corner by corner of each sum."""
-    rows, n = shakedown.constraints(problem), problem.n
+    rows, n = constraints(problem), problem.n
     forward, backward = np.empty(n), np.empty(n)
     for i in range(n):
         for side, ends in ((0, backward), (1, forward)):
@@ -85,7 +88,7 @@ def test_the_box_is_the_limit_of_widening_it(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_the_first_collapse_in_the_box_by_a_second_road(seed: int) -> None:
     problem = weakly_coupled(seed)
-    bound, rows = shakedown.box_bound(problem), shakedown.constraints(problem)
+    bound, rows = shakedown.box_bound(problem), constraints(problem)
     assert bound.limited_by == "first collapse"
     for share, expected in ((1 - 1e-6, False), (1 + 1e-6, True)):
         load_factor = share * bound.load_factor
@@ -111,7 +114,7 @@ def test_motions_stay_in_the_box_and_come_to_rest(seed: int) -> None:
     bound = shakedown.box_bound(problem, 0.3 * rng.normal(size=3))
     load_factor = 0.999 * bound.load_factor
     box = BoxMap(problem, transient=False).around(bound.initial_slip, load_factor)
-    q, p = shakedown.loading(problem).at(load_factor)
+    q, p = loading(problem).at(load_factor)
     tried = 0
     for share in [*np.ndindex(2, 2, 2), *rng.random((60, 3))]:
         slip = box.low + np.asarray(share) * (box.high - box.low)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Problem, unique_in_contact
+from shakedown import Problem
 from shakedown.joint.loading import loading
 from shakedown.planar.collapse.lift_off import lift_off_bound
 from shakedown.planar.collapse.proof_status import guarantee_status
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.planar.uniqueness.coupling import coupling
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.planar.uniqueness.weak_coupling import row_coupling_ratio
 
 

@@ -6,6 +6,7 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.joint.constraints import constraints
+from shakedown.planar.enumeration.critical import load_factors_above
 
 
 def test_two_node_system_has_the_thesis_values() -> None:
@@ -105,4 +106,4 @@ def test_threads_are_checked(threads: float) -> None:
     with pytest.raises(shakedown.UsageError, match="threads: expected"):
         shakedown.critical_load_factors(problem, threads=threads)
     with pytest.raises(shakedown.UsageError, match="threads: expected"):
-        list(shakedown.load_factors_above(problem, 1.0, threads=threads))
+        list(load_factors_above(problem, 1.0, threads=threads))

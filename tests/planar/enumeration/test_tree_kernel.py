@@ -12,6 +12,7 @@ from benchmarks.problems import joint
 from shakedown import Problem
 from shakedown.joint.constraints import constraints
 from shakedown.planar.enumeration import critical, tasks
+from shakedown.planar.enumeration.critical import collapse_by_enumeration, load_factors_above
 from shakedown.planar.enumeration.intersection import scaled_rows
 
 
@@ -81,14 +82,14 @@ def test_block_9_by_the_tree() -> None:
 def test_streams_above_a_cut() -> None:
     problem = joint(3, 5)
     everything = shakedown.critical_load_factors(problem, values=True).load_factors
-    streamed = np.sort(np.concatenate(list(shakedown.load_factors_above(problem, 1.0))))
+    streamed = np.sort(np.concatenate(list(load_factors_above(problem, 1.0))))
     np.testing.assert_allclose(streamed, everything[everything > 1.0], rtol=1e-12)
 
 
 @pytest.mark.parametrize("n", [2, 5, 9, 13])
 def test_one_pair_family_is_the_first_collapse(n: int) -> None:
     problem = joint(n, n)
-    collapse, lower = shakedown.collapse_by_enumeration(problem), shakedown.lower_bound(problem)
+    collapse, lower = collapse_by_enumeration(problem), shakedown.lower_bound(problem)
     assert collapse.load_factor == pytest.approx(lower.load_factor, rel=1e-11)
     assert collapse.excess <= 1e-12
     np.testing.assert_allclose(collapse.slip, lower.slip, rtol=1e-8, atol=1e-8)

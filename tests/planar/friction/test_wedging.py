@@ -7,6 +7,7 @@ import shakedown
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
 from shakedown.planar.friction.wedging import KNOWN, PROGRAMS
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
 
 
 def sparse_joint(seed: int) -> Problem:
@@ -103,7 +104,7 @@ def test_units_do_not_matter_to_the_last_bit(kind: int, n: int) -> None:
     one = Problem(
         A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.7, q_w=np.zeros((1, n)), p_w=np.ones((1, n))
     )
-    limits, answer = shakedown.friction_thresholds(one), shakedown.unique_in_contact(one)
+    limits, answer = shakedown.friction_thresholds(one), unique_in_contact(one)
     for power in (-301, 30):
         there = in_units(one, 2.0**power, 1.0)
         other = shakedown.friction_thresholds(there)
@@ -112,7 +113,7 @@ def test_units_do_not_matter_to_the_last_bit(kind: int, n: int) -> None:
         assert other.uniqueness == limits.uniqueness
         assert (other.wedging.low, other.wedging.high) == (limits.wedging.low, limits.wedging.high)
         np.testing.assert_array_equal(other.wedging.slip, limits.wedging.slip)
-        assert shakedown.unique_in_contact(there) == answer
+        assert unique_in_contact(there) == answer
 
 
 @pytest.mark.parametrize("size", [1e-100, 1e-90, 1e100])
@@ -127,9 +128,9 @@ def test_extreme_friction_and_no_stiffness_get_an_answer() -> None:
     zero = np.zeros((2, 2))
     nothing = Problem(A=zero, B=zero, C=zero, f=[0.1, 0.2], q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
     assert np.all(np.isinf(shakedown.friction_thresholds(nothing).single_node))
-    assert shakedown.unique_in_contact(nothing).unique is False
+    assert unique_in_contact(nothing).unique is False
     for f in (0.0, 1e12, [1e12, 1e11], [0.0, 1e-12]):
         problem = Problem(A=2 * np.eye(2), B=np.eye(2), f=f, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
         limits = shakedown.friction_thresholds(problem)
         assert limits.single_node.tolist() == [2.0, 2.0]
-        assert shakedown.unique_in_contact(problem).unique is bool(np.max(f) < 2)
+        assert unique_in_contact(problem).unique is bool(np.max(f) < 2)

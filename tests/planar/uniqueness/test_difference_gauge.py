@@ -12,6 +12,7 @@ from benchmarks.collapse_adversary import stiffness
 from benchmarks.problems import in_units
 from benchmarks.universal_adversary import loaded
 from shakedown.planar.collapse.proof_status import complete_argument
+from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.difference_gauge import difference_gauge
 
 
@@ -21,7 +22,7 @@ def beyond_one(seed: int) -> shakedown.Problem:
     for _ in range(200):
         A, B = scaled_to(*stiffness(rng, 4, ("dense", "chain")[seed % 2]), rng.uniform(1.0, 1.03))
         problem = loaded(rng, A, B, "impulses")
-        if shakedown.coupling(problem).bound >= 1.0 and difference_gauge(problem) is not None:
+        if coupling(problem).bound >= 1.0 and difference_gauge(problem) is not None:
             return problem
     raise AssertionError
 

@@ -9,8 +9,10 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, joint
-from shakedown import Problem, unique_in_contact
+from shakedown import Problem
+from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.energy_limit import energy_limit
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
 from shakedown.planar.uniqueness.scaled_stiffness import held, scaled_stiffness
 from shakedown.planar.uniqueness.small_sets import grown_set
@@ -88,7 +90,7 @@ def test_energy_proves_what_dominance_cannot(seed: int) -> None:
     root = rng.normal(size=(60, 60))
     kappa = root @ root.T / 60 + 0.3 * np.eye(60)
     dense = Problem(A=kappa[:30, :30], B=kappa[30:, :30], f=0.1, q_w=np.zeros((1, 30)), p_w=np.ones((1, 30)))
-    assert shakedown.coupling(dense).ratio > 1
+    assert coupling(dense).ratio > 1
     assert unique_in_contact(dense).argument == "every motion stores more energy than friction can feed it"
     lost = first_to_lose(
         scaled_stiffness(dense, dense.f, shakedown.Tolerances()), [MovingSet((i, i + 1)) for i in range(29)]

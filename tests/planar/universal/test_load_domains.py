@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.joint.loading import loading
 from shakedown.planar.collapse.lift_off import lift_off_bound
+from shakedown.planar.universal.swing_bound import swing_bound
 
 
 def corners(seed: int, n: int = 2, m: int = 4) -> shakedown.Problem:
@@ -63,7 +65,7 @@ def test_only_arguments_without_an_order_count(name):
     assert bound.argument in ("Melan", "swing", "none")
     assert (bound.argument == "Melan") == (not problem.B.any())
     assert shakedown.box_bound(problem).limited_by == "load domain"
-    swing = shakedown.swing_bound(problem).load_factor
+    swing = swing_bound(problem).load_factor
     if bound.argument == "swing":
         assert bound.load_factor == min(swing, lower.load_factor, bound.lift_off_bound)
     loop = shakedown.example(name)
@@ -79,7 +81,7 @@ def test_what_is_proved_of_a_domain_holds_on_random_paths_inside_it():
         bound = shakedown.universal_bound(problem).load_factor
         if not bound > 0:
             continue
-        rng, loop = np.random.default_rng(seed), shakedown.loading(problem)
+        rng, loop = np.random.default_rng(seed), loading(problem)
         for _ in range(4):
             share = rng.dirichlet(np.full(4, 0.3), size=7)
             path = replace(problem, q_w=share @ problem.q_w, p_w=share @ problem.p_w,

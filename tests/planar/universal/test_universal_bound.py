@@ -8,6 +8,8 @@ from scipy.optimize import linprog
 
 import shakedown
 from benchmarks.problems import in_units, joint, random_problem
+from shakedown.joint.loading import loading
+from shakedown.planar.universal.swing_bound import swing_bound
 
 SWING = [
     ("one-node", None, 0.9305240),
@@ -28,7 +30,7 @@ def built_in(name: str, f: float | None = None) -> shakedown.Problem:
 
 def rows_of(problem: shakedown.Problem):
     """Rows and loads written out again from the friction law, for a second road."""
-    loop, f = shakedown.loading(problem), problem.f
+    loop, f = loading(problem), problem.f
     G = np.vstack([problem.A - f[:, None] * problem.B, -problem.A - f[:, None] * problem.B])
     g = np.concatenate([f * loop.p0 - loop.q0, f * loop.p0 + loop.q0])
     S = np.vstack([(loop.q1 - f * loop.p1).T, (-loop.q1 - f * loop.p1).T])
@@ -56,7 +58,7 @@ def greatest(problem, load_factor, direction, active, box=None, nested=True):
 
 @pytest.mark.parametrize(("name", "f", "expected"), SWING)
 def test_swing_bound_of_built_in_joints(name, f, expected):
-    swing = shakedown.swing_bound(built_in(name, f))
+    swing = swing_bound(built_in(name, f))
     assert swing.load_factor == pytest.approx(expected, abs=6e-8)
     assert swing.certified == (name != "block-33")
 
@@ -64,7 +66,7 @@ def test_swing_bound_of_built_in_joints(name, f, expected):
 @pytest.mark.parametrize("seed", range(4))
 def test_swing_bound_by_a_second_road(seed):
     problem = joint(seed, n=3, m=5)
-    swing = shakedown.swing_bound(problem, certify=False).load_factor
+    swing = swing_bound(problem, certify=False).load_factor
     for share, apart in ((1 - 1e-6, True), (1 + 1e-6, False)):
         gaps = []
         for i in range(problem.n):
@@ -76,7 +78,7 @@ def test_swing_bound_by_a_second_road(seed):
 
 def test_multipliers_prove_the_swing_bound():
     problem = built_in("block-9", 0.2)
-    swing = shakedown.swing_bound(problem)
+    swing = swing_bound(problem)
     y, states = swing.multipliers, rows_of(problem)[0]
     G = np.stack([states[:9], states[9:]], axis=1).reshape(18, 9)
     size = np.abs(problem.A).max()
@@ -105,7 +107,7 @@ def test_without_coupling_swing_and_melan_agree(n, floating):
         A=A, B=np.zeros((n, n)), f=0.5, q_w=rng.normal(size=(6, n)), p_w=4 + rng.normal(size=(6, n))
     )
     upper = shakedown.upper_bound(problem).load_factor
-    assert shakedown.swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-9)
+    assert swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-9)
     bound = shakedown.universal_bound(problem)
     assert (bound.argument, bound.limited_by) == ("Melan", "first collapse")
     assert bound.load_factor == pytest.approx(upper, rel=1e-12)
@@ -116,7 +118,7 @@ def test_rigid_motion_limits_a_floating_body():
     A = np.array([[1.0, -1.0], [-1.0, 1.0]])
     q = 0.8 + np.array([[1.0, 1.0], [-1.0, -1.0]])
     problem = shakedown.Problem(A=A, B=np.zeros((2, 2)), f=[0.5, 0.25], q_w=q, p_w=np.full((2, 2), 4.0))
-    swing = shakedown.swing_bound(problem)
+    swing = swing_bound(problem)
     assert swing.load_factor == pytest.approx(0.7)
     assert swing.node == -1
 
@@ -152,7 +154,7 @@ def test_nodes_may_be_renumbered():
         q_w=problem.q_w[:, order],
         p_w=problem.p_w[:, order],
     )
-    here, there = shakedown.swing_bound(problem), shakedown.swing_bound(other)
+    here, there = swing_bound(problem), swing_bound(other)
     assert there.load_factor == pytest.approx(here.load_factor, rel=1e-12)
     assert order[there.node] == here.node
 
@@ -292,7 +294,7 @@ def hard_joints():
     ("name", "problem"), list(hard_joints()), ids=lambda x: x if isinstance(x, str) else ""
 )
 def test_swing_bound_and_its_slips_in_hard_joints(name, problem):
-    swing, expected = shakedown.swing_bound(problem), first_swing(problem)
+    swing, expected = swing_bound(problem), first_swing(problem)
     if swing.node < 0:
         assert swing.load_factor <= expected * (1 + 1e-9)
         assert np.all(np.isnan([swing.forward_slip, swing.backward_slip]))
@@ -310,7 +312,7 @@ def test_swing_bound_and_its_slips_in_hard_joints(name, problem):
 
 def test_what_the_multipliers_do_not_prove_is_not_certified():
     for name, expected in (("one-node-cyclic", 1 / 11), ("one-node-separation", 1 / 3)):
-        swing = shakedown.swing_bound(shakedown.example(name), certify=True)
+        swing = swing_bound(shakedown.example(name), certify=True)
         assert swing.load_factor == pytest.approx(expected, rel=1e-12)
         assert not swing.certified
 
@@ -319,7 +321,7 @@ def test_melan_where_the_given_mean_lies_outside_the_loop():
     """The mean load is no load of the loop then: the hull of the load steps alone is what counts."""
     slip = {"A": [[1.0]], "B": [[0.0]], "f": 0.5}
     one = shakedown.Problem(**slip, q_w=[[1.0], [2.0]], p_w=[[4.0], [4.0]], q_mean=[0.0], p_mean=[4.0])
-    assert shakedown.swing_bound(one).load_factor == pytest.approx(4.0, rel=1e-12)
+    assert swing_bound(one).load_factor == pytest.approx(4.0, rel=1e-12)
     for seed in range(12):
         rng, n = np.random.default_rng(seed), 1 + seed % 4
         root = rng.normal(size=(n, n))
@@ -338,7 +340,7 @@ def test_melan_where_the_given_mean_lies_outside_the_loop():
             p_mean=np.full(n, 4.0),
         )
         upper = shakedown.upper_bound(problem).load_factor
-        assert shakedown.swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-8)
+        assert swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-8)
 
 
 def test_means_of_their_own_keep_the_swing_bound_a_bound():
@@ -350,7 +352,7 @@ def test_means_of_their_own_keep_the_swing_bound_a_bound():
             base, q_mean=base.q_w.mean(axis=0) + 0.3 * rng.normal(size=3), p_mean=base.p_w.mean(axis=0)
         )
         bound = shakedown.universal_bound(problem).load_factor
-        swing = shakedown.swing_bound(problem, certify=False).load_factor
+        swing = swing_bound(problem, certify=False).load_factor
         for i in range(3):
             forward = greatest(problem, 0.999 * swing, problem.A[i], 3 + i, nested=False)
             backward = greatest(problem, 0.999 * swing, -problem.A[i], i, nested=False)

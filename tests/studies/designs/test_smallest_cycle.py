@@ -10,7 +10,9 @@ from benchmarks.adversary import difficult_joint
 from benchmarks.problems import in_units, random_problem
 from shakedown import fem
 from shakedown.ground.errors import UsageError
-from shakedown.joint.constraints import step_loads
+from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.loading import loading
+from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.studies.designs import smallest_cycle as search
 from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
 
@@ -60,8 +62,8 @@ def test_the_end_of_a_pattern_is_no_higher_than_its_cycle_and_satisfies_every_ro
         pattern = cycle_pattern(problem, state)
         least = pattern.least()
         assert 0.0 <= least.load_factor <= load_factor * (1 + 1e-9)
-        rows = shakedown.constraints(problem)
-        loop = shakedown.loading(problem)
+        rows = constraints(problem)
+        loop = loading(problem)
         first = np.stack([loop.q1[0] - problem.f * loop.p1[0], -loop.q1[0] - problem.f * loop.p1[0]], axis=1)
         excess = rows.G @ least.slip + least.load_factor * first.ravel() - rows.g
         assert excess.max() <= 1e-9 * np.abs(rows.g).max()
@@ -84,7 +86,7 @@ def test_between_its_end_and_the_cycle_found_a_pattern_cycles_all_the_way(cycles
 def test_a_cycle_of_one_node_ends_where_the_bound_for_one_node_says():
     state = shakedown.long_term_state(THREE, 2.6, THREE.initial_slip[0])
     least = cycle_pattern(THREE, state).least()
-    assert least.load_factor == pytest.approx(shakedown.single_node_cycle(THREE).load_factor, rel=1e-12)
+    assert least.load_factor == pytest.approx(single_node_cycle(THREE).load_factor, rel=1e-12)
 
 
 def test_the_counter_example_is_found_and_said():
@@ -141,7 +143,7 @@ def test_separation_found_on_the_way_is_followed_down_and_does_not_know_the_unit
     state = shakedown.long_term_state(joint, one.separation_load_factor, one.separation_slip)
     assert state.outcome == "separation"
     assert scaled.separation_load_factor == pytest.approx(one.separation_load_factor, rel=1e-9)
-    rows, load = shakedown.constraints(joint), step_loads(joint)[0]
+    rows, load = constraints(joint), step_loads(joint)[0]
     excess = rows.G @ one.separation_slip + one.separation_load_factor * load - rows.g
     assert excess.max() <= 1e-9 * np.abs(rows.g).max()
 

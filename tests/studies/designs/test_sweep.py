@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import Region, Status
+from shakedown import Status
 from shakedown.campaign.journal import Journal
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.importing.templates import write_import_example
 from shakedown.studies.designs.design_point import Limit, _contradictions, _Known
+from shakedown.studies.designs.diagram import Region
+from shakedown.studies.designs.parameters import with_parameter
 
 TWO = shakedown.example("two-node")
 FRICTIONS = [0.1, 0.35, 0.6]
@@ -20,11 +23,11 @@ FRICTIONS = [0.1, 0.35, 0.6]
 
 def of_mean(mean):
     """A joint that can be imported by worker processes."""
-    return shakedown.with_parameter(TWO, "mean", mean)
+    return with_parameter(TWO, "mean", mean)
 
 
 def of_load(f, amplitude):
-    return shakedown.with_parameter(shakedown.with_parameter(TWO, "f", f), "amplitude", amplitude)
+    return with_parameter(with_parameter(TWO, "f", f), "amplitude", amplitude)
 
 
 @pytest.fixture(scope="module")
@@ -272,7 +275,7 @@ def test_a_state_of_the_wrong_length_is_said_at_every_point():
 
 
 def test_an_imported_joint_is_swept_over_numbers_of_its_configuration(tmp_path):
-    shakedown.write_import_example(tmp_path / "punch")
+    write_import_example(tmp_path / "punch")
     made = shakedown.import_model(tmp_path / "punch" / "import.toml")
     force, harmonic = "load.2.forces.1.3", "load.3.history.harmonics.1.cos"
     vary = {force: [5.0, 10.0], harmonic: [0.5, 1.0]}

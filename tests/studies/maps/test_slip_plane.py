@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
+from shakedown.motion.contact_law import reactions
 from shakedown.studies.maps.samplers import sampling
 from shakedown.studies.maps.slip_plane import admissible, first_room, slip_plane
 
@@ -18,7 +21,7 @@ def test_the_type_of_the_regions_changes_at_both_bounds(load_factor, kind):
 
 
 def test_the_complementary_region_and_the_safe_region_meet_at_the_apex():
-    plane, rows = slip_plane(sampling(JOINT, 0.7)), shakedown.constraints(JOINT)
+    plane, rows = slip_plane(sampling(JOINT, 0.7)), constraints(JOINT)
     beyond, apex = plane.complementary[1], plane.apexes[1]
     assert len(plane.safe) == len(beyond) == 3
     assert not len(plane.complementary[0])
@@ -47,8 +50,8 @@ def test_admissible_slips_stay_where_they_are_under_the_first_load():
     slips = generator.uniform(-3, 3, (200, 2))
     inside = admissible(JOINT, 0.7, slips)
     polygon = slip_plane(sampling(JOINT, 0.7)).admissible
-    loop = shakedown.loading(JOINT).at(0.7)
-    q, p = shakedown.reactions(JOINT, loop[0][0], loop[1][0], slips, np.zeros_like(slips))
+    loop = loading(JOINT).at(0.7)
+    q, p = reactions(JOINT, loop[0][0], loop[1][0], slips, np.zeros_like(slips))
     np.testing.assert_array_equal(inside, (np.abs(q) <= JOINT.f * p).all(axis=1))
     middle = polygon.mean(axis=0)
     assert admissible(JOINT, 0.7, middle + 0.999 * (polygon - middle)).all()

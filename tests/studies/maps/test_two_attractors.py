@@ -5,6 +5,7 @@ import pytest
 
 import shakedown
 from shakedown.motion.integrator import Evolution
+from shakedown.planar.uniqueness.in_contact import unique_in_contact
 
 JOINT = shakedown.example("two-attractors")
 DISSIPATIONS = (1.876905, 2.135192)
@@ -60,5 +61,5 @@ def test_a_disturbance_shrinks_by_the_largest_multiplier(found, which):
 
 
 def test_the_rates_are_unique():
-    assert shakedown.unique_in_contact(JOINT).unique
+    assert unique_in_contact(JOINT).unique
     assert shakedown.friction_thresholds(JOINT).uniqueness.low > JOINT.f.max()
