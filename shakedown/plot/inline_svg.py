@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 from xml.etree import ElementTree
 
-import matplotlib.style
+import matplotlib
 import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import AutoLocator, MaxNLocator
 
 from shakedown.ground.visible_text import visible
 
@@ -22,13 +23,14 @@ POINTS = 72  # of an inch: then a place on the figure is a place in the picture
 SHARP = 150  # dots per inch of what is drawn as an image
 ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a third decimal
 MOST_MARKERS = 700  # of one picture; with more of them lines carry none
+MOST_TICKS = 5  # of an axis, less one
 REACH = "4"  # about a marker, in points, within which its values are told
 PANEL = (4.6, 3.5)  # inches
 MARGINS = (0.72, 0.52, 0.18, 0.26)  # inches left, below, right and above the axes
 
 # What a page in the dark draws in another colour; the names are those of the page's style.
 COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans", "sans-serif"],
     "font.size": 9,
@@ -84,7 +86,7 @@ def panel(
     """
     svgs = []
     for draw in draws:
-        with matplotlib.style.context(STYLE):
+        with matplotlib.rc_context(STYLE):
             figure = Figure(figsize=size, dpi=SHARP)
             axes = figure.subplots()
             left, bottom, right, top = MARGINS
@@ -92,8 +94,16 @@ def panel(
                 left / size[0], (bottom + below) / size[1], 1 - right / size[0], 1 - top / size[1]
             )
             draw(ax=axes)
+            _few_ticks(axes)
             svgs.append(inline(figure, alt if len(draws) == 1 else f"{alt}: {axes.get_ylabel()}"))
     return Panel(name, tuple(svgs))
+
+
+def _few_ticks(axes: Axes) -> None:
+    """Ticks that a narrow screen has room for; each takes a millisecond to draw."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(axis.get_major_locator(), AutoLocator):
+            axis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
 
 
 def inline(figure: Figure, alt: str) -> Markup:
@@ -111,7 +121,7 @@ def inline(figure: Figure, alt: str) -> Markup:
     for paper in (figure.patch, *(axes.patch for axes in figure.axes)):  # that of the page is the picture's
         paper.set_alpha(0.0)
     buffer = io.BytesIO()
-    with matplotlib.style.context(STYLE | {"svg.hashsalt": alt}):
+    with matplotlib.rc_context(STYLE | {"svg.hashsalt": alt}):
         FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})  # draws once, savefig twice
     root = ElementTree.fromstring(buffer.getvalue())
     _without_metadata(root)

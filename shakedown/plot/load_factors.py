@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
@@ -15,7 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
-from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, style_of
+from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, power_of_ten, style_of
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
@@ -120,6 +120,7 @@ def guarantee(
     positive = curve.radii[curve.radii > 0]
     if len(positive):
         axes.set_xscale("symlog", linthresh=float(positive.min()), linscale=0.5)
+        axes.xaxis.set_major_formatter(power_of_ten)
     axes.set(xlabel="radius R, in multiples of max |safe slip|", ylabel="load factor λ")
     axes.set_xlim(left=0.0)
     axes.grid(alpha=0.3)
@@ -230,6 +231,9 @@ def slip_per_cycle(
     axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylabel(with_unit("slip per cycle, largest node", units_of(problem)[1]))
     axes.set_ylim(bottom=floor / 30)
+    for axis in (axes.xaxis, axes.yaxis) if longest > MANY_CYCLES else (axes.yaxis,):
+        axis.set_major_formatter(power_of_ten)
+        axis.set_minor_locator(NullLocator())
     if longest <= MANY_CYCLES:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(alpha=0.3)

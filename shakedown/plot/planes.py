@@ -107,14 +107,26 @@ def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:
 
 def _draw_path(axes: Axes, path: EventHistory, style: Style) -> None:
     """The path, a circle at its start and a square at its end."""
-    opened = (path.state == 2).any(axis=1)
     line = {"lw": 1.5, "zorder": 3} | dict(style) | {"label": "_nolegend_"}
-    for k in np.flatnonzero((np.diff(path.v, axis=0) != 0).any(axis=1)):
-        interrupted = path.kind[k + 1] == EventKind.JUMPS or opened[k]
-        axes.plot(*path.v[k : k + 2].T, **(line | {"ls": ":"} if interrupted else line))
+    moves = (np.diff(path.v, axis=0) != 0).any(axis=1)
+    interrupted = (path.kind[1:] == EventKind.JUMPS) | (path.state[:-1] == 2).any(axis=1)
+    axes.plot(*_joined(path.v, moves & ~interrupted).T, **line)
+    if (moves & interrupted).any():
+        axes.plot(*_joined(path.v, moves & interrupted).T, **(line | {"ls": ":"}))
     end = {"color": style["color"], "ls": "none", "ms": 5, "zorder": 4}
     axes.plot(*path.v[0], "o", mfc="white", label="_nolegend_", **end)
     axes.plot(*path.v[-1], "s", label=style["label"], **end)
+
+
+def _joined(points: FloatArray, drawn: NDArray[np.bool_]) -> FloatArray:
+    """Corners of one line through the segments between the points that are drawn, NaN where it breaks off."""
+    segments = np.flatnonzero(drawn)
+    runs = np.split(
+        segments, np.flatnonzero((points[segments[1:]] != points[segments[:-1] + 1]).any(axis=1)) + 1
+    )
+    gap = np.full((1, 2), np.nan)
+    parts = [part for run in runs if len(run) for part in (points[run[:1]], points[run + 1], gap)]
+    return np.vstack(parts[:-1]) if parts else gap
 
 
 def draw_rows(

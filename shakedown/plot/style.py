@@ -1,6 +1,7 @@
 """What all pictures share: axes, colours, units, the recorded path of a result, node positions."""
 
 import io
+import math
 import os
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
@@ -37,6 +38,8 @@ LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 Style = Mapping[str, Any]  # keywords of Axes.plot
 
 
@@ -51,6 +54,22 @@ class Recorded(Protocol):
 def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
     """The axes given, or those of a new figure."""
     return Figure(figsize=size, layout="constrained").subplots() if ax is None else ax
+
+
+def power_of_ten(value: float, _: object = None) -> str:
+    """A tick of a logarithmic axis as text, 10⁻³: matplotlib would set a formula, at many times the cost.
+
+    Examples
+    --------
+    >>> power_of_ten(1e-12), power_of_ten(0.0), power_of_ten(20.0)
+    ('10⁻¹²', '0', '20')
+    """
+    if value == 0.0:
+        return "0"
+    exponent = round(math.log10(abs(value)))
+    if not math.isclose(abs(value), 10.0**exponent, rel_tol=1e-9):
+        return f"{value:g}"
+    return f"{'−' if value < 0 else ''}10{str(exponent).translate(SUPERSCRIPTS)}"
 
 
 @checked
