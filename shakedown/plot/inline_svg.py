@@ -2,9 +2,9 @@
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 from xml.etree import ElementTree
 
 import matplotlib
@@ -13,8 +13,10 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.ticker import AutoLocator, MaxNLocator
+from matplotlib.transforms import Bbox
 
 from shakedown.ground.visible_text import visible
 
@@ -25,8 +27,11 @@ ROUNDED = {"d", "x", "y", "transform"}  # attributes in which nobody sees a thir
 MOST_MARKERS = 700  # of one picture; with more of them lines carry none
 MOST_TICKS = 5  # of an axis, less one
 REACH = "4"  # about a marker, in points, within which its values are told
-PANEL = (4.6, 3.5)  # inches
-MARGINS = (0.72, 0.52, 0.18, 0.26)  # inches left, below, right and above the axes
+PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two side by side fill a page, or three
+MARGINS = (0.72, 0.52, 0.22, 0.26)  # inches left, below, right and above the axes
+EDGE = 3.0  # points kept free about what reaches beyond the figure
+LETTER, SAMPLE = 4.3, 44.0  # widths in a legend, in points: of a letter, of the line before a name
+LEGEND, LINE = 0.46, 0.17  # inches from the axes down to their legend; height of one line of it
 
 # What a page in the dark draws in another colour; the names are those of the page's style.
 COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
@@ -41,19 +46,19 @@ STYLE: Any = {
 
 @dataclass(frozen=True)
 class Panel:
-    """One picture, or some that belong together, and its name among others."""
+    """One picture, and its name among others."""
 
     name: str
-    svgs: tuple[Markup, ...]
+    svg: Markup
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Panels side by side, or of which the reader chooses one, under one caption."""
+    """Panels side by side under one caption, and their common legend."""
 
     caption: str
     panels: tuple[Panel, ...]
-    choose: bool = False
+    legend: Markup | None = None
 
 
 class Draws(Protocol):
@@ -62,48 +67,126 @@ class Draws(Protocol):
     def __call__(self, *, ax: Axes) -> object: ...
 
 
-def panel(
-    alt: str,
-    *draws: Draws,
-    name: str = "",
-    size: tuple[float, float] = PANEL,
-    below: float = 0.0,
-) -> Panel:
-    """One picture for each function that draws.
+class Drawing(NamedTuple):
+    """What is to be drawn on one panel.
 
-    Parameters
+    Attributes
     ----------
     alt
         What is to be seen, for those who do not see it.
-    draws
-        What draws on the axes of each.
+    draw
+        What draws it.
     name
-        What they are called among other panels.
+        What it is called among other panels.
     size
-        Of each picture [inch].
-    below
-        Room for a legend below the axes [inch].
+        Of the picture [inch]; by default one of which two, or three, side by side fill a page.
     """
-    svgs = []
-    for draw in draws:
-        with matplotlib.rc_context(STYLE):
-            figure = Figure(figsize=size, dpi=SHARP)
-            axes = figure.subplots()
-            left, bottom, right, top = MARGINS
-            figure.subplots_adjust(
-                left / size[0], (bottom + below) / size[1], 1 - right / size[0], 1 - top / size[1]
-            )
-            draw(ax=axes)
-            _few_ticks(axes)
-            svgs.append(inline(figure, alt if len(draws) == 1 else f"{alt}: {axes.get_ylabel()}"))
-    return Panel(name, tuple(svgs))
+
+    alt: str
+    draw: Draws
+    name: str = ""
+    size: tuple[float, float] | None = None
 
 
-def _few_ticks(axes: Axes) -> None:
-    """Ticks that a narrow screen has room for; each takes a millisecond to draw."""
-    for axis in (axes.xaxis, axes.yaxis):
+def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool = False) -> Picture:
+    """Panels side by side under one caption.
+
+    Parameters
+    ----------
+    caption
+        What they show.
+    drawings
+        What is drawn on each.
+    alike
+        So many of the first ones have the same limits of their axes.
+    one_legend
+        Whether all panels have one legend, above them.
+    """
+    with matplotlib.rc_context(STYLE):
+        size = SMALL if len(drawings) % 3 == 0 else PANEL
+        sizes = [drawing.size or size for drawing in drawings]
+        figures = [Figure(figsize=size, dpi=SHARP) for size in sizes]
+        axes = [_drawn(*each) for each in zip(figures, sizes, drawings, strict=True)]
+        _share_limits(axes[:alike])
+        legend = _common_legend(axes) if one_legend else None
+        for each in zip(figures, axes, sizes, strict=True):
+            _legend_below(*each)
+        panels = [
+            Panel(drawing.name, inline(figure, drawing.alt))
+            for figure, drawing in zip(figures, drawings, strict=True)
+        ]
+    return Picture(caption, tuple(panels), legend)
+
+
+def _drawn(figure: Figure, size: tuple[float, float], drawing: Drawing) -> Axes:
+    axes = figure.add_axes(_place(size))
+    drawing.draw(ax=axes)
+    for axis in (axes.xaxis, axes.yaxis):  # each tick takes a millisecond to draw
         if isinstance(axis.get_major_locator(), AutoLocator):
             axis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
+    return axes
+
+
+def _place(size: tuple[float, float], below: float = 0.0) -> tuple[float, float, float, float]:
+    """Where the axes are in a figure that has been made so much taller below, in shares of its size."""
+    (width, height), (left, bottom, right, top) = size, MARGINS
+    tall = height + below
+    return left / width, (bottom + below) / tall, 1 - (left + right) / width, (height - bottom - top) / tall
+
+
+def _share_limits(alike: Sequence[Axes]) -> None:
+    """The same ends of the axes in all of them, where the scale is one."""
+    for name in "xy":
+        axis = [axes.xaxis if name == "x" else axes.yaxis for axes in alike]
+        if len({one.get_scale() for one in axis}) == 1:
+            ends = [one.get_view_interval() for one in axis]
+            for axes in alike:
+                axes.set(**{f"{name}lim": (np.min(ends), np.max(ends))})
+
+
+def _common_legend(axes: Sequence[Axes]) -> Markup | None:
+    """The legend of all of them, a picture of its own, in place of theirs."""
+    legends = [legend for each in axes if (legend := each.get_legend()) is not None]
+    entries: dict[str, Any] = {}
+    for legend in legends:
+        entries = _entries(legend) | entries
+    for legend in legends:
+        legend.remove()
+    if not entries:
+        return None
+    figure = Figure(figsize=PANEL, dpi=SHARP)
+    figure.legend(
+        list(entries.values()), list(entries), ncols=_columns(entries, POINTS * PANEL[0]), loc="upper left",
+        fontsize="small", frameon=False,
+    )  # fmt: skip
+    return inline(figure, f"Legend of the pictures below: {', '.join(entries)}")
+
+
+def _legend_below(figure: Figure, axes: Axes, size: tuple[float, float]) -> None:
+    """Move the legend where it hides nothing, and make room for it."""
+    legend = axes.get_legend()
+    if legend is None:
+        return
+    (width, height), entries, title = size, _entries(legend), legend.get_title().get_text()
+    columns = _columns(entries, POINTS * (width - MARGINS[0] + MARGINS[2]))
+    below = LINE * (-(-len(entries) // columns) + bool(title))
+    figure.set_size_inches(width, height + below)
+    axes.set_position(_place(size, below))
+    axes.legend(
+        list(entries.values()), list(entries), ncols=columns, loc="upper center", borderaxespad=0.0,
+        bbox_to_anchor=(0.5, -LEGEND / (height - MARGINS[1] - MARGINS[3])), fontsize="small", frameon=False,
+        title=title or None, title_fontsize="small",
+    )  # fmt: skip
+
+
+def _entries(legend: Legend) -> dict[str, Any]:
+    """What a legend names, each name once."""
+    return {text.get_text(): line for text, line in zip(legend.texts, legend.legend_handles, strict=True)}
+
+
+def _columns(names: Iterable[str], width: float) -> int:
+    """How many entries of a legend stand side by side within a width [points]."""
+    return max(1, min(int(width / (SAMPLE + LETTER * max(map(len, names)))), len(list(names))))
 
 
 def inline(figure: Figure, alt: str) -> Markup:
@@ -136,8 +219,22 @@ def inline(figure: Figure, alt: str) -> Markup:
         for key in ROUNDED.intersection(element.keys()):
             element.set(key, re.sub(r"(\.\d\d)\d+", r"\1", element.attrib[key]))
     body = "".join(ElementTree.tostring(child, encoding="unicode") for child in root)
-    head = f'<svg role="img" aria-label="{Markup.escape(visible(alt))}" viewBox="{root.get("viewBox")}">'
+    head = f'<svg role="img" aria-label="{Markup.escape(visible(alt))}" {_size(figure, height)}>'
     return Markup(head + _themed(_plain(body)) + "</svg>")
+
+
+def _size(figure: Figure, height: float) -> str:
+    """What is to be seen: the figure, with labels and legends that reach beyond it; or a legend alone."""
+    beyond: list[Any] = [
+        legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend
+    ]
+    for axes in figure.axes:
+        beyond += [text for text in (axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text()]
+    boxes = [part.get_window_extent().padded(EDGE) for part in beyond]
+    box = Bbox.union(boxes if figure.legends else [figure.bbox, *boxes])
+    left, top = np.floor([box.x0, height - box.y1])
+    width, tall = np.ceil([box.x1, height - box.y0]) - (left, top)
+    return f'viewBox="{left:g} {top:g} {width:g} {tall:g}" style="--wide: {width:g}"'
 
 
 def _marked(figure: Figure) -> dict[str, Line2D]:

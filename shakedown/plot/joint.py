@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.ticker import MaxNLocator
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
@@ -72,7 +73,13 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     unit = units_of(problem)[1] if problem.x is not None or problem.coordinates is not None else ""
-    axes.set(xlabel=with_unit(label[0], unit), ylabel=with_unit(label[1], unit) if label[1] else "")
+    axes.set_xlabel(with_unit(label[0], unit))
+    if label[1]:
+        axes.set_ylabel(with_unit(label[1], unit))
+    else:  # side by side: heights mean nothing
+        axes.set_yticks([])
+    if label[0] == "node":
+        axes.xaxis.set_major_locator(MaxNLocator(min(problem.n, 9), integer=True, min_n_ticks=1))
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes

@@ -136,18 +136,24 @@ def _checked(nodes: Iterable[int], n: int) -> list[int]:
 
 
 @checked
-def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
-    """The loading of one node: welded reactions (q_w, p_w) over a period, with the friction cone.
+def load_loop(
+    problem: Problem,
+    nodes: int | Iterable[int] = 0,
+    *,
+    load_factor: float = 1.0,
+    ax: Axes | None = None,
+) -> Axes:
+    """The loading of nodes: welded reactions (q_w, p_w) over a period, with the friction cone.
 
-    While the loop stays inside the cone |q_w| ≤ f p_w a joint without locked-in slip
+    While the loop of a node stays inside the cone |q_w| ≤ f p_w a joint without locked-in slip
     does not slip at this node (as long as no other one does).
 
     Parameters
     ----------
     problem
         The joint and its loading.
-    node
-        Which node.
+    nodes
+        Which one, or which ones.
     load_factor
         λ, the factor on the periodic part.
     ax
@@ -160,21 +166,21 @@ def load_loop(problem: Problem, node: int = 0, *, load_factor: float = 1.0, ax: 
     >>> plot.load_loop(shakedown.example("two-node"), 1).get_xlabel()
     'welded reaction q_w'
     """
-    (node,) = _checked([node], problem.n)
-    q, p = (part[:, node] for part in loading(problem).at(load_factor))
+    chosen = _checked(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
     force, _ = units_of(problem)
     axes = axes_for(ax)
-    axes.plot(np.append(q, q[0]), np.append(p, p[0]), ".-", color=LINES[0], lw=1.3, ms=4, label="loading")
-    axes.plot(q[0], p[0], "o", mfc="white", color=LINES[0], label="first load step")
+    q, p = (np.vstack([part, part[:1]])[:, chosen] for part in loading(problem).at(load_factor))
     top = 1.1 * max(float(p.max()), 0.0)
-    f = float(problem.f[node])
-    for side in (-1, 1):
-        axes.plot(
-            [0.0, side * f * top], [0.0, top], color=GREY, lw=1, label="friction limit" if side > 0 else None
-        )
+    for k, f in enumerate(sorted({float(problem.f[node]) for node in chosen})):
+        label = "friction limit" if k == 0 else "_nolegend_"
+        axes.plot([-f * top, 0.0, f * top], [top, 0.0, top], color=GREY, lw=1, label=label)
+    for colour, node, x, y in zip(LINES * len(chosen), chosen, q.T, p.T, strict=False):
+        axes.plot(x, y, ".-", color=colour, lw=1.3, ms=4, label=node_name(node, problem))
+        axes.plot(x[0], y[0], "o", mfc="white", color=colour, label="_nolegend_")
+    axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
     axes.axhline(0.0, color=GREY, lw=0.6)
     axes.set(xlabel=with_unit("welded reaction q_w", force), ylabel=with_unit("welded reaction p_w", force))
-    axes.set_title(f"{node_name(node, problem)}, λ = {load_factor:g}", fontsize="medium")
+    axes.set_title(f"λ = {load_factor:g}", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes

@@ -1,10 +1,10 @@
 """Pictures of the state of the joint: loops, pressures, zones, slips."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from shakedown import plot
 from shakedown.ground.status import Outcome
@@ -13,7 +13,7 @@ from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
-from shakedown.plot.inline_svg import Panel, Picture, panel
+from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.loops import friction_work
 from shakedown.plot.style import node_name
 from shakedown.verification.verify import Verification
@@ -67,17 +67,16 @@ def state_pictures(v: Verification) -> list[Picture]:
     problem, given, cycling = v.problem, as_given_state(v), cycling_state(v)
     elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
     pictures = [] if cycling is None else [_loops(cycling, problem)]
-    if given is not None:
-        if problem.n > FEW:
-            pictures.append(_along(given, problem))
-        elif cycling is None or elsewhere:
-            pictures.append(_reactions(given, problem))
-        pictures.append(_zones(v, given, problem))
-    if cycling is not None:
-        if elsewhere:
-            pictures.append(_zones_of(cycling, problem))
-        if problem.n > FEW:
-            pictures.append(_slips(cycling, problem))
+    if given is not None and problem.n > FEW:
+        pictures.append(_along(given, problem))
+    elif given is not None and (cycling is None or elsewhere):
+        pictures.append(_reactions(given, problem))
+    shown = [] if given is None else [given]
+    shown += [cycling] if cycling is not None and elsewhere else []
+    if shown:
+        pictures.append(_zones(v, shown, problem))
+    if cycling is not None and problem.n > FEW:
+        pictures.append(_slips(cycling, problem))
     return pictures
 
 
@@ -94,91 +93,90 @@ def no_pictures(v: Verification) -> str:
 
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
     state = pictured.state
-    work = friction_work(state.history)
-    worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > 0]
-    unit = work_unit(*units_of(problem))
-    panels = tuple(_loop(state.history, problem, node, float(work[node]), unit) for node in worst or [0])
-    total = f"{state.dissipation_per_cycle:.4g} {unit}".rstrip()
+    path, work = state.history, friction_work(state.history)
+    worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > 0] or [0]
+    names = [node_name(node, problem) for node in worst]
+    total = f"{state.dissipation_per_cycle:.4g} {work_unit(*units_of(problem))}".rstrip()
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
         f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is what "
-        f"friction takes at the node in one period ({per}); the joint takes {total} per cycle. Beside it the "
-        "tangential reaction between its limits."
+        f"friction takes at the node in one period ({per}); the joint takes {total} per cycle. Beside them "
+        f"the tangential reaction of {names[0]} between its limits."
     )
-    return Picture(caption, panels, choose=len(panels) > 1)
-
-
-def _loop(path: EventHistory, problem: Problem, node: int, work: float, unit: str) -> Panel:
-    name = node_name(node, problem)
-    return panel(
-        f"Hysteresis loop of {name}: tangential reaction against slip; {work:.4g} {unit} per period".strip(),
-        partial(plot.hysteresis, path, problem, nodes=[node]),
-        partial(plot.reactions_in_time, path, problem, node),
-        name=name,
+    return picture(
+        caption,
+        Drawing(
+            f"Hysteresis loops of {', '.join(names)}: tangential reaction against slip",
+            partial(plot.hysteresis, path, problem, nodes=worst),
+        ),
+        Drawing(
+            f"Tangential reaction of {names[0]} over time, between its friction limits",
+            partial(plot.reactions_in_time, path, problem, worst[0]),
+        ),
     )
 
 
 def _along(pictured: Pictured, problem: Problem) -> Picture:
-    """Pressure and use of friction at instants of the period, the same axes for all of them."""
+    """Pressure and use of friction at instants of the period."""
     path = pictured.state.history
     times = path.cycle[0] + np.arange(INSTANTS) / INSTANTS * (path.cycle[-1] - path.cycle[0])
-    states = [path.at(np.array([time])) for time in times]
-    highest = max(_highest(plot.pressure(at, problem)) for at in states)
-    panels = []
-    for time, at in zip(times, states, strict=True):
-
-        def pressure(*, ax: Axes, at: EventHistory = at) -> None:
-            plot.pressure(at, problem, ax=ax).set_ylim(-0.04 * highest, 1.08 * highest)
-
-        panels.append(
-            panel(
-                f"Normal reaction and use of friction along the contact at t = {time:.4g} cycles",
-                pressure,
-                partial(plot.friction_use, at, problem),
-                name=f"t = {time:.4g}",
-            )
-        )
+    at = path.at(times)
     caption = (
         f"Normal reactions and use of friction along the contact, {pictured.which}, at instants of the "
         "period (t in cycles). At ±1 a node slips or is about to; open nodes use none and are left out."
     )
-    return Picture(caption, tuple(panels), choose=True)
-
-
-def _highest(axes: Axes) -> float:
-    values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()])
-    return float(np.nanmax(values, initial=0.0)) or 1.0
+    return picture(
+        caption,
+        Drawing(
+            "Normal reactions along the contact at instants of the period",
+            partial(plot.pressure, at, problem, cycles=times),
+        ),
+        Drawing(
+            "Use of friction along the contact at instants of the period",
+            partial(plot.friction_use, at, problem, cycles=times),
+        ),
+    )
 
 
 def _reactions(pictured: Pictured, problem: Problem) -> Picture:
     path = pictured.state.history
-    panels = [
-        panel(
+    drawings = [
+        Drawing(
             f"Tangential reaction of node {node} over time, between its friction limits",
             partial(plot.reactions_in_time, path, problem, node),
         )
         for node in range(problem.n)
     ]
-    return Picture(f"Tangential reactions between their limits, {pictured.which}.", tuple(panels))
+    return picture(f"Tangential reactions between their limits, {pictured.which}.", *drawings)
 
 
-def _zones(v: Verification, pictured: Pictured, problem: Problem) -> Picture:
-    """Stick, slip and open zones in early cycles and in the long term, at λ = 1."""
-    simulation = v.as_given.simulation
-    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not come to its end
-    panels = []
-    path = evolve(problem, simulation.load_factor, simulation.initial_slip, cycles=last).history
-    end = float(pictured.state.history.cycle[0])
-    for cycle in EARLY:
-        piece = _cycle(path, cycle)
-        if cycle <= last and piece is not None and cycle < end + 1:
-            panels.append(_zone_panel(piece, problem, f"cycle {cycle}"))
-    panels.append(_zone_panel(pictured.state.history, problem, "long term"))
+def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
+    """Stick, slip and open zones in the long term, and in early cycles at λ = 1 in which not all stick."""
+    drawings = []
+    if shown[0].state is v.as_given.simulation.long_term:
+        drawings += [
+            _zone_map(piece, problem, f"λ = 1, cycle {cycle}")
+            for cycle, piece in _early(v, shown[0], problem).items()
+            if piece.state.any()
+        ]
+    drawings += [
+        _zone_map(one.state.history, problem, f"λ = {one.state.load_factor:.5g}, long term") for one in shown
+    ]
     caption = (
-        f"Stick, slip and open zones over position and time, {pictured.which}: early cycles, and the period "
-        "of the long-term state. Dots: a node that never slips is at its limit."
+        f"Stick, slip and open zones over position and time, {'; '.join(one.which for one in shown)}: "
+        "early cycles with slip, and the period of the long-term state. Dots: a node that never slips is at "
+        "its limit."
     )
-    return Picture(caption, tuple(panels))
+    return picture(caption, *drawings)
+
+
+def _early(v: Verification, given: Pictured, problem: Problem) -> dict[int, EventHistory]:
+    """Early cycles at λ = 1 that came to their end before the long-term state."""
+    simulation, end = v.as_given.simulation, float(given.state.history.cycle[0])
+    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not come to its end
+    path = evolve(problem, simulation.load_factor, simulation.initial_slip, cycles=last).history
+    pieces = {cycle: _cycle(path, cycle) for cycle in EARLY if cycle <= last and cycle < end + 1}
+    return {cycle: piece for cycle, piece in pieces.items() if piece is not None}
 
 
 def _cycle(path: EventHistory, number: int) -> EventHistory | None:
@@ -188,27 +186,19 @@ def _cycle(path: EventHistory, number: int) -> EventHistory | None:
     return piece if len(np.unique(piece.cycle)) > 1 else None
 
 
-def _zones_of(pictured: Pictured, problem: Problem) -> Picture:
-    zones = _zone_panel(pictured.state.history, problem, "long term")
-    return Picture(f"Stick, slip and open zones over position and time: {pictured.which}.", (zones,))
-
-
-def _zone_panel(path: EventHistory, problem: Problem, name: str) -> Panel:
-    return panel(
-        f"Map of stick, slip and open contact over position and time, {name}",
-        partial(plot.zones, path, problem),
-        name=name,
-        size=(4.6, 4.6),
-        below=0.5,
-    )
+def _zone_map(path: EventHistory, problem: Problem, name: str) -> Drawing:
+    alt = f"Map of stick, slip and open contact over position and time, {name}"
+    return Drawing(alt, partial(plot.zones, path, problem), name)
 
 
 def _slips(pictured: Pictured, problem: Problem) -> Picture:
     path = pictured.state.history
-    slips = panel("Slip range along the contact", partial(plot.slip_range, path, problem))
-    work = panel("Friction work along the contact", partial(plot.dissipation_along, path, problem))
     caption = (
         f"How far each node slips back and forth in contact, and what friction takes there in one period: "
         f"{pictured.which}."
     )
-    return Picture(caption, (slips, work))
+    return picture(
+        caption,
+        Drawing("Slip range along the contact", partial(plot.slip_range, path, problem)),
+        Drawing("Friction work along the contact", partial(plot.dissipation_along, path, problem)),
+    )

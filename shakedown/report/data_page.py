@@ -15,10 +15,10 @@ from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
-from shakedown.plot.inline_svg import Picture, panel
+from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.report.words import coupling_in_words
 
-FEW = 3  # nodes up to which each one has its own picture
+FEW = 3  # nodes up to which the loading of each one is drawn
 SOURCE = {
     "toolkit": "toolkit",
     "command": "command",
@@ -39,30 +39,26 @@ BARE = ("kind", "type", "whole body")  # told without their name
 def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes, normals and loads; the loads over the period."""
     where = "as they are in the model" if problem.coordinates is not None else "side by side"
-    nodes = panel(
+    nodes = Drawing(
         f"{problem.n} contact nodes, {where}, with their normals and arrows for the loads on them",
         partial(plot.contact, problem),
     )
-    along = panel(
-        "Mean and range of the normal and tangential welded reactions along the contact",
-        partial(plot.loads_along, problem),
-    )
-    time = panel("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
-    cones = [
-        panel(
-            f"Loading of node {node} in the plane of its reactions, with the friction cone",
-            partial(plot.load_loop, problem, node),
-        )
-        for node in range(min(problem.n, FEW))
-    ]
     few = problem.n <= FEW
+    if few:
+        alt = "Loading of each node in the plane of its reactions, with the friction cone"
+        loads = Drawing(alt, partial(plot.load_loop, problem, range(problem.n)))
+    else:
+        alt = "Mean and range of the normal and tangential welded reactions along the contact"
+        loads = Drawing(alt, partial(plot.loads_along, problem))
+    alt = "Sums of the welded reactions over one period"
+    time = Drawing(alt, partial(plot.loads_in_time, problem))
     caption = (
         f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
         "(an arrow for the mean, a line for the way of its tail over a period)"
         + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
         + "; their sums over the period. Welded reactions are those with every contact displacement held."
     )
-    return [Picture(caption, (nodes, *(cones if few else [along]), time))]
+    return [picture(caption, nodes, loads, time)]
 
 
 def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, str, str]]:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,16 +11,26 @@ from matplotlib.axes import Axes
 from shakedown import plot
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
-from shakedown.plot.inline_svg import PANEL, Panel, Picture, panel
+from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
 from shakedown.verification.verify import Run, Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
+DASHES = ("-", "--", ":", "-.")
+SLIP_PER_CYCLE = (
+    "Slip per cycle of the node that slips most, against the cycle number. Slips too small to count "
+    "are drawn on the floor, “no slip”. A line that falls to it has shaken down, or is separation: "
+    "nodes open and close in every cycle, without slip in contact. One that ends on its way down was "
+    "followed no further: shakedown was proved there, or the run is undecided. A level line above "
+    "the floor is cyclic slip or ratchetting."
+)
+SLIP_SPACE = (
+    "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
+    "them, and the paths from the initial states (circle: start, square: end)."
+)
 WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
-LINE = 0.18  # height of one line of a legend [inch]
-LONG_LABEL = 16  # letters; of longer ones two stand side by side
 
 
 def scale_picture(v: Verification) -> Picture:
@@ -50,42 +60,27 @@ def scale_picture(v: Verification) -> Picture:
         + ". λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
     )
-    drawn = panel(alt, partial(plot.load_factor_scale, marks, bands=bands), size=WIDE)
-    narrow = panel(
-        f"{alt}, for a narrow screen",
-        partial(plot.load_factor_scale, marks, bands=bands, short=True),
-        size=NARROW,
-    )
-    return Picture(caption, (drawn, narrow))  # the style of the page shows one of them
+    draw = partial(plot.load_factor_scale, marks, bands=bands)
+    narrow = Drawing(f"{alt}, for a narrow screen", partial(draw, short=True), size=NARROW)
+    return picture(caption, Drawing(alt, draw, size=WIDE), narrow)  # the style of the page shows one of them
 
 
 def run_pictures(v: Verification) -> list[Picture]:
     """Slip per cycle, paths in the slip plane of two nodes, final slips along the contact."""
-    pictures = [
-        Picture(
-            "Slip per cycle of the node that slips most, against the cycle number. Slips too small to count "
-            "are drawn on the floor, “no slip”. A line that falls to it has shaken down, or is separation: "
-            "nodes open and close in every cycle, without slip in contact. One that ends on its way down was "
-            "followed no further: shakedown was proved there, or the run is undecided. A level line above "
-            "the floor is cyclic slip or ratchetting.",
-            _panels(v, "Slip per cycle against the cycle number", _slip_per_cycle),
-        )
-    ]
+    groups = _by_load_factor(v.runs)
+    several = [group for group in groups if len(group.runs) > 1]
+    alone = [group for group in groups if len(group.runs) == 1]
+    shown = [*several, *_together(alone)]
+    cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, shown)
+    pictures = [picture(SLIP_PER_CYCLE, *cycles, alike=len(cycles), one_legend=True)]
     if v.problem.n == 2:
-        pictures.append(
-            Picture(
-                "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
-                "them, and the paths from the initial states (circle: start, square: end).",
-                _panels(v, "Limits, safe region and paths in the plane of both slips", _slip_space, 5),
-            )
-        )
+        given = [group for group in alone if v.as_given in group.runs.values()]
+        what = "Limits, safe region and paths in the plane of both slips"
+        planes = _drawings(v, what, _slip_space, [*several, *given])
+        pictures.append(picture(SLIP_SPACE, *planes, alike=len(several), one_legend=True))
     if v.problem.n > 2:
-        pictures.append(
-            Picture(
-                "Slip along the contact at the end of each run.",
-                _panels(v, "Final slip of every run along the contact", _final_slip),
-            )
-        )
+        ends = _drawings(v, "Final slip of every run along the contact", _final_slip, shown)
+        pictures.append(picture("Slip along the contact at the end of each run.", *ends, one_legend=True))
     return pictures
 
 
@@ -106,69 +101,77 @@ def guarantee_picture(v: Verification) -> Picture | None:
         f"slip, {unit}. {stays}"
     )
     alt = "First collapse λ_1(R) against the radius R of the box of initial states"
-    return Picture(caption, (panel(alt, partial(plot.guarantee, v.curve, v.bounds)),))
+    return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.bounds)))
 
 
-def _panels(
-    v: Verification, what: str, draw: Callable[[Verification, list[Run], Axes], None], lines: int = 2
-) -> tuple[Panel, ...]:
-    """One panel per load factor, with so many lines of legend below it."""
-    panels = []
-    for title, runs in _by_load_factor(v.runs):
+class Group(NamedTuple):
+    """Runs that one panel shows, by the names of their lines, and how these look."""
 
-        def drawn(*, ax: Axes, runs: list[Run] = runs) -> None:
-            draw(v, runs, ax)
-            _one_entry_per_label(ax)
-
-        size, below = (PANEL[0], PANEL[1] + LINE * lines), LINE * lines
-        panels.append(panel(f"{what}, {title}", drawn, name=title, size=size, below=below))
-    return tuple(panels)
+    title: str
+    runs: dict[str, Run]
+    styles: dict[str, dict[str, Any]]
 
 
-def _slip_per_cycle(v: Verification, runs: list[Run], axes: Axes) -> None:
-    simulations = {run.initial: run.simulation for run in runs}
-    none, _ = resolution(v.problem, runs[0].simulation.load_factor)
-    plot.slip_per_cycle(simulations, v.problem, styles=_styles(runs), resolution=none, ax=axes)
+def _by_load_factor(runs: Sequence[Run]) -> list[Group]:
+    """One panel per load factor, a colour per kind of initial state, a dash pattern per state of a kind."""
+    found = []
+    for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
+        named = {run.initial: run for run in group}
+        found.append(Group(f"λ = {factor:.5g}, {region}", named, {name: _style(name) for name in named}))
+    return found
 
 
-def _slip_space(v: Verification, runs: list[Run], axes: Axes) -> None:
-    paths = {run.initial: run.simulation for run in runs if run.simulation.history is not None}
-    plot.slip_space(v.problem, runs[0].simulation.load_factor, paths, styles=_styles(runs), ax=axes)
+def _style(initial: str) -> dict[str, Any]:
+    """How the line of an initial state looks."""
+    word, _, index = initial.partition(" ")
+    label = word if word in ("random", "given", "ball") else initial
+    return {"color": COLOURS[word], "ls": DASHES[int(index or 0) % len(DASHES)], "label": label}
+
+
+def _together(alone: Sequence[Group]) -> Sequence[Group]:
+    """Load factors at which one state was followed, on one panel: one line each."""
+    if len(alone) < 2:
+        return alone
+    runs = {group.title: run for group in alone for run in group.runs.values()}
+    styles = {
+        title: {"color": _style(run.initial)["color"], "ls": DASHES[k % len(DASHES)]}
+        for k, (title, run) in enumerate(runs.items())
+    }
+    return [Group("one line per load factor", runs, styles)]
+
+
+def _drawings(
+    v: Verification, what: str, draw: Callable[[Verification, Group, Axes], None], groups: Sequence[Group]
+) -> list[Drawing]:
+    """One panel per group."""
+
+    def drawn(group: Group, *, ax: Axes) -> None:
+        draw(v, group, ax)
+
+    return [Drawing(f"{what}, {group.title}", partial(drawn, group), group.title) for group in groups]
+
+
+def _slip_per_cycle(v: Verification, group: Group, axes: Axes) -> None:
+    simulations = {name: run.simulation for name, run in group.runs.items()}
+    none = max(resolution(v.problem, run.load_factor)[0] for run in simulations.values())
+    plot.slip_per_cycle(simulations, v.problem, styles=group.styles, resolution=none, ax=axes)
+
+
+def _slip_space(v: Verification, group: Group, axes: Axes) -> None:
+    (load_factor, *_) = [run.simulation.load_factor for run in group.runs.values()]
+    paths = {name: run.simulation for name, run in group.runs.items() if run.simulation.history is not None}
+    plot.slip_space(v.problem, load_factor, paths, styles=group.styles, ax=axes)
     axes.set_title("")
 
 
-def _final_slip(v: Verification, runs: list[Run], axes: Axes) -> None:
-    none, _ = resolution(v.problem, runs[0].simulation.load_factor)
-    slips = {run.initial: np.array(without_round_off(run.simulation.final_slip, none)) for run in runs}
-    plot.slip_along(slips, v.problem, what="final slip", styles=_styles(runs), ax=axes)
+def _final_slip(v: Verification, group: Group, axes: Axes) -> None:
+    runs = {name: run.simulation for name, run in group.runs.items()}
+    none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
+    slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+    plot.slip_along(slips, v.problem, what="final slip", styles=group.styles, ax=axes)
     if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
         safe = float(np.nanmax(np.abs(v.bounds.upper.slip), initial=0.0))
-        reach = safe if safe > none else scales(v.problem, runs[0].simulation.load_factor).length
+        reach = (
+            safe if safe > none else max(scales(v.problem, run.load_factor).length for run in runs.values())
+        )
         axes.set_ylim(-reach, reach)
-
-
-def _by_load_factor(runs: Sequence[Run]) -> list[tuple[str, list[Run]]]:
-    groups = groupby(runs, key=lambda run: (run.simulation.load_factor, run.region))
-    return [(f"λ = {factor:.5g}, {region}", list(group)) for (factor, region), group in groups]
-
-
-def _styles(runs: Sequence[Run]) -> dict[str, dict[str, Any]]:
-    """One colour per kind of initial state, one dash pattern per state of a kind."""
-    styles = {}
-    for run in runs:
-        word, _, index = run.initial.partition(" ")
-        dashes = ["-", "--", ":", "-."][int(index or 0) % 4]
-        label = word if word in ("random", "given", "ball") else run.initial
-        styles[run.initial] = {"color": COLOURS[word], "ls": dashes, "label": label}
-    return styles
-
-
-def _one_entry_per_label(axes: Axes) -> None:
-    """A legend below the axes that names each kind of initial state once."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    columns = 3 if max(map(len, once), default=0) < LONG_LABEL else 2
-    axes.legend(
-        list(once.values()), list(once), loc="upper center", bbox_to_anchor=(0.46, -0.13), ncols=columns,
-        frameon=False, fontsize="small",
-    )  # fmt: skip

@@ -25,7 +25,7 @@ from shakedown.report.cycle_figures import as_given_state, cycling_state
 from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
-from shakedown.report.verification_figures import _final_slip
+from shakedown.report.verification_figures import _by_load_factor, _final_slip, run_pictures
 from shakedown.verification.verify import Verification
 
 SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
@@ -185,6 +185,18 @@ def test_the_style_knows_paper_darkness_and_narrow_screens(two_page):
     assert style.count("{") == style.count("}")
 
 
+def test_pictures_of_all_load_factors_share_their_axes_and_one_legend(two):
+    cycles, planes = run_pictures(two)
+    for shown in (cycles, planes):
+        names = set(re.findall(r">([^<>]+)</text>", shown.legend))
+        assert {"zero", "safe", "witness", "random", "ball"} <= names
+        assert not any(re.search(r">(zero|witness)</text>", panel.svg) for panel in shown.panels)
+    ticks = [re.findall(r">(10⁻?[⁰¹²³⁴-⁹]+|\d)</text>", panel.svg) for panel in cycles.panels]
+    assert len(ticks) == 4
+    assert all(found == ticks[0] for found in ticks)
+    assert [panel.name for panel in planes.panels[:3]] == [panel.name for panel in cycles.panels[:3]]
+
+
 def test_colours_of_pictures_follow_the_page(block_page):
     pictures = "".join(re.findall(r"<svg.*?</svg>", block_page, re.DOTALL)).lower()
     assert "var(--ink)" in pictures
@@ -259,15 +271,6 @@ def test_a_value_can_be_read_at_each_node(block, block_page):
     titles = re.findall(r"<title>([^<]*)</title>", block_page)
     slip = block.as_given.simulation.final_slip
     assert any(title.endswith(f"{block.problem.x[3]:.5g}, {slip[3]:.5g}") for title in titles)
-
-
-def test_nodes_and_instants_are_chosen_without_a_script(block_page):
-    page = Page(block_page)
-    chosen = [attributes for attributes in page.all("input") if "checked" in attributes]
-    assert len(chosen) == len({attributes["name"] for attributes in page.all("input")}) >= 1
-    assert {attributes["for"] for attributes in page.all("label")} == {
-        attributes["id"] for attributes in page.all("input")
-    }
 
 
 @pytest.mark.parametrize("name", ["two-node", "receding-block", "block-9", "jump", "one-node", "three-node"])
@@ -351,7 +354,8 @@ def test_a_line_on_the_floor_may_be_separation_and_the_radius_has_a_unit(block_p
 def test_slips_of_zero_are_drawn_on_the_scale_of_the_safe_slip(block):
     axes = Figure().subplots()
     assert not block.as_given.simulation.slip_per_cycle.any()
-    _final_slip(block, [block.as_given], axes)
+    (group,) = _by_load_factor([block.as_given])
+    _final_slip(block, group, axes)
     safe = np.abs(block.bounds.upper.slip).max()
     assert axes.get_ylim() == pytest.approx((-safe, safe))
     assert not axes.lines[0].get_ydata().any()
