@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 from markupsafe import Markup
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
@@ -224,10 +225,8 @@ def inline(figure: Figure, alt: str) -> Markup:
 
 
 def _size(figure: Figure, height: float) -> str:
-    """What is to be seen: the figure, with labels and legends that reach beyond it; or a legend alone."""
-    beyond: list[Any] = [
-        legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend
-    ]
+    """What is to be seen: the figure, with labels that reach beyond it; or a legend alone."""
+    beyond: list[Artist] = list(figure.legends)
     for axes in figure.axes:
         beyond += [text for text in (axes.title, axes.xaxis.label, axes.yaxis.label) if text.get_text()]
     boxes = [part.get_window_extent().padded(EDGE) for part in beyond]
