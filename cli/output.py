@@ -17,7 +17,7 @@ from shakedown.joint.units import work_unit as unit_of_work
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
-from shakedown.report.words import down
+from shakedown.report.words import down, loads_in_words
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask
@@ -100,7 +100,7 @@ def length_unit(problem: Problem) -> str:
 
 
 def headline(problem: Problem) -> str:
-    """Name, size and friction of a problem, in one or two lines."""
+    """Name, size and friction of a problem, in one or two lines; its loads, where it says them, in more."""
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
@@ -108,9 +108,10 @@ def headline(problem: Problem) -> str:
     if problem.is_domain:
         steps = f"load domain of {problem.m} corner{'s' * (problem.m != 1)}"
     units = f", units {one_line(problem.units, LONGEST_NAME)}" if problem.units else ""
-    return paragraph(
-        f"{one_line(problem.name, LONGEST_NAME) or 'unnamed problem'}: {nodes}, {steps}, {friction}{units}"
-    )
+    name = one_line(problem.name, LONGEST_NAME) or "unnamed problem"
+    lines = [paragraph(f"{name}: {nodes}, {steps}, {friction}{units}")]
+    lines += [paragraph(f"loads at λ = 1: {loads_in_words(problem)}")] if problem.loads else []
+    return "\n".join(lines)
 
 
 @contextmanager

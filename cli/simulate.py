@@ -15,6 +15,7 @@ from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import (
     SEPARATION,
+    loads_in_words,
     margin_at_rest,
     simulated_path_in_words,
     sliding_in_words,
@@ -149,9 +150,9 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]
-    lines.append(
-        paragraph(f"Load factor {run.load_factor:.10g}, initial state {shortened(initial)}: {run.outcome}")
-    )
+    loads = loads_in_words(problem, run.load_factor)
+    factor = f"Load factor {run.load_factor:.10g}{f' ({loads})' if loads else ''}"
+    lines.append(paragraph(f"{factor}, initial state {shortened(initial)}: {run.outcome}"))
     reason = sliding_in_words(run) if run.slides_away else run.reason
     lines.append(paragraph(f"({reason}).", "  "))
     if run.slides_away:

@@ -33,10 +33,21 @@ SHAPES: dict[str, tuple[str | int, ...]] = {
     "stiffness_accuracy": (),
     "label": ("n",),
     "load_names": ("c",),
+    "load_mean": ("c",),
+    "load_amplitude": ("c",),
+    "load_units": ("c",),
 }
-NAMES = ("label", "load_names")  # lists of text; all other arrays are of numbers
+NAMES = ("label", "load_names", "load_units")  # lists of text; all other arrays are of numbers
 TEXTS = ("name", "units", "source", "load_path")
 LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
+TOGETHER = (  # where the one is given, the other is needed
+    ("q_transient", "p_transient"),
+    ("p_transient", "q_transient"),
+    ("load_mean", "load_amplitude"),
+    ("load_amplitude", "load_mean"),
+    ("load_units", "load_mean"),
+    ("load_mean", "load_names"),
+)
 FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
 LAST_CODE_POINT = 0x10FFFF
 
@@ -182,9 +193,9 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
     for key in ("A", "B", "f", "q_w", "p_w"):
         if key not in shapes:
             raise ProblemError(f"key '{key}': required, found none")
-    for q, p in (("q_transient", "p_transient"), ("p_transient", "q_transient")):
-        if q in shapes and p not in shapes:
-            raise ProblemError(f"key '{p}': required because '{q}' is given, found none")
+    for given, needed in TOGETHER:
+        if given in shapes and needed not in shapes:
+            raise ProblemError(f"key '{needed}': required because '{given}' is given, found none")
     A = shapes["A"]
     if len(A) != 2 or A[0] != A[1]:
         raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,15 @@ from shakedown.joint.field_values import (
 )
 
 OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "node_area", "label")  # each belongs to one node
+
+
+class Load(NamedTuple):
+    """A load case as its user knows it: at a load factor λ it is mean ± λ · amplitude [unit]."""
+
+    name: str
+    mean: float
+    amplitude: float
+    unit: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -84,6 +93,11 @@ class Problem:
         What each node, or pair of nodes, is called in that model.
     load_names : (c,), optional
         Names of the load cases that the loading is made of.
+    load_mean, load_amplitude : (c,), optional
+        What λ = 1 stands for: the constant part of every load case and its largest departure
+        from that, in a unit of its own. At a load factor λ the load is mean ± λ · amplitude.
+    load_units : (c,), optional
+        These units, as text; empty where the load is a plain number.
     name, units : str, optional
         Shown in reports.
     source : str, optional
@@ -96,7 +110,7 @@ class Problem:
         If an entry is missing, mis-shaped, not real and finite or out of range
         (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
-        semi-definite, or if an area is negative, a direction no unit vector, a label
+        semi-definite, or if an area or amplitude is negative, a direction no unit vector, a label
         cannot be shown in one line, ``source`` is no JSON object or ``load_path`` neither word.
         The message names the key, what was expected and found.
 
@@ -126,6 +140,9 @@ class Problem:
     stiffness_accuracy: float | None = None
     label: tuple[str, ...] | None = None
     load_names: tuple[str, ...] | None = None
+    load_mean: FloatArray | None = None
+    load_amplitude: FloatArray | None = None
+    load_units: tuple[str, ...] | None = None
     name: str = ""
     units: str = ""
     source: str = ""
@@ -155,6 +172,9 @@ class Problem:
             stiffness_accuracy: float | None = None,
             label: ArrayLike | None = None,
             load_names: ArrayLike | None = None,
+            load_mean: ArrayLike | None = None,
+            load_amplitude: ArrayLike | None = None,
+            load_units: ArrayLike | None = None,
             name: str = "",
             units: str = "",
             source: str = "",
@@ -168,7 +188,7 @@ class Problem:
         given = [key for key in SHAPES if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
         arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
-        check_shapes({key: np.shape(value) for key, value in (arrays | listed).items()})
+        check_shapes({key: np.shape(value) for key, value in (listed | arrays).items()})
         n = arrays["A"].shape[0]
         if arrays["f"].ndim == 0:
             arrays["f"] = np.full(n, float(arrays["f"]))
@@ -208,6 +228,15 @@ class Problem:
             raise ProblemError("key 'C': needed because nodes may separate, found none")
         return np.block([[self.A, self.B.T], [self.B, self.C]])
 
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The load cases at λ = 1, in units of their own; none where the problem does not say them."""
+        if self.load_names is None or self.load_mean is None or self.load_amplitude is None:
+            return ()
+        units = self.load_units or ("",) * len(self.load_names)
+        numbers = self.load_mean.tolist(), self.load_amplitude.tolist()
+        return tuple(map(Load._make, zip(self.load_names, *numbers, units, strict=True)))
+
     def node_name(self, node: int) -> str:
         """A node by its number, and by its label where it has one.
 
@@ -240,10 +269,14 @@ class Problem:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """How a document introduces the joint: name, size, labels, units and load path, without its data."""
+        """How a document introduces the joint: name, size, labels, units, load path and loads at λ = 1."""
         size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
-        known = {"labels": None if self.label is None else list(self.label), "units": self.units}
+        known: dict[str, Any] = {
+            "labels": None if self.label is None else list(self.label),
+            "units": self.units,
+        }
         known["load_path"] = self.load_path if self.is_domain else None
+        known["loads"] = [load._asdict() for load in self.loads]
         return size | {key: value for key, value in known.items() if value}
 
     def __repr__(self) -> str:
@@ -290,11 +323,12 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
 
 
 def _check_places(arrays: dict[str, FloatArray]) -> None:
-    """Areas are not negative, directions have unit length."""
-    area = arrays.get("node_area", np.zeros(0))
-    if np.any(area < 0):
-        j = int(np.argmax(area < 0))
-        raise ProblemError(f"key 'node_area': expected areas >= 0, found {area[j]:.9g} at node {j}")
+    """Areas and amplitudes are not negative, directions have unit length."""
+    for key, what, where in (("node_area", "areas", "node"), ("load_amplitude", "amplitudes", "load")):
+        sizes = arrays.get(key, np.zeros(0))
+        if np.any(sizes < 0):
+            j = int(np.argmax(sizes < 0))
+            raise ProblemError(f"key '{key}': expected {what} >= 0, found {sizes[j]:.9g} at {where} {j}")
     for key in ("normal", "tangent"):
         length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=1)
         wrong = np.abs(length - 1) > DEFAULT.printed_digits

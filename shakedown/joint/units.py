@@ -1,7 +1,11 @@
-"""The units of a problem, as far as its text names them."""
+"""The units of a problem, as far as its text names them, and its loads in units of their own."""
+
+import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from typing import Literal
 
 from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
+from shakedown.joint.problem import Load, Problem
 
 FORCES = frozenset(["N", "mN", "kN", "MN", "GN", "daN", "kgf", "lbf", "kip"])
 LENGTHS = frozenset(["m", "mm", "cm", "µm", "um", "km", "in", "ft"])
@@ -13,6 +17,8 @@ PASCALS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
 }
+ROUNDINGS = {"down": (ROUND_FLOOR, 3), "up": (ROUND_CEILING, 3), "nearest": (ROUND_HALF_EVEN, 6)}  # digits
+_EXACT = Context(prec=60)  # of a product of two floating-point numbers
 
 
 @checked
@@ -53,3 +59,64 @@ def work_unit(force: str, length: str) -> str:
     ('N mm', '')
     """
     return f"{force} {length}" if force and length else ""
+
+
+@checked
+def loads_in_words(
+    problem: Problem, load_factor: float = 1.0, rounding: Literal["down", "up", "nearest"] = "nearest"
+) -> str:
+    """What a load factor means in the loads that the user knows; empty where the problem does not say them.
+
+    λ scales the amplitudes only. Loads that vary come first.
+
+    Parameters
+    ----------
+    problem
+        A joint with ``load_mean`` and ``load_amplitude``.
+    load_factor
+        λ ≥ 0; of inf the amplitude is any, of NaN there is nothing to say.
+    rounding
+        How amplitudes are rounded: ``"down"`` to three digits for "safe up to", ``"up"`` to three
+        digits for "impossible above"; ``"nearest"`` to six digits for what is given or asked for.
+        Constant parts have six digits.
+
+    Examples
+    --------
+    >>> import dataclasses, shakedown
+    >>> loads = {"load_mean": [12, 20], "load_amplitude": [0, 20], "load_units": ["kN", "kN"]}
+    >>> names = ["bolt preload", "axial load"]
+    >>> joint = dataclasses.replace(shakedown.example("two-node"), load_names=names, **loads)
+    >>> loads_in_words(joint)
+    'axial load 20 ± 20 kN; bolt preload 12 kN, unchanged'
+    >>> loads_in_words(joint, 1.2734, "down"), loads_in_words(joint, 1.2734, "up")
+    ('axial load 20 ± 25.4 kN; bolt preload ...', 'axial load 20 ± 25.5 kN; bolt preload ...')
+    """
+    if math.isnan(load_factor):
+        return ""
+    ordered = sorted(problem.loads, key=lambda load: load.amplitude == 0)
+    return "; ".join(_load_in_words(load, load_factor, rounding) for load in ordered)
+
+
+def _load_in_words(load: Load, load_factor: float, rounding: str) -> str:
+    mean, unit = _decimal_text(_decimal(load.mean), "nearest"), load.unit
+    if load.amplitude == 0:
+        return f"{' '.join(filter(None, [load.name, mean, unit]))}, unchanged"
+    if math.isinf(load_factor):
+        return f"{' '.join(filter(None, [load.name, mean, unit]))} with any amplitude"
+    product = _EXACT.multiply(_decimal(load_factor), _decimal(load.amplitude))
+    varying = f"± {_decimal_text(product, rounding)}"
+    return " ".join(filter(None, [load.name, mean if load.mean else "", varying, unit]))
+
+
+def _decimal(value: float) -> Decimal:
+    """The shortest decimal number that stands for a float, so that 1.27 times 20 is 25.4."""
+    return Decimal(repr(float(value)))
+
+
+def _decimal_text(value: Decimal, rounding: str) -> str:
+    """Rounded to so many digits, and written without an exponent where that takes few zeros."""
+    way, digits = ROUNDINGS[rounding]
+    rounded = Context(prec=digits, rounding=way).plus(value)
+    if not rounded:
+        return "0"
+    return f"{rounded.normalize():f}" if -4 <= rounded.adjusted() <= 6 else f"{float(rounded):.{digits}g}"

@@ -13,6 +13,7 @@ from shakedown.ground.shown_values import up as up
 from shakedown.ground.status import Outcome, Status
 from shakedown.joint.loading import loading
 from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.units import loads_in_words as loads_in_words
 from shakedown.joint.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
 from shakedown.report.node_words import pinned_in_words, slipping_nodes

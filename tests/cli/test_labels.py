@@ -35,6 +35,28 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
     assert max(map(len, out.splitlines())) <= 80
 
 
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (["solve", "--quick"], "loads at λ = 1: axial load 20 ± 20 kN; bolt preload 12 kN, unchanged"),
+        (
+            ["simulate", "--load-factor", "0.7"],
+            "Load factor 0.7 (axial load 20 ± 14 kN; bolt preload 12 kN, ",
+        ),
+    ],
+    ids=lambda value: value[0],
+)
+def test_load_factors_are_said_in_the_loads_of_the_user(tmp_path, words, shown):
+    loads = {"load_mean": [12, 20], "load_amplitude": [0, 20], "load_units": ["kN", "kN"]}
+    names = ["bolt preload", "axial load"]
+    joint = dataclasses.replace(shakedown.example("two-node"), load_names=names, **loads)
+    shakedown.save_problem(tmp_path / "loads.npz", joint)
+    _, out, _ = run(words[0], str(tmp_path / "loads.npz"), *words[1:])
+    assert shown in " ".join(out.split())
+    _, out, _ = run(words[0], "two-node", *words[1:])
+    assert "loads at" not in out
+
+
 @pytest.mark.parametrize("words", [["solve"], ["critical"], ["simulate", "--load-factor", "0.9"]], ids=str)
 def test_json_has_the_labels(file, words):
     assert document(words[0], file, *words[1:])["problem"]["labels"] == ["4711/12", "4712/13"]

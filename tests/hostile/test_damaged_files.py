@@ -18,7 +18,8 @@ def arrays() -> dict[str, np.ndarray]:
     places = {"coordinates": np.ones((2, 3)), "normal": np.eye(3)[:2], "node_area": np.ones(2)}
     texts = {"name": np.array("joint"), "units": np.array("N, mm"), "schema": np.array("shakedown/1")}
     names = {"label": np.array(["7/8", "9/10"]), "load_names": np.array(["top"]), "source": np.array("{}")}
-    return {key: getattr(problem, key) for key in keys} | more | places | texts | names
+    loads = {"load_mean": np.ones(1), "load_amplitude": np.ones(1), "load_units": np.array(["kN"])}
+    return {key: getattr(problem, key) for key in keys} | more | places | texts | names | loads
 
 
 def read(load, path):

@@ -26,6 +26,9 @@ def traced(**changes) -> Problem:
         "tangent": [[1.0, 0.0, 0.0], [0.8, -0.6, 0.0]],
         "node_area": [0.5, 0.0],
         "load_names": ["bolt", "traction"],
+        "load_mean": [12.0, 20.0],
+        "load_amplitude": [0.0, 20.0],
+        "load_units": ["kN", "MPa"],
         "source": SOURCE,
         "x": [0.0, 2.0],
     }
@@ -51,7 +54,7 @@ def test_the_same_problem_twice_is_the_same_file(tmp_path):
 def test_a_file_without_a_source_has_no_key_that_earlier_versions_refuse(tmp_path):
     save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
     with np.load(tmp_path / "p.npz", allow_pickle=False) as file:
-        assert not {"source", "label", "node_area", "load_names"} & set(file.files)
+        assert not {"source", "label", "node_area", "load_names", "load_mean", "load_units"} & set(file.files)
 
 
 DAMAGED = {
@@ -67,6 +70,15 @@ DAMAGED = {
     "an endless label": ({"label": ["a", "b" * 500]}, "expected at most 200 characters, found 500 at label[1]"),
     "a load without a showable name": ({"load_names": ["\x00b"]}, "key 'load_names': expected text that can be shown"),
     "no load": ({"load_names": []}, "key 'load_names': expected one text each"),
+    "loads of which one has no mean": ({"load_mean": [1.0]}, "key 'load_mean': expected shape (2,), found (1,)"),
+    "a load of negative amplitude": ({"load_amplitude": [0.0, -20.0]}, "key 'load_amplitude': expected amplitudes >= 0, found -20 at load 1"),
+    "a load whose mean is no number": ({"load_mean": [1.0, np.nan]}, "key 'load_mean': expected finite numbers, found nan at load_mean[1]"),
+    "a mean without an amplitude": ({"load_amplitude": None}, "key 'load_amplitude': required because 'load_mean' is given"),
+    "an amplitude without a mean": ({"load_mean": None}, "key 'load_mean': required because 'load_amplitude' is given"),
+    "units without loads": ({"load_mean": None, "load_amplitude": None}, "key 'load_mean': required because 'load_units' is given"),
+    "loads without names": ({"load_names": None}, "key 'load_names': required because 'load_mean' is given"),
+    "a unit for all": ({"load_units": "kN"}, "key 'load_units': expected one text each, found text"),
+    "a unit that a terminal obeys": ({"load_units": ["kN", "\x1b[2J"]}, "found '\\x1b[2J' at load_units[1]"),
     "a negative area": ({"node_area": [0.5, -1e-9]}, "key 'node_area': expected areas >= 0, found -1e-09 at node 1"),
     "an area that is no number": ({"node_area": [np.nan, 1.0]}, "key 'node_area': expected finite numbers"),
     "too many areas": ({"node_area": [1.0, 1.0, 1.0]}, "key 'node_area': expected shape (2,), found (3,)"),
@@ -111,7 +123,7 @@ def test_a_problem_of_some_of_the_nodes_knows_which():
     assert zone.coordinates.tolist() == [[2.0, 1.0, 0.0]]
     assert zone.node_area.tolist() == [0.0]
     assert zone.source == SOURCE
-    assert zone.load_names == ("bolt", "traction")
+    assert zone.loads == problem.loads == (("bolt", 12.0, 0.0, "kN"), ("traction", 20.0, 20.0, "MPa"))
     tight = with_initial_gap(problem, -1e-3)
     assert tight.label == problem.label
     assert np.array_equal(tight.normal, problem.normal)
@@ -119,14 +131,33 @@ def test_a_problem_of_some_of_the_nodes_knows_which():
 
 def test_a_reduced_scene_knows_which_nodes_move():
     block = shakedown.example("block-9")
-    named = dataclasses.replace(block, label=[f"P{i}" for i in range(9)], source=SOURCE, load_names=["top"])
+    loads = {"load_names": ["top"], "load_mean": [0.5], "load_amplitude": [2.0], "load_units": ["kN"]}
+    named = dataclasses.replace(block, label=[f"P{i}" for i in range(9)], source=SOURCE, **loads)
     scene = reduced_scene(named, 0.2)
     assert scene.problem.n < 9
     assert scene.problem.label == tuple(f"P{i}" for i in np.flatnonzero(scene.moving))
-    assert (scene.problem.source, scene.problem.load_names) == (SOURCE, ("top",))
+    assert (scene.problem.source, scene.problem.loads) == (SOURCE, named.loads)
 
 
-@pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_names", "source", "x"])
+def test_a_factor_on_the_loading_is_one_on_the_loads():
+    problem = traced()
+    for name, factor, expected in (
+        ("amplitude", 0.5, [(12, 0), (20, 10)]),
+        ("mean", 2.0, [(24, 0), (40, 20)]),
+    ):
+        changed = shakedown.with_parameter(problem, name, factor)
+        assert [load[1:3] for load in changed.loads] == expected
+    assert shakedown.with_parameter(problem, "stiffness", 2.0).loads == problem.loads
+
+
+def test_a_document_has_the_loads_where_they_are_known():
+    assert traced().to_dict()["loads"][0] == {"name": "bolt", "mean": 12.0, "amplitude": 0.0, "unit": "kN"}
+    assert "loads" not in shakedown.example("two-node").to_dict()
+    bare = dataclasses.replace(traced(), load_units=None)
+    assert [load.unit for load in bare.loads] == ["", ""]
+
+
+@pytest.mark.parametrize("key", ["label", "coordinates", "node_area", "load_units", "source", "x"])
 def test_equality_sees_every_field_and_never_raises(key):
     other = dataclasses.replace(traced(), **{key: "" if key == "source" else None})
     assert traced() == traced()

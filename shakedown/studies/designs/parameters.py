@@ -47,10 +47,10 @@ def with_parameter(problem: Problem, name: str, value: float) -> Problem:
     ============== =========================================================================
     ``f``          the friction coefficient of every node (where all are alike)
     ``friction``   factor on the friction coefficient of every node
-    ``amplitude``  factor on the periodic part r¹ of the loading
+    ``amplitude``  factor on the periodic part r¹ of the loading, and on ``load_amplitude``
     ``mean``       factor on all that the load factor does not multiply: the constant part
                    r⁰, with what initial gaps and interference put there, and the transient
-                   load steps
+                   load steps, and on ``load_mean``
     ``phase``      the tangential periodic part comes later by this fraction of the period,
                    q¹(t − φ) against p¹(t)
     ``stiffness``  factor on κ: on A, B and C
@@ -108,9 +108,11 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
         case "friction":
             return replace(problem, f=value * problem.f)
         case "amplitude":
-            return _loaded(problem, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1))
+            known = _scaled(problem, value, "load_amplitude")
+            return _loaded(known, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1))
         case "mean":
-            return _loaded(_transient_scaled(problem, value), _mean_scaled(loop, value))
+            known = _scaled(problem, value, "load_mean", "q_transient", "p_transient")
+            return _loaded(known, _mean_scaled(loop, value))
         case "phase":
             return _shifted(problem, value)
         case "coupling":
@@ -138,10 +140,10 @@ def _mean_scaled(loop: Loading, value: float) -> Loading:
     return Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
 
 
-def _transient_scaled(problem: Problem, value: float) -> Problem:
-    if problem.q_transient is None or problem.p_transient is None:
-        return problem
-    return replace(problem, q_transient=value * problem.q_transient, p_transient=value * problem.p_transient)
+def _scaled(problem: Problem, value: float, *keys: str) -> Problem:
+    """The joint with some of its arrays scaled, those that it has."""
+    there = [key for key in keys if getattr(problem, key) is not None]
+    return replace(problem, **{key: value * getattr(problem, key) for key in there})
 
 
 def _shifted(problem: Problem, phase: float) -> Problem:
