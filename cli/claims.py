@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import click
 
 import shakedown
-from shakedown.files.atomic_write import check_target
 from shakedown.ground.visible_text import shortened
 
 CLAIMS = "shakedown.claims"  # key of the command's context
@@ -81,6 +80,8 @@ class OutputFile(click.Path):
         if self.endings and not str(value).lower().endswith(self.endings):
             known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
+        from shakedown.files.atomic_write import check_target  # only where a file is asked for
+
         check_target(value)
         writes(ctx, name, value)
         return super().convert(value, param, ctx)

@@ -10,7 +10,6 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.files.table_file import check_table
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 from shakedown.report.design_words import SHORT, sweep_in_words
@@ -113,6 +112,8 @@ class TableFile(OutputFile):
     """A table to write, found to be writable before the work starts."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from shakedown.files.table_file import check_table  # only where a table is asked for
+
         path = super().convert(value, param, ctx)
         check_table(path)
         return path
