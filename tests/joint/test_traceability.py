@@ -11,6 +11,7 @@ from shakedown import Problem, ProblemError, load_problem, save_problem
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.initial_gap import with_initial_gap
 from shakedown.motion.reduced_scene import reduced_scene
+from shakedown.studies.designs.parameters import with_parameter
 
 SOURCE = json.dumps(
     {"command": "shakedown-bounds import c.toml", "files": [{"name": "k.mtx", "sha256": "0" * 64}]}
@@ -145,9 +146,9 @@ def test_a_factor_on_the_loading_is_one_on_the_loads():
         ("amplitude", 0.5, [(12, 0), (20, 10)]),
         ("mean", 2.0, [(24, 0), (40, 20)]),
     ):
-        changed = shakedown.with_parameter(problem, name, factor)
+        changed = with_parameter(problem, name, factor)
         assert [load[1:3] for load in changed.loads] == expected
-    assert shakedown.with_parameter(problem, "stiffness", 2.0).loads == problem.loads
+    assert with_parameter(problem, "stiffness", 2.0).loads == problem.loads
 
 
 def test_a_document_has_the_loads_where_they_are_known():

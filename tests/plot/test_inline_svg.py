@@ -8,6 +8,7 @@ import pytest
 
 import shakedown
 from shakedown import plot
+from shakedown.motion.evolve import evolve
 from shakedown.plot.inline_svg import EDGE, Drawing, picture
 
 
@@ -60,7 +61,7 @@ def test_panels_that_are_alike_have_the_same_ticks_and_one_legend():
 
 def test_a_path_is_one_line_that_breaks_off_where_it_is_interrupted():
     problem = shakedown.example("jump")
-    path = shakedown.evolve(problem, 1.0, problem.initial_slip[0]).history
+    path = evolve(problem, 1.0, problem.initial_slip[0]).history
     lines = plot.slip_space(problem, 1.0, {"path": path}).lines
     drawn = [
         one.get_xydata() for one in lines if one.get_linestyle() in ("-", ":") and len(one.get_xydata()) > 2
