@@ -216,7 +216,7 @@ def _opened(target: Path) -> IO[bytes]:
     try:
         while True:  # ends: only a run that removes its journal at this moment makes it try again
             file = os.fdopen(os.open(target, flags, 0o666), "r+b")
-            if not _is_ours(file.fileno()):
+            if not locked(file.fileno()):
                 file.close()
                 raise UsageError(f"{target}: cannot be resumed (another run is writing it)")
             if is_at(file.fileno(), target):
@@ -224,13 +224,6 @@ def _opened(target: Path) -> IO[bytes]:
             file.close()
     except OSError as error:
         raise UsageError(f"{target}: cannot be opened ({error.strerror or error})") from None
-
-
-def _is_ours(handle: int) -> bool:
-    try:
-        return locked(handle)
-    except OSError:  # a file system without locks
-        return True
 
 
 def _difference(found: bytes, header: Mapping[str, str]) -> str:

@@ -1,7 +1,6 @@
 """The one way in which files are written: whole or not at all, and only over regular files."""
 
 import os
-import re
 import secrets
 import stat
 from collections.abc import Iterator, Sequence
@@ -9,9 +8,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from shakedown.files.regular_file import kind_of
+from shakedown.files.regular_file import kind_of, open_regular
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import ProblemError, UsageError
 
 try:
     import fcntl
@@ -19,7 +18,7 @@ except ImportError:  # not POSIX: nothing is locked, so nothing is swept
     fcntl = None  # type: ignore[assignment]
 
 PART = ".shakedown-part"  # what the name of an unfinished file ends with
-_PART_NAME = re.compile(r"\..*\.[0-9a-f]{16}" + re.escape(PART), re.DOTALL)
+_PARTS = ".*." + "[0-9a-f]" * 16 + PART
 _STEM = 40  # characters of the target's name in that of its unfinished file: 255 bytes are the most
 
 
@@ -42,7 +41,7 @@ def check_target(path: str | os.PathLike[str]) -> Path:
         If the name is empty, its folder is missing or closed to us, or something
         stands there that is not a regular file or is read-only.
     """
-    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str) or not os.fspath(path):
+    if not isinstance(os.fspath(path), str) or not os.fspath(path):
         raise UsageError(f"expected the path of a file to write, found {path!r}")
     try:
         target = Path(os.path.realpath(path))
@@ -134,14 +133,15 @@ def _refusing(name: str) -> Iterator[None]:
 def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
     """An unfinished file beside its target, locked while we write, gone afterwards in any case."""
     target, name = check_target(path), os.fspath(path)
-    _sweep(target.parent)
+    if fcntl is not None:
+        _sweep(target.parent)
     with _refusing(name):
         old = _status(target)
         temporary, handle = _created(target, 0o666 if old is None else 0o600)
     file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
-            _take_over(handle, old)
+            temporary.chmod(stat.S_IMODE(old.st_mode) & 0o777)
         yield _Part(name, temporary, target, file)
     finally:
         with suppress(OSError):  # what could not be written on a full disk is tried again here
@@ -156,55 +156,29 @@ def _created(target: Path, mode: int) -> tuple[Path, int]:
     while True:  # ends: only a sweep between two system calls makes it try again
         temporary = target.with_name(f".{target.name[:_STEM]}.{secrets.token_hex(8)}{PART}")
         handle = os.open(temporary, flags, mode)
-        try:
-            ours = locked(handle)
-        except OSError:  # a file system without locks: nothing is swept there
-            ours = True
-        if ours and is_at(handle, temporary):
+        if locked(handle) and is_at(handle, temporary):
             return temporary, handle
-        os.close(handle)  # somebody swept it between its creation and our lock
-
-
-def _take_over(handle: int, old: os.stat_result) -> None:
-    """Give a new file the owner and the mode of the one that it replaces, as far as we may."""
-    if not hasattr(os, "fchmod"):
-        return
-    new = os.fstat(handle)
-    if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
-        with suppress(OSError):
-            os.fchown(handle, old.st_uid, old.st_gid)
-    os.fchmod(handle, stat.S_IMODE(old.st_mode) & 0o777)
+        os.close(handle)
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the unfinished files of killed writers: ours by name and owner, and locked by nobody."""
-    if fcntl is None:
-        return
-    with suppress(OSError), os.scandir(folder) as entries:
-        for entry in entries:
-            if _PART_NAME.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
-                _sweep_one(Path(entry.path))
-
-
-def _sweep_one(path: Path) -> None:
-    with suppress(OSError):
-        handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-        try:
-            ours = os.fstat(handle).st_uid == os.geteuid()
-            if ours and locked(handle) and is_at(handle, path):
+    """Remove the unfinished files of killed writers: those that nobody locks."""
+    for path in folder.glob(_PARTS):
+        with suppress(OSError, ProblemError), open_regular(path) as left:
+            fcntl.flock(left, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if is_at(left.fileno(), path):
                 path.unlink()
-        finally:
-            os.close(handle)
 
 
 def locked(handle: int) -> bool:
-    """Lock a file until it is closed; False where another process holds it or there are no locks."""
-    if fcntl is None:
-        return True
+    """Lock a file until it is closed, where there are locks; False where somebody else holds it."""
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if fcntl is not None:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError:  # a file system without locks: nothing is swept there
+        pass
     return True
 
 
