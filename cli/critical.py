@@ -42,10 +42,10 @@ from .output import (
 @quiet_option
 def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> None:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
-    n = problem.n
-    count = shakedown.subset_count(n)
-    subsets = "1 subset" if count == 1 else f"{count:,} subsets"
-    remark(f"{subsets} of {n + 1} of {2 * n} constraints")
+    if problem.directions == 1:
+        n, count = problem.n, shakedown.subset_count(problem.n)
+        subsets = "1 subset" if count == 1 else f"{count:,} subsets"
+        remark(f"{subsets} of {n + 1} of {2 * n} constraints")
     with progress("subsets") as update:
         result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     if as_json:

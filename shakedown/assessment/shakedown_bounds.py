@@ -8,7 +8,7 @@ from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -81,6 +81,7 @@ def shakedown_bounds(
     >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
     (0.657373, 0.739146)
     """
+    require_plane("bounds", problem)
     upper = upper_bound(problem, open_nodes=open_nodes, certify=certify, tolerances=tolerances)
     exact = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
     lower = lower_bound(problem, certify=exact, tolerances=tolerances)

@@ -15,7 +15,7 @@ from scipy import sparse
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, node_numbers
+from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.constraints import GAP, Constraints, constraints, step_loads
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.problem import Problem
@@ -87,6 +87,7 @@ def conic_upper_bound(
     >>> round(conic_upper_bound(shakedown.example("two-node")).load_factor, 6)
     0.739146
     """
+    require_plane("upper bound", problem)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
     if zone.open_nodes:
         bound = _bound_in_zone(zone.constraints, solver, tolerances)
@@ -156,6 +157,7 @@ def conic_lower_bound(
     >>> round(conic_lower_bound(shakedown.example("two-node")).load_factor, 6)
     0.657373
     """
+    require_plane("first collapse", problem, NO_SIDES)
     rows = constraints(problem)
     matrix = np.column_stack([rows.coefficients, rows.d])
     start = extreme_load_factor(matrix, rows.g, +1.0, solver, tolerances)

@@ -12,7 +12,7 @@ from shakedown.bounds.upper import rows_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import Constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -98,6 +98,7 @@ def safe_slip(
     >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status.value
     'infeasible'
     """
+    require_plane("safe slip", problem)
     check_load_factor(load_factor, problem)
     zone = chosen_zone(problem, open_nodes, tolerances)
     rows = rows_of(zone, transient)

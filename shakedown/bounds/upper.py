@@ -20,7 +20,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named, through_transient
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
@@ -167,6 +167,7 @@ def upper_bound(
     >>> low <= upper.load_factor <= high, high - low < 1e-15
     (True, True)
     """
+    require_plane("upper bound", problem)
     zone = chosen_zone(problem, open_nodes, tolerances)
     rows = rows_of(zone, transient)
     if zone.open_nodes:

@@ -28,8 +28,8 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.field_values import DOMAIN, LOOP
-from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.fields.texts import DOMAIN, LOOP
+from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 

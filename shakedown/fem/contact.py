@@ -15,7 +15,7 @@ from shakedown.fem.origin import Contact, origin_text
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 
 

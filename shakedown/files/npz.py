@@ -18,11 +18,13 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
-from shakedown.joint.field_values import LOOP, NAMES, SHAPES, TEXTS, check_shapes, plain_text, real_numbers
+from shakedown.joint.fields.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
+from shakedown.joint.fields.numbers import real_numbers
+from shakedown.joint.fields.texts import LOOP, plain_text
 from shakedown.joint.problem import Problem
 
 SCHEMA = "shakedown/1"
-KEYS = frozenset(SHAPES) | frozenset(TEXTS)
+KEYS = frozenset(FIELDS)
 HARMLESS = 2**28  # bytes of all arrays together, whatever the file's size
 MOST_TIMES = 100  # the size of a larger file; compressed stiffness is no tenth of this
 LONGEST_TEXT = 2**20  # characters
@@ -161,7 +163,7 @@ def _read_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
                 members = _members(archive)
                 headers = {key: _read_header(archive, key, info) for key, info in members.items()}
                 _check_sizes(headers, os.fstat(file.fileno()).st_size)
-                check_shapes({key: header.shape for key, header in headers.items() if key in SHAPES})
+                check_shapes({key: header.shape for key, header in headers.items() if key in ARRAYS})
                 arrays = {key: _read_member(archive, key, members[key], headers[key]) for key in headers}
         except ProblemError:
             raise

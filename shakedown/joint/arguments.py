@@ -12,9 +12,13 @@ from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
-from shakedown.joint.field_values import LARGEST, check_slip
+from shakedown.joint.fields.numbers import LARGEST, check_slip
 from shakedown.joint.problem import Problem
 
+PLANE_SO_FAR = "it exists in the plane only, so far"  # why something needs one tangential direction
+NO_SUBSETS = "there are no (n+1)-subsets of cones"
+NO_SIDES = "it needs the two limits of a node, and a disc has no sides"
+NO_SIGNS = "uniqueness is decided by the signs of slips"
 MANY = 1_000_000  # of what is kept in memory, or followed one after the other
 
 
@@ -59,6 +63,24 @@ def require_problem(problem: object) -> None:
     """Raise ``UsageError`` where something else is given as a problem."""
     if not isinstance(problem, Problem):
         raise UsageError(f"problem: expected a Problem, found {type(problem).__name__}")
+
+
+def require_plane(what: str, problem: object, why: str = PLANE_SO_FAR) -> None:
+    """Raise ``UsageError`` where something is asked of a joint in space that joints in the plane have only.
+
+    Parameters
+    ----------
+    what
+        What is asked for, in the words of the line.
+    problem
+        The joint; something else is refused, too.
+    why
+        Why only the plane has it.
+    """
+    require_problem(problem)
+    assert isinstance(problem, Problem)
+    if problem.directions > 1:
+        raise UsageError(f"{what}: expected one tangential direction, found two ({why})")
 
 
 def real_array(name: str, values: ArrayLike) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The 2n frictional constraints in slip space and load factor."""
+"""The frictional constraints in slip space and load factor: rows in the plane, cones in space."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -15,28 +16,33 @@ from shakedown.joint.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
 
 BACKWARD, FORWARD = +1, -1
 GAP = 0  # the row of an open node: its gap
-SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap"}
+DISC = 2  # one of the rows of a disc, which has no sides
+SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc"}
+CONE = 3  # rows of a disc: f p, q_x, q_y
+ROUND_OFF_LOAD = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Constraints(Result):
-    """Extremal frictional constraints G v + λ d ≤ g (thesis (5.3)–(5.7)).
+    """Extremal frictional constraints g − G v − λ d ∈ K (thesis (5.3)–(5.7)).
 
-    Row 2j is the backward-slip limit of node j (side +1, q = f p), row 2j + 1
-    its forward-slip limit (side −1, q = −f p): the thesis's I, II, III, IV, …
+    With one tangential direction K are half-spaces, G v + λ d ≤ g: row 2j is the backward-slip
+    limit of node j (side +1, q = f p), row 2j + 1 its forward-slip limit (side −1, q = −f p): the
+    thesis's I, II, III, IV, … With two, K are second-order cones: the three rows (f p, q_x, q_y) of a
+    node at one load step, and every node has as many as it has extreme load steps.
     Programs over the rows take their coefficients from ``coefficients``, not from G: there the slips
     of a body that only friction holds are those relative to its pinned nodes.
 
     Attributes
     ----------
-    G : (2n, n)
-        Coefficients of the slip v [force/length].
-    d : (2n,)
+    G : (r, dn)
+        Coefficients of the slip v, r = 2n rows with one direction [force/length].
+    d : (r,)
         Coefficients of the load factor λ, at the extreme load step [force].
-    g : (2n,)
+    g : (r,)
         Right-hand sides: the distance of the mean load from the limit [force].
-    node, side, step : (2n,)
-        Node, side (±1) and extreme load step of every row; of rows of transient load steps
+    node, side, step : (r,)
+        Node, side (±1; 2: none) and extreme load step of every row; of rows of transient load steps
         (:func:`through_transient`) the step counted from −k to −1, before the period.
     rigid
         The slips that change no frictional limit, and where they are pinned.
@@ -56,12 +62,23 @@ class Constraints(Result):
 
     @property
     def n(self) -> int:
-        """Number of contact nodes."""
+        """Number of slips: with one direction that of contact nodes."""
         return self.G.shape[1]
 
     @cached_property
+    def heads(self) -> NDArray[np.intp]:
+        """The first row of every cone of K, in order; a half-space has no other."""
+        in_disc = self.side == DISC
+        return np.flatnonzero(~in_disc | (np.cumsum(in_disc) % CONE == 1))
+
+    @property
+    def cones(self) -> NDArray[np.intp]:
+        """The sizes of the cones of K in the order of the rows: 1 a half-space, 3 a second-order cone."""
+        return np.diff(np.append(self.heads, len(self.g)))
+
+    @cached_property
     def coefficients(self) -> FloatArray:
-        """G in the unknowns of programs, (2n, n): zero in the columns of pinned nodes.
+        """G in the unknowns of programs, (r, dn): zero in the columns of pinned nodes.
 
         What a rigid slip changes in a gap stays: there the unknown is how far the body has moved.
         """
@@ -89,22 +106,34 @@ class Constraints(Result):
         return np.asarray(kept + moved @ self.rigid.motions.T)
 
     def excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
-        """Violation (positive) or distance to the limit (negative) of every row, (2n,) [force]."""
-        return self.G @ slip + load_factor * self.d - self.g
+        """Violation (positive) or distance to the limit (negative) of every cone, or row, [force]."""
+        return self._of_cones(self.G @ slip + load_factor * self.d - self.g)
 
     def relative_excess(self, slip: FloatArray, load_factor: float) -> FloatArray:
-        """``excess`` relative to the largest term of each row, (2n,)."""
+        """``excess`` relative to the largest term of each cone, or row."""
         terms = np.maximum(np.abs(self.G) @ np.abs(slip), np.abs(load_factor * self.d))
         size = np.maximum(terms, np.abs(self.g))
+        if len(self.heads) < len(size):
+            size = np.maximum.reduceat(size, self.heads)
         return self.excess(slip, load_factor) / np.where(size > 0, size, 1.0)
+
+    def _of_cones(self, rows: FloatArray) -> FloatArray:
+        """The excess of every cone from that of its rows: of a disc |q| − f p."""
+        if len(self.heads) == len(rows):
+            return rows
+        excess, disc = rows[self.heads], self.cones == CONE
+        first = self.heads[disc]
+        excess[disc] += np.hypot(rows[first + 1], rows[first + 2])
+        return np.asarray(excess)
 
 
 @once_per_problem
 def constraints(problem: Problem) -> Constraints:
-    """The 2n extremal rows of a problem, with all nodes in contact; built once per problem.
+    """The extremal limits of a problem, with all nodes in contact; built once per problem.
 
-    Of the loading loop only the extreme samples enter, one per row: an LP over
-    every load step (thesis (5.16)) has the same solutions.
+    With one direction only the extreme sample of the loading loop enters, one per row: an LP over
+    every load step (thesis (5.16)) has the same solutions. With two, of every node the load steps
+    that none of the others implies (:func:`extreme_steps`).
 
     Examples
     --------
@@ -113,34 +142,60 @@ def constraints(problem: Problem) -> Constraints:
     >>> rows.G.shape, rows.node, rows.side
     ((4, 2), array([0, 0, 1, 1]), array([ 1, -1,  1, -1]))
     """
-    n, f, fB = problem.n, problem.f, problem.f[:, None] * problem.B
-    loop, steps = loading(problem), step_loads(problem)
+    loop, law = loading(problem), problem.law
+    G, g = law.stiffness(problem.A, problem.B), law.cone(loop.q0, loop.p0)
+    rigid = rigid_slips(problem)
+    if problem.directions > 1:
+        place = extreme_steps(law, loop.q1, loop.p1)
+        return _cones(G, step_loads(problem), np.broadcast_to(g, (problem.m, g.size)), place, rigid)
+    steps = step_loads(problem)
     return Constraints(
-        G=_interleaved(problem.A - fB, -(problem.A + fB)),
+        G=G,
         d=steps.max(axis=0),
-        g=_interleaved(f * loop.p0 - loop.q0, f * loop.p0 + loop.q0),
-        node=np.repeat(np.arange(n), 2),
-        side=np.tile([BACKWARD, FORWARD], n),
+        g=g,
+        node=np.repeat(np.arange(problem.n), 2),
+        side=np.tile([BACKWARD, FORWARD], problem.n),
         step=steps.argmax(axis=0),
-        rigid=rigid_slips(problem),
+        rigid=rigid,
+    )
+
+
+def _cones(
+    G: FloatArray,
+    taken: FloatArray,
+    left: FloatArray,
+    place: tuple[NDArray[np.intp], NDArray[np.intp]],
+    rigid: RigidSlips,
+) -> Constraints:
+    """The discs of some nodes at some load steps: rows of all nodes (m, 3n) → those of these cones."""
+    node, step = (each.repeat(CONE) for each in place)
+    rows = CONE * node + np.tile(np.arange(CONE), len(place[0]))
+    return Constraints(
+        G=G[rows],
+        d=taken[step, rows],
+        g=left[step, rows],
+        node=node,
+        side=np.full(len(rows), DISC),
+        step=step,
+        rigid=rigid,
     )
 
 
 def step_loads(problem: Problem) -> FloatArray:
-    """The coefficients of the load factor in the 2n rows at every load step, (m, 2n) [force].
+    """The coefficients of the load factor in the rows of every node at every load step, (m, (d + 1) n).
 
-    Their largest over the loop are the ``d`` of :func:`constraints`.
+    With one direction their largest over the loop are the ``d`` of :func:`constraints` [force].
     """
-    loop, f = loading(problem), problem.f
-    return np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
+    loop = loading(problem)
+    return problem.law.against(loop.q1, loop.p1)
 
 
 @once_per_problem
 def through_transient(problem: Problem) -> Constraints:
-    """The extremal rows of the loop, and those of the transient load steps before it, (2n,) or (4n,).
+    """The extremal limits of the loop, and those of the transient load steps before it.
 
     The load factor does not scale the transient: d = 0 there. A slip that keeps all of these
-    rows is safe before the transient, one that keeps those of the loop alone only after it.
+    limits is safe before the transient, one that keeps those of the loop alone only after it.
 
     Examples
     --------
@@ -152,24 +207,65 @@ def through_transient(problem: Problem) -> Constraints:
     rows = constraints(problem)
     if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
         return rows
-    reach = problem.f * problem.p_transient
-    room = np.stack([reach - problem.q_transient, reach + problem.q_transient], axis=2)
-    room = room.reshape(len(room), -1)
+    law = problem.law
+    room = law.cone(problem.q_transient, problem.p_transient)
+    if problem.directions > 1:
+        place = extreme_steps(law, problem.q_transient, problem.p_transient)
+        before = _cones(law.stiffness(problem.A, problem.B), np.zeros_like(room), room, place, rows.rigid)
+    else:
+        before = replace(rows, d=np.zeros_like(rows.d), g=room.min(axis=0), step=room.argmin(axis=0))
     return replace(
         rows,
-        G=np.vstack([rows.G, rows.G]),
-        d=np.append(rows.d, np.zeros_like(rows.d)),
-        g=np.append(rows.g, room.min(axis=0)),
-        node=np.tile(rows.node, 2),
-        side=np.tile(rows.side, 2),
-        step=np.append(rows.step, room.argmin(axis=0) - len(room)),
+        G=np.vstack([rows.G, before.G]),
+        d=np.append(rows.d, before.d),
+        g=np.append(rows.g, before.g),
+        node=np.append(rows.node, before.node),
+        side=np.append(rows.side, before.side),
+        step=np.append(rows.step, before.step - len(room)),
     )
+
+
+def extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The (node, load step) pairs whose discs, of reactions (m, 2n) and (m, n), imply all others.
+
+    A disc is convex: of the load path (q_x, q_y, p) of a node only the corners of its hull matter. Nor
+    does a step k matter that another one, l, implies: |q_k − q_l| ≤ f (p_k − p_l).
+
+    Examples
+    --------
+    >>> q, p = np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.1, 0.1]]), np.array([[1.0], [1], [1], [9]])
+    >>> extreme_steps(Law(np.array([0.5]), 2), q, p)
+    (array([0, 0]), array([0, 1]))
+    """
+    path = np.concatenate([law.layout.by_node(q), p[..., None]], axis=-1)
+    found = []
+    for node in range(p.shape[1]):
+        steps = _hull(path[:, node])
+        apart = path[steps, node][:, None] - path[steps, node]
+        implied = Law(law.f[[node]], 2).excess(apart[..., :2], apart[..., 2:])[..., 0] <= 0
+        earlier = np.tri(len(steps), k=-1, dtype=bool)
+        found.append(steps[~(implied & (earlier | ~implied.T) & ~np.eye(len(steps), dtype=bool)).any(axis=1)])
+    return np.repeat(np.arange(p.shape[1]), [len(steps) for steps in found]), np.concatenate(found)
+
+
+def _hull(points: FloatArray) -> NDArray[np.intp]:
+    """The corners of the convex hull of points (m, 3) that may lie in a plane or a line, in order."""
+    from scipy.spatial import ConvexHull, QhullError  # in space only
+
+    size = float(np.abs(points).max())
+    spread = np.ldexp(points - points[0], -int(np.frexp(size)[1]))
+    values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
+    rank = int(np.count_nonzero(values > ROUND_OFF_LOAD * len(points)))
+    along = spread @ directions[:rank].T
+    if rank < 2:
+        ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]
+        return np.sort(np.array(ends, dtype=np.intp))
+    try:
+        return np.sort(ConvexHull(along).vertices.astype(np.intp))
+    except QhullError:  # nearly flat: all of them imply themselves
+        return np.arange(len(points))
 
 
 def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:
     """(node, side) of some rows, in order, each once."""
     return tuple(dict.fromkeys((int(rows.node[i]), int(rows.side[i])) for i in sorted(indices)))
-
-
-def _interleaved(backward: NDArray, forward: NDArray) -> NDArray:
-    return np.stack([backward, forward], axis=1).reshape(2 * len(backward), *backward.shape[1:])

@@ -9,17 +9,20 @@ from numbers import Integral
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.constraints import GAP, Constraints, constraints
-from shakedown.joint.field_values import FIRST_DIGIT
+from shakedown.joint.fields.numbers import FIRST_DIGIT
+from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
 
+Places = NDArray[np.intp]
 ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
 
 
@@ -42,9 +45,9 @@ class Zone:
         O and K, in increasing order.
     joint
         The joint of the closed nodes, with κ̃ and r̃_w; the whole joint where O is empty.
-    slope : (2o, k)
+    slope : ((d + 1) o, dk)
         −∂(v_O, w_O)/∂v_K [–].
-    flexibility : (2o, 2o)
+    flexibility : ((d + 1) o, (d + 1) o)
         κ_OO⁻¹ [length/force].
     """
 
@@ -64,13 +67,13 @@ class Zone:
         rows = constraints(self.joint)
         if not self.open_nodes:
             return rows
-        o = len(self.open_nodes)
+        o, gaps = len(self.open_nodes), self._opened.gaps
         loop, welded = loading(self.problem), self._of_open
-        h0 = welded(loop.q0[None], loop.p0[None])[0, o:]
-        h1 = welded(loop.q1, loop.p1)[:, o:]
+        h0 = welded(loop.q0[None], loop.p0[None])[0, gaps]
+        h1 = welded(loop.q1, loop.p1)[:, gaps]
         closed = np.array(self.closed_nodes, dtype=np.intp)
         return Constraints(
-            G=np.vstack([rows.G, self.slope[o:]]),
+            G=np.vstack([rows.G, self.slope[gaps]]),
             d=np.concatenate([rows.d, h1.max(axis=0)]),
             g=np.concatenate([rows.g, -h0]),
             node=np.concatenate([closed[rows.node], self.open_nodes]),
@@ -79,51 +82,57 @@ class Zone:
             rigid=rows.rigid,
         )
 
+    @property
+    def _opened(self) -> Layout:
+        """Where the displacements of an open node stand among those of all open ones."""
+        return replace(self.problem.layout, n=len(self.open_nodes))
+
     def _of_open(self, q: FloatArray, p: FloatArray) -> FloatArray:
-        """κ_OO⁻¹ r_w,O for some load steps (m, n): (m, 2o)."""
-        o = list(self.open_nodes)
-        return np.hstack([q[:, o], p[:, o]]) @ self.flexibility.T
+        """κ_OO⁻¹ r_w,O for some load steps (m, dn), (m, n): (m, (d + 1) o)."""
+        layout = self.problem.layout
+        return layout.joined(q, p)[:, layout.of_nodes(self.open_nodes)] @ self.flexibility.T
 
     @property
     def pinned(self) -> tuple[int, ...]:
-        """The nodes of the whole joint whose slips are set to zero, as no row knows them."""
-        return tuple(self.closed_nodes[k] for k in self.constraints.pinned)
+        """The slips of the whole joint, by number, that are set to zero, as no row knows them."""
+        of_closed = self.problem.layout.slips_of(self.closed_nodes).tolist()
+        return tuple(of_closed[k] for k in self.constraints.pinned)
 
     def spread(self, slip: FloatArray, elsewhere: float = np.nan) -> FloatArray:
-        """What belongs to the closed nodes (k,) in an array of all nodes (n,)."""
-        everywhere = np.full(self.problem.n, elsewhere)
-        everywhere[list(self.closed_nodes)] = slip
+        """The slips of the closed nodes (dk,) among those of all nodes (dn,)."""
+        layout = self.problem.layout
+        everywhere = np.full(layout.slip_size, elsewhere)
+        everywhere[layout.slips_of(self.closed_nodes)] = slip
         return everywhere
 
     def slips(self, slip: FloatArray) -> FloatArray:
         """Slips of all nodes (n,) [length]: of open ones their displacement under the mean load."""
         loop = loading(self.problem)
-        return self.displacements(slip, loop.q0[None], loop.p0[None])[0, : self.problem.n]
+        return self.displacements(slip, loop.q0[None], loop.p0[None])[0, self.problem.layout.slips]
 
     def follow(self, change: FloatArray) -> FloatArray:
-        """Change of the slips of all nodes (…, n) with that of the closed ones (…, k): open ones follow."""
-        everywhere = np.zeros((*change.shape[:-1], self.problem.n))
-        everywhere[..., list(self.closed_nodes)] = change
-        everywhere[..., list(self.open_nodes)] = -change @ self.slope[: len(self.open_nodes)].T
+        """Change of the slips of all nodes (…, dn) with that of the closed ones (…, dk): open ones follow."""
+        layout = self.problem.layout
+        everywhere = np.zeros((*change.shape[:-1], layout.slip_size))
+        everywhere[..., layout.slips_of(self.closed_nodes)] = change
+        everywhere[..., layout.slips_of(self.open_nodes)] = -change @ self.slope[self._opened.slips].T
         return everywhere
 
     def displacements(self, slip: FloatArray, q_w: FloatArray, p_w: FloatArray) -> FloatArray:
-        """u = (v, w) of all nodes, (m, 2n) [length], with the closed ones at ``slip`` (k,).
+        """u = (v, w) of all nodes, (m, (d + 1) n) [length], with the closed ones at ``slip`` (dk,).
 
         Parameters
         ----------
-        slip : (k,)
+        slip : (dk,)
             Slips of the closed nodes [length].
-        q_w, p_w : (m, n)
+        q_w, p_w : (m, dn), (m, n)
             Welded reactions of the whole joint [force].
         """
-        n, k, o = self.problem.n, list(self.closed_nodes), len(self.open_nodes)
-        u = np.zeros((len(q_w), 2 * n))
-        u[:, k] = slip
-        if o:
-            free = -self.slope @ slip - self._of_open(q_w, p_w)
-            u[:, list(self.open_nodes)] = free[:, :o]
-            u[:, [n + i for i in self.open_nodes]] = free[:, o:]
+        layout = self.problem.layout
+        u = layout.zeros(len(q_w))
+        u[:, layout.slips_of(self.closed_nodes)] = slip
+        if self.open_nodes:
+            u[:, layout.of_nodes(self.open_nodes)] = -self.slope @ slip - self._of_open(q_w, p_w)
         return u
 
 
@@ -161,24 +170,26 @@ def contact_zone(problem: Problem, open_nodes: Iterable[int], *, tolerances: Tol
             f"open nodes: expected at least one node that stays closed, found all {problem.n} open"
         )
     if not chosen:
-        return Zone(problem, (), tuple(k), problem, np.zeros((0, problem.n)), np.zeros((0, 0)))
-    n, kappa = problem.n, problem.kappa
-    free, held = [*chosen, *(n + i for i in chosen)], [*k, *(n + i for i in k)]
+        return Zone(problem, (), tuple(k), problem, np.zeros((0, problem.layout.slip_size)), np.zeros((0, 0)))
+    kappa, layout = problem.kappa, problem.layout
+    closed = replace(layout, n=len(k))
+    free, held = layout.of_nodes(chosen), layout.of_nodes(k)
     flexibility = _inverse(kappa[np.ix_(free, free)], chosen, tolerances)
     follow = flexibility @ kappa[np.ix_(free, held)]  # −∂u_O/∂u_K
-    c = len(k)
     parts = kappa[np.ix_(held, held)], kappa[np.ix_(held, free)], follow
-    stiffness = _condensed(*parts, c, _accuracy(problem))
+    A, B, C = closed.blocks(_condensed(*parts, closed, _accuracy(problem)))
+    given = problem.initial_slip
     joint = replace(
         problem,
-        A=stiffness[:c, :c],
-        B=stiffness[c:, :c],
-        C=stiffness[c:, c:],
-        initial_slip=None if problem.initial_slip is None else problem.initial_slip[:, k],
+        A=A,
+        B=B,
+        C=C,
+        initial_slip=None if given is None else given[:, layout.slips_of(k)],
         **problem.node_data(k),
-        **_condensed_loads(problem, held, free, follow),
+        **_condensed_loads(problem, closed, held, free, follow),
     )
-    return Zone(problem, tuple(chosen), tuple(k), joint, _without_round_off(follow[:, :c]), flexibility)
+    slope = _without_round_off(follow[:, closed.slips])
+    return Zone(problem, tuple(chosen), tuple(k), joint, slope, flexibility)
 
 
 def _accuracy(problem: Problem) -> float:
@@ -187,15 +198,17 @@ def _accuracy(problem: Problem) -> float:
     return NO_STIFFNESS if given is None else max(FIRST_DIGIT * given, ROUND_OFF)
 
 
-def _condensed(held: FloatArray, tie: FloatArray, follow: FloatArray, c: int, accuracy: float) -> FloatArray:
-    """κ of the closed nodes, (2c, 2c), the slips of those that nothing holds without any stiffness.
+def _condensed(
+    held: FloatArray, tie: FloatArray, follow: FloatArray, closed: Layout, accuracy: float
+) -> FloatArray:
+    """κ of the closed nodes, the slips of those that nothing holds without any stiffness.
 
     Where a node and open ones alone are what can move, all that is left of its stiffness is the round-off
     of the difference, and nothing next to it would tell that.
     """
     left = held - tie @ follow
     noise = accuracy * (np.abs(held) + np.abs(tie) @ np.abs(follow))
-    loose = np.flatnonzero((np.abs(left[:c]) <= noise[:c]).all(axis=1))
+    loose = np.flatnonzero((np.abs(left[closed.slips]) <= noise[closed.slips]).all(axis=1))
     left[loose], left[:, loose] = 0.0, 0.0
     return left
 
@@ -236,11 +249,10 @@ def _inverse(stiffness: FloatArray, nodes: list[int], tolerances: Tolerances) ->
 
 
 def _condensed_loads(
-    problem: Problem, held: list[int], free: list[int], follow: FloatArray
+    problem: Problem, closed: Layout, held: Places, free: Places, follow: FloatArray
 ) -> dict[str, Any]:
     """The welded reactions of the closed nodes with the open ones free, for every kind of load step."""
     condensed: dict[str, Any] = {}
-    c = len(held) // 2
     pairs = (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean"))
     mean = loading(problem)
     for q_key, p_key in pairs:
@@ -250,7 +262,7 @@ def _condensed_loads(
         if q is None or p is None:
             condensed |= {q_key: None, p_key: None}
             continue
-        both = np.concatenate([q, p], axis=-1)
-        left = both[..., held] - both[..., free] @ follow
-        condensed |= {q_key: left[..., :c], p_key: left[..., c:]}
+        both = problem.layout.joined(q, p)
+        left = closed.split(both[..., held] - both[..., free] @ follow)
+        condensed |= dict(zip((q_key, p_key), left, strict=True))
     return condensed

@@ -1,12 +1,14 @@
-"""The loading loop: its constant part, its periodic part and the load factor."""
+"""The loading loop: its constant and its periodic part, the load factor, what initial gaps add."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import real_array, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -20,9 +22,9 @@ class Loading(Result):
 
     Attributes
     ----------
-    q0, p0 : (n,)
+    q0, p0 : (dn,), (n,)
         Constant part r⁰ [force].
-    q1, p1 : (m, n)
+    q1, p1 : (m, dn), (m, n)
         Periodic part r¹ = r_w − r⁰ at load factor 1 [force].
     """
 
@@ -38,7 +40,7 @@ class Loading(Result):
             array.setflags(write=False)
 
     def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
-        """The welded reactions (q_w, p_w), each (m, n) [force], at a load factor.
+        """The welded reactions (q_w, p_w), (m, dn) and (m, n) [force], at a load factor.
 
         Raises ``UsageError`` where they are too large for floating-point numbers.
         """
@@ -67,7 +69,7 @@ def loading(problem: Problem) -> Loading:
 
 
 def transient_path(problem: Problem) -> FloatArray:
-    """The welded reactions (q_w, p_w) of the transient load steps before the first period, (k, 2n) [force].
+    """The welded reactions (q_w, p_w) of the load steps before the first period, (k, (d + 1) n) [force].
 
     Examples
     --------
@@ -76,28 +78,28 @@ def transient_path(problem: Problem) -> FloatArray:
     (0, 4)
     """
     if problem.q_transient is None or problem.p_transient is None:
-        return np.empty((0, 2 * problem.n))
-    return np.hstack([problem.q_transient, problem.p_transient])
+        return problem.layout.zeros(0)
+    return problem.layout.joined(problem.q_transient, problem.p_transient)
 
 
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
-    """Welded reactions (2n,) from which the load rises to its first load step, all closed nodes stuck.
+    """Welded reactions from which the load rises to its first load step, all closed nodes stuck.
 
     Tangential reactions are zero, normal ones those of the first load step (in
     magnitude), so that an initial state (v, w) that is admissible there stays as it is.
     """
-    n = problem.n
-    v, w = start[:n], start[n:]
+    layout = problem.layout
+    v, w = layout.split(start)
     locked_q, locked_p = problem.A @ v, problem.B @ v
     if w.any():
-        locked_q, locked_p = np.split(problem.kappa @ start, 2)
-    return np.concatenate([-locked_q, np.abs(first[n:] + locked_p) - locked_p])
+        locked_q, locked_p = layout.split(problem.kappa @ start)
+    return layout.joined(-locked_q, np.abs(first[layout.gaps] + locked_p) - locked_p)
 
 
 def slip_reach(problem: Problem, load_factor: float) -> FloatArray:
     """Slips that one load step could cause, node by node: the half-width of a box of initial states.
 
-    Largest |q_w| + f |p_w| over the loop, by A_jj, (n,) [length]; 0 where A_jj = 0.
+    Largest |q_w| + f |p_w| over the loop, by A_jj, (dn,) [length]; 0 where A_jj = 0.
 
     Examples
     --------
@@ -106,9 +108,57 @@ def slip_reach(problem: Problem, load_factor: float) -> FloatArray:
     array([1.546, 5.326])
     """
     q_w, p_w = loading(problem).at(load_factor)
-    force = (np.abs(q_w) + problem.f * np.abs(p_w)).max(axis=0)
+    force = (problem.law.size(q_w) + problem.law.limit(np.abs(p_w))).max(axis=0).repeat(problem.directions)
     stiffness = np.diag(problem.A)
     return np.asarray(force / np.where(stiffness > 0, stiffness, np.inf))
+
+
+def with_initial_gap(problem: Problem, gap: ArrayLike) -> Problem:
+    """The joint with an initial gap g⁰ between its contact nodes; negative is interference.
+
+    With w = u_n + g⁰, u_n the normal displacement, the reactions are those of the
+    displacements (v, w − g⁰): holding the nodes closed (w = 0) takes
+
+        q_w → q_w − Bᵀ g⁰,        p_w → p_w − C g⁰
+
+    at every load step. The periodic part of the loading does not change.
+
+    Parameters
+    ----------
+    problem
+        The joint with its nodes just touching; it needs C.
+    gap : () or (n,)
+        g⁰ [length], one number or one per node.
+
+    Raises
+    ------
+    UsageError
+        If the gap is not one finite number or one per node.
+    ProblemError
+        If the problem has no C.
+
+    Examples
+    --------
+    A press fit of one node: interference 0.1 gives the pressure 0.1 C.
+
+    >>> loose = Problem(A=[[2.0]], B=[[0.5]], C=[[3.0]], f=0.3, q_w=[[0.0]], p_w=[[0.0]])
+    >>> tight = with_initial_gap(loose, -0.1)
+    >>> tight.p_w.round(6), tight.q_w.round(6)
+    (array([[0.3]]), array([[0.05]]))
+    """
+    require_problem(problem)
+    g = real_array("initial gap", gap)
+    if g.shape not in ((), (problem.n,)):
+        raise UsageError(f"initial gap: expected one number or shape ({problem.n},), found {g.shape}")
+    g = np.broadcast_to(g, problem.n)
+    layout = problem.layout
+    change = layout.split(-problem.kappa[layout.gaps].T @ g)
+    shifted: dict[str, FloatArray] = {}
+    for keys in (("q_w", "p_w"), ("q_transient", "p_transient"), ("q_mean", "p_mean")):
+        for key, part in zip(keys, change, strict=True):
+            if getattr(problem, key) is not None:
+                shifted[key] = getattr(problem, key) + part
+    return replace(problem, **shifted)  # type: ignore[arg-type]  # the keys are fields
 
 
 def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:

@@ -11,26 +11,14 @@ from numpy.typing import ArrayLike
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
-from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import shortened, visible
-from shakedown.joint.field_values import (
-    DOMAIN,
-    FIRST_DIGIT,
-    LOOP,
-    NAMES,
-    SHAPES,
-    TEXTS,
-    check_ratios,
-    check_shapes,
-    in_range,
-    json_object,
-    load_path,
-    names,
-    plain_text,
-    real_numbers,
-)
-
-OF_NODES = ("f", "x", "coordinates", "normal", "tangent", "node_area", "label")  # each belongs to one node
+from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, TEXTS, check_shapes
+from shakedown.joint.fields.numbers import FIRST_DIGIT, check_ratios, in_range, real_numbers
+from shakedown.joint.fields.places import check_places
+from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
+from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
+from shakedown.joint.law import Law
+from shakedown.joint.layout import Layout
 
 
 class Load(NamedTuple):
@@ -54,33 +42,39 @@ class Problem:
     reaction p (compression positive). Units are free but must be consistent:
     stiffness = force / length.
 
+    Every node has d tangential directions, one in the plane or two in space: two where B is
+    (n, 2n). With two, slips and tangential reactions stand node by node, (x0, y0, x1, y1, …).
+
     Parameters
     ----------
-    A, B : (n, n)
+    A, B : (dn, dn), (n, dn)
         Tangential stiffness and coupling [force/length]; A symmetric, B general.
     f : () or (n,)
         Friction coefficient(s) ≥ 0; stored per node.
-    q_w, p_w : (m, n)
+    q_w, p_w : (m, dn), (m, n)
         Welded reactions over one loading period, one row per load step, at load
         factor 1 [force]. The period closes from the last row to the first.
     C : (n, n), optional
         Normal stiffness [force/length]; needed only where a node may separate.
-    q_mean, p_mean : (n,), optional
+    q_mean, p_mean : (dn,), (n,), optional
         The constant part of the loading [force]; the sample mean by default.
     load_path : str, optional
         What the load steps are: ``"loop"`` (default), followed in their order in every
         period; or ``"domain"``, corners of which the loads take any mixture in any order.
         Of a domain only what holds for every such path is called a bound or proved.
-    q_transient, p_transient : (k, n), optional
+    q_transient, p_transient : (k, dn), (k, n), optional
         Load steps before the first period (thesis (4.18)) [force].
-    initial_slip : (n,) or (s, n), optional
-        Initial states to verify [length]; stored as (s, n).
+    initial_slip : (dn,) or (s, dn), optional
+        Initial states to verify [length]; stored as (s, dn).
     x : (n,), optional
-        Node positions along the contact [length], for plots only.
+        Node positions along the contact [length], for plots only; with two directions
+        (n, 2) or (n, 3) as well.
     coordinates : (n, 3), optional
         Where the nodes are in the model that the problem was made from [length].
     normal, tangent : (n, 3), optional
         Unit vectors there, into the (first) body and in the direction of positive slip [–].
+    tangents : (n, 2, 3), optional
+        Instead of ``tangent`` with two directions: a perpendicular pair for every node [–].
     node_area : (n,), optional
         Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
         tractions. Of a plane model it is that of unit thickness, or of the one it has.
@@ -110,9 +104,9 @@ class Problem:
         If an entry is missing, mis-shaped, not real and finite or out of range
         (1e-100 to 1e100 in whatever units), if f < 0, if A
         or C is not symmetric, if κ = [[A, Bᵀ], [B, C]] is not positive
-        semi-definite, or if an area or amplitude is negative, a direction no unit vector, a label
-        cannot be shown in one line, ``source`` is no JSON object or ``load_path`` neither word.
-        The message names the key, what was expected and found.
+        semi-definite, or if an area or amplitude is negative, directions no perpendicular unit
+        vectors, a label cannot be shown in one line, ``source`` is no JSON object or ``load_path``
+        neither word. The message names the key, what was expected and found.
 
     Examples
     --------
@@ -136,6 +130,7 @@ class Problem:
     coordinates: FloatArray | None = None
     normal: FloatArray | None = None
     tangent: FloatArray | None = None
+    tangents: FloatArray | None = None
     node_area: FloatArray | None = None
     stiffness_accuracy: float | None = None
     label: tuple[str, ...] | None = None
@@ -168,6 +163,7 @@ class Problem:
             coordinates: ArrayLike | None = None,
             normal: ArrayLike | None = None,
             tangent: ArrayLike | None = None,
+            tangents: ArrayLike | None = None,
             node_area: ArrayLike | None = None,
             stiffness_accuracy: float | None = None,
             label: ArrayLike | None = None,
@@ -185,13 +181,12 @@ class Problem:
         for key in TEXTS:
             check = {"source": json_object, "load_path": load_path}.get(key, plain_text)
             object.__setattr__(self, key, check(key, getattr(self, key)))
-        given = [key for key in SHAPES if getattr(self, key) is not None]
+        given = [key for key in ARRAYS if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
         arrays = {key: real_numbers(key, getattr(self, key)) for key in given if key not in NAMES}
         check_shapes({key: np.shape(value) for key, value in (listed | arrays).items()})
-        n = arrays["A"].shape[0]
         if arrays["f"].ndim == 0:
-            arrays["f"] = np.full(n, float(arrays["f"]))
+            arrays["f"] = np.full(len(arrays["B"]), float(arrays["f"]))
         if "initial_slip" in arrays:
             arrays["initial_slip"] = np.atleast_2d(arrays["initial_slip"])
         _check_values(arrays)
@@ -206,12 +201,27 @@ class Problem:
     @property
     def n(self) -> int:
         """Number of contact nodes."""
-        return self.A.shape[0]
+        return self.B.shape[0]
 
     @property
     def m(self) -> int:
         """Number of load steps in one period."""
         return self.q_w.shape[0]
+
+    @property
+    def directions(self) -> int:
+        """Tangential directions of a node: 1 in the plane, 2 in space."""
+        return self.B.shape[1] // self.B.shape[0]
+
+    @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand in states, reactions and κ."""
+        return Layout(self.n, self.directions)
+
+    @property
+    def law(self) -> Law:
+        """Coulomb's law at the nodes."""
+        return Law(self.f, self.directions)
 
     @property
     def is_domain(self) -> bool:
@@ -220,13 +230,13 @@ class Problem:
 
     @cached_property
     def kappa(self) -> FloatArray:
-        """The contact stiffness κ = [[A, Bᵀ], [B, C]], shape (2n, 2n) [force/length].
+        """The contact stiffness κ = [[A, Bᵀ], [B, C]], ((d + 1) n, (d + 1) n) [force/length].
 
         Raises ``ProblemError`` where the problem has no C.
         """
         if self.C is None:
             raise ProblemError("key 'C': needed because nodes may separate, found none")
-        return np.block([[self.A, self.B.T], [self.B, self.C]])
+        return self.layout.of_blocks(self.A, self.B, self.C)
 
     @property
     def loads(self) -> tuple[Load, ...]:
@@ -271,6 +281,7 @@ class Problem:
     def to_dict(self) -> dict[str, Any]:
         """How a document introduces the joint: name, size, labels, units, load path and loads at λ = 1."""
         size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
+        size |= {"directions": self.directions} if self.directions > 1 else {}
         known: dict[str, Any] = {
             "labels": None if self.label is None else list(self.label),
             "units": self.units,
@@ -282,6 +293,7 @@ class Problem:
     def __repr__(self) -> str:
         parts = [repr(shortened(visible(self.name), 60))] if self.name else []
         parts += [f"n={self.n}", f"m={self.m}"]
+        parts += [f"directions={self.directions}"] if self.directions > 1 else []
         parts += [repr(shortened(visible(self.units), 20))] if self.units else []
         parts += ["load domain"] if self.is_domain else []
         return f"<Problem {', '.join(parts)}>"
@@ -307,55 +319,9 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
         raise ProblemError(
             f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
         )
-    _check_places(arrays)
+    check_places(arrays)
     rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
     for key in ("A", "C"):
         if key in arrays:
-            arrays[key] = _symmetrised(key, arrays[key], rounding)
-    if "C" in arrays:
-        stiffness, label = (
-            np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]]),
-            "keys 'A', 'B', 'C': expected kappa = [[A, B^T], [B, C]] positive semi-definite",
-        )
-    else:
-        stiffness, label = arrays["A"], "key 'A': expected a positive semi-definite matrix"
-    _check_semidefinite(stiffness, label, rounding)
-
-
-def _check_places(arrays: dict[str, FloatArray]) -> None:
-    """Areas and amplitudes are not negative, directions have unit length."""
-    for key, what, where in (("node_area", "areas", "node"), ("load_amplitude", "amplitudes", "load")):
-        sizes = arrays.get(key, np.zeros(0))
-        if np.any(sizes < 0):
-            j = int(np.argmax(sizes < 0))
-            raise ProblemError(f"key '{key}': expected {what} >= 0, found {sizes[j]:.9g} at {where} {j}")
-    for key in ("normal", "tangent"):
-        length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=1)
-        wrong = np.abs(length - 1) > DEFAULT.printed_digits
-        if np.any(wrong):
-            j = int(np.argmax(wrong))
-            raise ProblemError(
-                f"key '{key}': expected vectors of length 1, found the length {length[j]:.9g} at node {j}"
-            )
-
-
-def _symmetrised(key: str, matrix: FloatArray, rounding: float) -> FloatArray:
-    error = np.abs(matrix - matrix.T)
-    if error.max() > max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max():
-        i, j = np.unravel_index(int(np.argmax(error)), error.shape)
-        raise ProblemError(
-            f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
-            f"but {key}[{j},{i}] = {matrix[j, i]:.9g}"
-        )
-    return 0.5 * matrix + 0.5 * matrix.T
-
-
-def _check_semidefinite(matrix: FloatArray, expected: str, rounding: float) -> None:
-    """Entries off by ``rounding`` of themselves move an eigenvalue by as much of the largest row sum."""
-    scale = np.abs(matrix).max()
-    if scale == 0.0:
-        return
-    eigenvalues = np.linalg.eigvalsh(matrix / scale)
-    printed = rounding * float(np.abs(matrix / scale).sum(axis=0).max())
-    if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
-        raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")
+            arrays[key] = symmetrised(key, arrays[key], rounding)
+    check_definiteness(arrays, rounding)

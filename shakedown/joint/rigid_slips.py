@@ -12,7 +12,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.field_values import FIRST_DIGIT
+from shakedown.joint.fields.numbers import FIRST_DIGIT
 from shakedown.joint.problem import Problem
 
 ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
@@ -32,10 +32,10 @@ class RigidSlips:
 
     Attributes
     ----------
-    motions : (n, r)
-        Z, a basis: column k is 1 at node ``pinned[k]`` and 0 at the other pinned nodes [–].
+    motions : (dn, r)
+        Z, a basis: column k is 1 at slip ``pinned[k]`` and 0 at the other pinned ones [–].
     pinned
-        The nodes whose slips are set to zero, in increasing order.
+        The slips that are set to zero, by number, in increasing order: with one direction, nodes.
     doubt
         Why it is not clear how many there are, in words; empty where it is. Where it is not,
         nothing is certified.
@@ -98,7 +98,7 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     >>> found.pinned, found.motions.ravel()
     ((0,), array([1., 1.]))
     """
-    n, accuracy = problem.n, problem.stiffness_accuracy
+    n, accuracy = problem.layout.slip_size, problem.stiffness_accuracy
     held = RigidSlips(np.zeros((n, 0)), ())
     A, B, lengths = _scaled(problem)
     if accuracy is None and _clearly_held(A):
@@ -150,7 +150,8 @@ def _scaled(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
     lengths = 1.0 / np.sqrt(np.where(diagonal > 0, relative, 1.0))
     power = int(np.frexp(largest or float(np.abs(problem.B).max(initial=0.0)))[1])
     A = np.ldexp(problem.A, -power) * lengths * lengths[:, None]
-    B = np.ldexp(problem.B, -power) * lengths * lengths[:, None]
+    of_node = problem.layout.by_node(lengths).max(axis=-1)
+    B = np.ldexp(problem.B, -power) * lengths * of_node[:, None]
     return A, B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0), lengths
 
 

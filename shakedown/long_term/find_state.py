@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_arguments, check_count, checked
+from shakedown.joint.arguments import MANY, check_arguments, check_count, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
 from shakedown.long_term.state import LongTermState
@@ -69,6 +69,7 @@ def long_term_state(
     >>> state.outcome.value, state.slip_per_cycle.round(6)
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
+    require_plane("long-term state", problem)
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
     opened = tuple(open_nodes)

@@ -19,6 +19,7 @@ from shakedown.joint.arguments import (
     checked,
     checked_initial_slip,
     real_array,
+    require_plane,
     require_problem,
 )
 from shakedown.joint.loading import transient_path
@@ -150,6 +151,7 @@ def long_term_states(
     >>> states.outcome.tolist(), states.slip_per_cycle.round(6).tolist()
     (['cyclic-slip', 'shakedown'], [[3.854489, 0.0, 0.0], [0.0, 0.0, 0.0]])
     """
+    require_plane("long-term states", problem)
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
     check_count("threads", threads)

@@ -14,7 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked
+from shakedown.joint.arguments import check_arguments, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.cycle_log import Cycles, logged
@@ -217,6 +217,7 @@ def simulate(
     >>> run.outcome.value, bool(run.residual < 1e-12)
     ('shakedown', True)
     """
+    require_plane("simulation", problem)
     check_arguments(load_factor, cycles, problem)
     if method == "event":
         search = LimitSearch(

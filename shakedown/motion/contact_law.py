@@ -7,6 +7,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -57,19 +58,19 @@ def reactions(
 
     Parameters
     ----------
-    q_w, p_w : (..., n)
+    q_w, p_w : (..., dn), (..., n)
         Welded reactions [force].
-    v, w : (..., n)
+    v, w : (..., dn), (..., n)
         Slips and gaps [length].
 
     Returns
     -------
-    q, p : (..., n)
+    q, p : (..., dn), (..., n)
         Tangential and normal reactions [force], compression positive.
     """
     q, p = q_w + v @ problem.A, p_w + v @ problem.B.T
     if np.any(w):
-        C = problem.kappa[problem.n :, problem.n :]
+        C = problem.layout.blocks(problem.kappa)[2]
         q, p = q + w @ problem.B, p + w @ C
     return q, p
 
@@ -87,11 +88,11 @@ def law_violation(
     ----------
     f : (n,)
         Friction coefficients.
-    q, p : (..., n)
+    q, p : (..., dn), (..., n)
         Reactions [force].
     w : (..., n)
         Gaps [length].
-    slip : (..., n)
+    slip : (..., dn)
         Slip in contact since the instant before [length]; its sign is the direction.
     scale
         Force and length scale.
@@ -114,12 +115,11 @@ def law_violation(
     """
     q, p = q / scale.force, p / scale.force
     w, slip = w / scale.length, slip / scale.length
+    law = Law(f, 1 if q.shape == p.shape else 2)
     parts = [
         -w,  # no penetration
         -p,  # no tension
-        np.minimum(w, np.maximum(np.abs(p), np.abs(q))),  # an open node carries nothing
-        np.abs(q) - f * p,  # Coulomb's limit
-        np.minimum(slip, np.abs(q + f * p)),  # forward slip only at q = -f p
-        np.minimum(-slip, np.abs(q - f * p)),  # backward slip only at q = +f p
+        np.minimum(w, np.maximum(np.abs(p), law.size(q))),  # an open node carries nothing
+        law.violation(q, p, slip),
     ]
     return np.maximum(reduce(np.maximum, parts), 0.0)

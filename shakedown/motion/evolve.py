@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked, checked_damping
+from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_plane
 from shakedown.joint.loading import loading, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -100,6 +100,7 @@ def evolve(
     >>> run.stop is None, run.cycles[1].events
     (True, 3)
     """
+    require_plane("evolution", problem)
     check_arguments(load_factor, cycles, problem)
     damping, opened = checked_damping(problem, damping), tuple(open_nodes)
     if reduce:

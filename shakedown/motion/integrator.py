@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked_damping
+from shakedown.joint.arguments import checked_damping, require_plane
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
@@ -83,6 +83,7 @@ class Evolution:
         damping: ArrayLike | None = None,
         open_nodes: Iterable[int] = (),
     ) -> None:
+        require_plane("evolution", problem)
         self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
         start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)
         n = problem.n

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip
+from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_plane
 from shakedown.joint.loading import loading, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -87,6 +87,7 @@ def reduced_scene(problem: Problem, load_factor: float, initial_slip: ArrayLike 
     >>> scene.moving, scene.separable
     (array([ True,  True]), array([ True, False]))
     """
+    require_plane("reduced scene", problem)
     check_load_factor(load_factor, problem)
     start = checked_initial_slip(problem, initial_slip)
     states = _States(problem, load_factor, start)

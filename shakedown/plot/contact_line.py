@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked, real_array
+from shakedown.joint.arguments import checked, real_array, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.motion.event_history import EventHistory
@@ -64,6 +64,7 @@ def pressure(
     >>> plot.pressure(shakedown.long_term_state(block, 1.0), block).get_ylabel()
     'normal reaction p [N]'
     """
+    require_plane("picture", problem)
     path, area = path_of(result), _areas(problem, node_area)
     force, length = units_of(problem)
     axes = axes_for(ax)
@@ -97,6 +98,7 @@ def friction_use(
     >>> axes.get_ylabel()
     'use of friction q / f p [–]'
     """
+    require_plane("picture", problem)
     path = path_of(result)
     axes = axes_for(ax)
     for k, row in enumerate(_instants(path, cycles)):
@@ -144,6 +146,7 @@ def slip_along(
     >>> plot.slip_along({"safe slip": shakedown.upper_bound(block).slip}, block).get_ylabel()
     'slip v [mm]'
     """
+    require_plane("picture", problem)
     axes = axes_for(ax)
     for k, (name, slip) in enumerate(slips.items()):
         _along(axes, problem, np.asarray(slip), style_of(name, k, styles))
@@ -165,6 +168,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     >>> plot.slip_range(shakedown.long_term_state(block, 5.0), block).get_ylabel()
     'slip range [mm]'
     """
+    require_plane("picture", problem)
     path, axes = path_of(result), axes_for(ax)
     closed = path.state != 2
     low = np.where(closed, path.v, np.inf).min(axis=0)
@@ -194,6 +198,7 @@ def dissipation_along(
     >>> plot.dissipation_along(shakedown.long_term_state(block, 5.0), block).get_ylabel()
     'friction work [N mm]'
     """
+    require_plane("picture", problem)
     path, axes = path_of(result), axes_for(ax)
     area, (force, length) = _areas(problem, node_area), units_of(problem)
     work = friction_work(path) if area is None else _over(friction_work(path), area)

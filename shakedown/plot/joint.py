@@ -7,7 +7,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
@@ -44,6 +44,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     >>> [text.get_text() for text in axes.get_legend().get_texts()]
     ['contact nodes', 'normals', 'mean load', 'load over a period']
     """
+    require_plane("picture", problem)
     place, normal, tangent, label = _plane(problem)
     mean, (q, p) = loading(problem), loading(problem).at(load_factor)
     arrows = mean.q0[:, None] * tangent + mean.p0[:, None] * normal
@@ -120,6 +121,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
     >>> plot.loads_along(shakedown.example("block-9")).get_ylabel()
     'welded reaction [N]'
     """
+    require_plane("picture", problem)
     axes, mean = axes_for(ax), loading(problem)
     q, p = mean.at(load_factor)
     force, length = units_of(problem)
@@ -164,6 +166,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     >>> plot.loads_in_time(shakedown.example("two-node")).get_xlabel()
     'time [cycles]'
     """
+    require_plane("picture", problem)
     q, p = loading(problem).at(load_factor)
     time = np.arange(problem.m + 1) / problem.m
     axes = axes_for(ax)

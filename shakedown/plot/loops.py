@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
@@ -59,6 +59,8 @@ def hysteresis(
     >>> [text.get_text() for text in plot.hysteresis(state).get_legend().get_texts()]
     ['node 1: 961.9', 'node 0: 0']
     """
+    if problem is not None:
+        require_plane("picture", problem)
     path = path_of(result)
     work = friction_work(path)
     chosen = np.argsort(-work)[:MOST_LOOPS] if nodes is None else _checked(nodes, path.v.shape[1])
@@ -113,6 +115,7 @@ def reactions_in_time(
     >>> plot.reactions_in_time(shakedown.long_term_state(joint, 0.9), joint, 1).get_xlabel()
     'time [cycles]'
     """
+    require_plane("picture", problem)
     (node,), path = _checked([node], problem.n), path_of(result)
     limit = problem.f[node] * path.p[:, node]
     axes = axes_for(ax)
@@ -166,6 +169,7 @@ def load_loop(
     >>> plot.load_loop(shakedown.example("two-node"), 1).get_xlabel()
     'welded reaction q_w'
     """
+    require_plane("picture", problem)
     chosen = _checked(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
     force, _ = units_of(problem)
     axes = axes_for(ax)

@@ -13,7 +13,7 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import check_count, checked, is_finite
+from shakedown.joint.arguments import check_count, checked, is_finite, require_plane
 from shakedown.joint.constraints import BACKWARD, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -75,6 +75,7 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     >>> axes.get_title()
     't = 1.25 cycles'
     """
+    require_plane("picture", problem)
     if problem.n != 2:
         raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
     path, rows = path_of(result), constraints(problem)
@@ -131,6 +132,7 @@ def reactions_at(
     >>> axes.get_title()
     'node 0, t = 2.25 cycles'
     """
+    require_plane("picture", problem)
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
     path = path_of(result)
@@ -200,6 +202,7 @@ def animate_slip_space(
     >>> target.read_bytes()[:6]
     b'GIF89a'
     """
+    require_plane("picture", problem)
 
     def draw(cycle: float, axes: Axes) -> None:
         slip_space_at(result, problem, cycle, ax=axes)
@@ -221,6 +224,7 @@ def animate_reactions(
 
     Parameters as for :func:`animate_slip_space`; ``node`` is the one to show.
     """
+    require_plane("picture", problem)
 
     def draw(cycle: float, axes: Axes) -> None:
         reactions_at(result, problem, cycle, node, ax=axes)

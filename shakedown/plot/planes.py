@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import check_load_factor, checked
+from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
@@ -76,6 +76,7 @@ def slip_space(
     >>> axes.get_xlabel(), len(axes.patches)
     ('slip of node 0', 1)
     """
+    require_plane("picture", problem)
     if problem.n != 2:
         raise UsageError(f"slip space: expected a problem with 2 nodes, found {problem.n}")
     rows, axes = constraints(problem), axes_for(ax, (6.0, 5.0))
@@ -189,6 +190,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     >>> axes.get_ylabel()
     'F₂ = p_w'
     """
+    require_plane("picture", problem)
     if not 0 <= node < problem.n:
         raise UsageError(f"node: expected a number from 0 to {problem.n - 1}, found {node}")
     path, axes = path_of(result), axes_for(ax, (6.4, 5.2))

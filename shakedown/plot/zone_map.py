@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.style import BLACK, GREY, STATES, Recorded, axes_for, flanks, path_of, positions
@@ -54,6 +54,8 @@ def zones(
     >>> axes.get_ylabel(), axes.get_xlabel()
     ('time [cycles]', 'position along the contact [mm]')
     """
+    if problem is not None:
+        require_plane("picture", problem)
     path = path_of(result)
     x, label = positions(problem, path.v.shape[1])
     order = np.argsort(x, kind="stable")

@@ -12,7 +12,14 @@ from scipy.linalg import eigvals
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked, checked_damping, real_array, require_problem
+from shakedown.joint.arguments import (
+    NO_SIGNS,
+    checked,
+    checked_damping,
+    real_array,
+    require_plane,
+    require_problem,
+)
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.kernels.contact_status import OPEN
@@ -176,6 +183,7 @@ def corner_report(
     >>> report.end.slip.round(4), report.end.gap.round(4), report.both_open_possible
     (array([  3.564 , -24.5639]), array([0.    , 3.3443]), False)
     """
+    require_plane("corner report", problem, NO_SIGNS)
     pair, chosen = _checked_pair(problem, q_w, p_w, sides, nodes, slip, damping)
     rows, signs = pair.rows, np.array(pair.sides)
     out_of_balance = pair.q_w - signs * pair.f * pair.p_w
@@ -351,6 +359,7 @@ def pair_thresholds(problem: Problem, nodes: Sequence[int] = (0, 1)) -> FloatArr
     >>> pair_thresholds(shakedown.example("jump"))[::2].round(4)
     array([0.3557, 0.4078, 4.301 , 4.9312])
     """
+    require_plane("pair thresholds", problem, NO_SIGNS)
     n = problem.n
     _check_pair(nodes, n)
     block = np.ix_(list(nodes), list(nodes))

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.ground.argument_kinds import checked
 from shakedown.joint.arguments import MANY, check_count, check_seed, require_problem
-from shakedown.joint.field_values import LOOP
+from shakedown.joint.fields.texts import LOOP
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 

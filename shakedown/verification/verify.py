@@ -18,7 +18,7 @@ from shakedown.ground.evidence import Missing, present, sought
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked
+from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.simulation import Simulation, simulate
@@ -300,6 +300,7 @@ def verify(
     >>> report.agrees, len(report.runs)
     (True, 18)
     """
+    require_plane("verification", problem)
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)

@@ -20,7 +20,7 @@ from shakedown.importing.input_files import InputFiles
 from shakedown.importing.templates import import_template, import_template_names, write_import_example
 from shakedown.importing.time_function import time_function
 from shakedown.importing.toml_table import Table
-from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.loading import with_initial_gap
 
 
 @pytest.fixture

@@ -9,8 +9,7 @@ import shakedown
 from shakedown import Problem, ProblemError, UsageError
 from shakedown.joint.constraints import constraints
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.initial_gap import with_initial_gap
-from shakedown.joint.loading import loading
+from shakedown.joint.loading import loading, with_initial_gap
 
 BLOCK = shakedown.example("block-9")
 OPEN = (0, 3, 8)

@@ -9,7 +9,7 @@ import pytest
 import shakedown
 from shakedown import Problem, ProblemError, load_problem, save_problem
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.initial_gap import with_initial_gap
+from shakedown.joint.loading import with_initial_gap
 from shakedown.motion.reduced_scene import reduced_scene
 from shakedown.studies.designs.parameters import with_parameter
 

@@ -21,7 +21,7 @@ from shakedown.joint.arguments import (
     checked,
     checked_initial_slip,
     real_array,
-    require_problem,
+    require_plane,
 )
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
@@ -196,7 +196,7 @@ def energy_ball(
     >>> ball.contains(ball.slip), ball.contains([[0.0, 0.0], [9.0, 9.0]])
     (np.True_, array([ True, False]))
     """
-    require_problem(problem)
+    require_plane("energy ball", problem)
     check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)

@@ -21,7 +21,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, checked_initial_slip, require_problem
+from shakedown.joint.arguments import checked, checked_initial_slip, require_plane
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -176,7 +176,7 @@ def energy_bound(
     >>> round(bound.load_factor, 7), bound.slip.round(4), bound.certified <= bound.load_factor
     (0.6619611, array([0.0336, 1.3412]), True)
     """
-    require_problem(problem)
+    require_plane("energy bound", problem)
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
     zone = chosen_zone(problem, open_nodes, tolerances)
     rows, given = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]

@@ -12,7 +12,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, checked_initial_slip, require_problem
+from shakedown.joint.arguments import NO_SIDES, checked, checked_initial_slip, require_plane
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -137,7 +137,7 @@ def box_bound(
     >>> round(bound.load_factor, 5), bound.limited_by, bound.node
     (0.73159, 'first collapse', 1)
     """
-    require_problem(problem)
+    require_plane("box bound", problem, NO_SIDES)
     start = checked_initial_slip(problem, initial_slip)
     found = sought(_box_bound, problem, start, tolerances)
     if isinstance(found, Missing):

@@ -19,7 +19,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -216,6 +216,7 @@ def lower_bound(
     >>> round(lower.load_factor, 6), lower.node, lower.guarantee
     (0.657373, 1, 'proved')
     """
+    require_plane("first collapse", problem, NO_SIDES)
     if certify is None:
         certify = guarantee and constraints(problem).n <= LOWER_CERTIFIED_UP_TO
     bound = _first_collapse(problem, certify, tolerances)

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -57,7 +57,7 @@ def single_node_cycle(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     >>> round(cycle.load_factor, 4), cycle.node
     (2.4442, 0)
     """
-    require_problem(problem)
+    require_plane("single-node cycle", problem, NO_SIDES)
     nowhere = np.full(problem.n, nan)
     own = np.diag(problem.A) - problem.f * np.abs(np.diag(problem.B))
     if problem.is_domain or problem.n > SINGLE_NODE_UP_TO or np.any(own <= 0):

@@ -14,7 +14,7 @@ from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_count, checked
+from shakedown.joint.arguments import NO_SUBSETS, check_count, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -140,6 +140,7 @@ def critical_load_factors(
     >>> critical.total, critical.degenerate, critical.load_factors.round(6)
     (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
     """
+    require_plane("critical load factors", problem, NO_SUBSETS)
     _check_threads(threads)
     rows = constraints(problem)
     total = subset_count(rows.n)
@@ -181,6 +182,7 @@ def load_factors_above(
     >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
     array([1.05252, 2.93485])
     """
+    require_plane("critical load factors", problem, NO_SUBSETS)
     _check_threads(threads)
     for piece in _walk(constraints(problem), Wanted(cut, 0.0, tolerances), threads):
         if piece.load_factors.size:
@@ -202,6 +204,7 @@ def collapse_by_enumeration(
     >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
     0.657373
     """
+    require_plane("collapse by enumeration", problem, NO_SUBSETS)
     _check_threads(threads)
     rows = constraints(problem)
     return intersection(rows, _first_one_pair(rows, threads, tolerances)[1])

@@ -13,7 +13,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.friction.wedging import Wedging, wedging_threshold
@@ -117,7 +117,7 @@ def friction_thresholds(problem: Problem, *, tolerances: Tolerances = DEFAULT) -
     >>> limits.single_node.round(4), round(limits.uniqueness.value, 4), limits.uniqueness.slipping
     (array([0.7608, 2.0225]), 0.6306, (0, 1))
     """
-    require_problem(problem)
+    require_plane("friction thresholds", problem, NO_SIGNS)
     factor = bool(np.ptp(problem.f) > 0)
     stiffness = scaled_stiffness(problem, problem.f if factor else np.ones(problem.n), tolerances)
     contact, anywhere = _uniqueness(stiffness, separation=False), None

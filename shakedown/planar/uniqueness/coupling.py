@@ -6,6 +6,7 @@ from math import nan
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import NO_SIGNS, require_plane
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -53,6 +54,7 @@ def coupling(problem: Problem) -> Coupling:
     >>> coupling(shakedown.example("three-node")).bound < 1
     False
     """
+    require_plane("coupling", problem, NO_SIGNS)
     n, fB = problem.n, problem.f[:, None] * problem.B
     N, found = influence(problem.A, fB), row_coupling_ratio(problem.A, fB)
     if N is None or found is None:

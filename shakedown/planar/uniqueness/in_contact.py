@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.uniqueness.energy_limit import energy_limit
@@ -65,7 +65,7 @@ def unique_in_contact(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> 
     >>> lost.unique, lost.slipping
     (False, (0, 1))
     """
-    require_problem(problem)
+    require_plane("uniqueness", problem, NO_SIGNS)
     stiffness = scaled_stiffness(problem, problem.f, tolerances)
     friction = stiffness.friction_unit * (1 + tolerances.feasibility)  # the factor that f is on the weights
     if not held(stiffness.A, stiffness.tolerances):

@@ -14,7 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, real_array
+from shakedown.joint.arguments import NO_SIDES, checked, real_array, require_plane
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -110,6 +110,7 @@ def guarantee_curve(
     >>> curve.load_factors.round(4), curve.invariant
     (array([0.7391, 0.708 , 0.6574]), True)
     """
+    require_plane("guarantee curve", problem, NO_SIDES)
     rows = constraints(problem)
     try:
         radius = np.atleast_1d(np.asarray(radii, dtype=float))

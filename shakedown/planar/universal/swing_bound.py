@@ -11,7 +11,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked
+from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
@@ -112,6 +112,7 @@ def swing_bound(
     >>> round(swing.load_factor, 7), swing.node, swing.certified
     (0.6035788, 1, True)
     """
+    require_plane("swing bound", problem, NO_SIDES)
     states = admissible_states(problem)
     lines = known_lines(states, limit_multipliers(problem, tolerances))
     found = _first(problem, states, lines, tolerances)

@@ -8,7 +8,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_problem
+from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.collapse.lift_off import lift_off_bound
@@ -120,7 +120,7 @@ def universal_bound(
     >>> round(bound.load_factor, 6), bound.node, bound.argument
     (0.3096, 0, 'swing')
     """
-    require_problem(problem)
+    require_plane("universal bound", problem, NO_SIDES)
     if not isinstance(first_collapse, LowerBound | None):
         raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse

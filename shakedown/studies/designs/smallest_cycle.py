@@ -21,7 +21,7 @@ from shakedown.joint.arguments import (
     check_seed,
     checked,
     is_finite,
-    require_problem,
+    require_plane,
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -216,7 +216,7 @@ def smallest_cycle(
     >>> round(found.load_factor, 4), found.slipping_nodes, found.below_first_collapse
     (2.4442, (0,), True)
     """
-    require_problem(problem)
+    require_plane("adversary", problem)
     check_count("states", states, MANY)
     check_count("rounds", rounds, MANY)
     if not (is_finite(accuracy) and 0 < accuracy < 1):

@@ -20,7 +20,7 @@ from shakedown.files.atomic_write import check_target
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
-from shakedown.joint.arguments import check_load_factor, checked, require_problem
+from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.studies.maps.basin_map import InitialStateMap, basin_map
@@ -153,7 +153,7 @@ def initial_state_map(
     >>> cycle.slipping_nodes, cycle.period, cycle.stability
     ((1,), 1, 'border')
     """
-    require_problem(problem)
+    require_plane("map", problem)
     several = isinstance(load_factor, Sequence | np.ndarray)
     factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]
     if not factors:

@@ -1,0 +1,145 @@
+"""Every field of a problem, once: the part of the joint that it belongs to, and its shape."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from shakedown.ground.errors import ProblemError
+
+Axes = tuple[str | int, ...]
+
+
+class Field(NamedTuple):
+    """One field: a text where it has no axes and no numbers, names where ``of_text``, numbers else.
+
+    Axes are named: n contact nodes, dn their tangential directions, m load steps, k transient steps,
+    s states, c load cases; numbers are components x, y, z.
+    """
+
+    part: str
+    axes: Axes
+    of_text: bool = False
+    required: bool = False
+    one: Axes | None = None  # another shape, of one for all
+    directions: int = 0  # with how many tangential directions it has a meaning; 0: with any
+
+
+FIELDS = {
+    "A": Field("stiffness", ("dn", "dn"), required=True),
+    "B": Field("stiffness", ("n", "dn"), required=True),
+    "C": Field("stiffness", ("n", "n")),
+    "stiffness_accuracy": Field("stiffness", ()),
+    "f": Field("friction", ("n",), required=True, one=()),
+    "q_w": Field("loading", ("m", "dn"), required=True),
+    "p_w": Field("loading", ("m", "n"), required=True),
+    "q_mean": Field("loading", ("dn",)),
+    "p_mean": Field("loading", ("n",)),
+    "q_transient": Field("loading", ("k", "dn")),
+    "p_transient": Field("loading", ("k", "n")),
+    "load_path": Field("loading", (), of_text=True),
+    "load_names": Field("loading", ("c",), of_text=True),
+    "load_mean": Field("loading", ("c",)),
+    "load_amplitude": Field("loading", ("c",)),
+    "load_units": Field("loading", ("c",), of_text=True),
+    "initial_slip": Field("start", ("s", "dn"), one=("dn",)),
+    "x": Field("origin", ("n",)),
+    "coordinates": Field("origin", ("n", 3)),
+    "normal": Field("origin", ("n", 3)),
+    "tangent": Field("origin", ("n", 3), directions=1),
+    "tangents": Field("origin", ("n", 2, 3), directions=2),
+    "node_area": Field("origin", ("n",)),
+    "label": Field("origin", ("n",), of_text=True),
+    "name": Field("origin", (), of_text=True),
+    "units": Field("origin", (), of_text=True),
+    "source": Field("origin", (), of_text=True),
+}
+TEXTS = tuple(key for key, field in FIELDS.items() if field.of_text and not field.axes)
+NAMES = tuple(key for key, field in FIELDS.items() if field.of_text and field.axes)
+ARRAYS = tuple(key for key in FIELDS if key not in TEXTS)
+REQUIRED = tuple(key for key, field in FIELDS.items() if field.required)
+OF_NODES = tuple(  # what belongs to one node each, whatever the others are
+    key for key, field in FIELDS.items() if field.axes[:1] == ("n",) and field.part in ("friction", "origin")
+)
+TOGETHER = (  # where the one is given, the other is needed
+    ("q_transient", "p_transient"),
+    ("p_transient", "q_transient"),
+    ("load_mean", "load_amplitude"),
+    ("load_amplitude", "load_mean"),
+    ("load_units", "load_mean"),
+    ("load_mean", "load_names"),
+)
+STIFFNESS = ("A", "B", "C")
+FORCES = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
+
+
+def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Match the shapes of array fields, by key, against each other.
+
+    Raises
+    ------
+    ProblemError
+        If a field that every problem has is missing, or a shape does not fit.
+    """
+    for key in REQUIRED:
+        if key not in shapes:
+            raise ProblemError(f"key '{key}': required, found none")
+    for given, needed in TOGETHER:
+        if given in shapes and needed not in shapes:
+            raise ProblemError(f"key '{needed}': required because '{given}' is given, found none")
+    A = shapes["A"]
+    if len(A) != 2 or A[0] != A[1]:
+        raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
+    if A[0] == 0:
+        raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
+    directions = directions_of(A, shapes["B"])
+    sizes = {"dn": A[0], "n": A[0] // directions}
+    for key, shape in shapes.items():
+        _check_directions(key, directions)
+        _check_shape(key, shape, sizes, directions)
+    if sizes["m"] == 0:
+        raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
+
+
+def directions_of(A: tuple[int, ...], B: tuple[int, ...]) -> int:
+    """The tangential directions of a node that the shapes of A and B tell: two where B is (n, 2n).
+
+    Examples
+    --------
+    >>> directions_of((4, 4), (4, 4)), directions_of((4, 4), (2, 4))
+    (1, 2)
+    """
+    return 2 if len(B) == 2 and B[1] == A[0] == 2 * B[0] else 1
+
+
+def _check_directions(key: str, directions: int) -> None:
+    wanted, words = FIELDS[key].directions, ("none", "one tangential direction", "two tangential directions")
+    if wanted not in (0, directions):
+        raise ProblemError(f"key '{key}': expected only with {words[wanted]}, found {words[directions]}")
+
+
+def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
+    """Match one shape against its axis names, learning m, k and s where they first occur."""
+    field = FIELDS[key]
+    axes = field.axes
+    if field.one is not None and len(shape) == len(field.one):
+        axes = field.one
+    elif key == "x" and directions == 2 and len(shape) == 2:  # in a plane or in space
+        axes = ("n", 2 if shape[1] == 2 else 3)
+    expected = tuple(axis if isinstance(axis, int) else sizes.get(axis, axis) for axis in axes)
+    fits = len(shape) == len(axes) and all(
+        isinstance(want, str) or want == have for want, have in zip(expected, shape, strict=True)
+    )
+    if not fits:
+        wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
+        hint = _transposition_hint(shape, expected)
+        raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
+    for axis, have in zip(axes, shape, strict=True):
+        if isinstance(axis, str):
+            sizes.setdefault(axis, have)
+
+
+def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
+    if len(shape) == 2 and len(expected) == 2 and shape[0] == expected[1]:
+        first = expected[0]
+        if isinstance(first, str) or shape[1] == first:
+            return " (it looks transposed: one column per node)"
+    return ""

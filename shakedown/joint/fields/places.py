@@ -1,0 +1,40 @@
+"""Where the nodes of a problem are: their areas, and directions in the model that it was made from."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
+
+
+def check_places(arrays: Mapping[str, FloatArray]) -> None:
+    """Raise ``ProblemError`` unless areas and amplitudes are >= 0, directions perpendicular unit vectors."""
+    for key, what, where in (("node_area", "areas", "node"), ("load_amplitude", "amplitudes", "load")):
+        sizes = arrays.get(key, np.zeros(0))
+        if np.any(sizes < 0):
+            j = int(np.argmax(sizes < 0))
+            raise ProblemError(f"key '{key}': expected {what} >= 0, found {sizes[j]:.9g} at {where} {j}")
+    for key in ("normal", "tangent", "tangents"):
+        length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=-1)
+        wrong = np.abs(length - 1) > DEFAULT.printed_digits
+        if np.any(wrong):
+            place = tuple(np.argwhere(wrong)[0])
+            raise ProblemError(
+                f"key '{key}': expected vectors of length 1, found the length {length[place]:.9g} "
+                f"at node {place[0]}"
+            )
+    if "tangents" in arrays:
+        first, second = np.moveaxis(arrays["tangents"], 1, 0)
+        normal = arrays.get("normal", np.zeros_like(first))
+        products = [
+            np.einsum("ij,ij->i", a, b) for a, b in ((first, second), (first, normal), (second, normal))
+        ]
+        slanted = np.abs(products).max(axis=0)
+        if np.any(slanted > DEFAULT.printed_digits):
+            j = int(np.argmax(slanted > DEFAULT.printed_digits))
+            raise ProblemError(
+                "key 'tangents': expected two directions at right angles to each other and to 'normal', "
+                f"found the scalar product {slanted[j]:.9g} at node {j}"
+            )

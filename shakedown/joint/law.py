@@ -1,0 +1,125 @@
+"""Coulomb's law: the tangential reaction of a node lies in an interval, or a disc, of size f p."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.layout import Layout
+
+Numbers = NDArray[Any]  # floats, or exact numbers as objects
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """Coulomb's law at n nodes, |q| ≤ f p, in one tangential direction or two (thesis (2.7)–(2.9)).
+
+    A node slips only at the limit, and against its reaction: q = −f p v̇/|v̇|. As a cone, the law
+    says that s(q, p) lies in K: with one direction s = (f p − q, f p + q) in a quadrant, one
+    half-space for backward and one for forward slip; with two s = (f p, q_x, q_y) in a
+    second-order cone. Nothing here depends on units.
+
+    Tangential quantities are (…, dn), node by node, normal ones (…, n).
+
+    Attributes
+    ----------
+    f : (n,)
+        Friction coefficients; exact numbers too, for what takes no root.
+    d
+        Tangential directions of a node, 1 or 2.
+
+    Examples
+    --------
+    >>> law, q, p = Law(np.array([0.4]), 2), np.array([0.3, 0.4]), np.array([1.0])
+    >>> law.excess(q, p).round(6), law.projection(q, p).round(6), law.direction(q)
+    (array([0.1]), array([0.24, 0.32]), array([-0.6, -0.8]))
+    """
+
+    f: Numbers
+    d: int = 1
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Where the slips of a node stand."""
+        return Layout(len(self.f), self.d)
+
+    @property
+    def rows(self) -> int:
+        """How many rows s has for a node: two half-spaces, or one cone of three."""
+        return self.d + 1
+
+    def limit(self, p: Numbers) -> Numbers:
+        """The largest tangential reaction f p, (…, n) [force]."""
+        return self.f * p
+
+    def size(self, q: FloatArray) -> FloatArray:
+        """The size of a tangential reaction, or of a slip, of every node, (…, n)."""
+        return np.abs(q) if self.d == 1 else np.hypot(*self._components(q))
+
+    def excess(self, q: FloatArray, p: FloatArray) -> FloatArray:
+        """|q| − f p, (…, n) [force]: positive outside the limit, minus the distance to it within."""
+        return self.size(q) - self.limit(p)
+
+    def violation(self, q: FloatArray, p: FloatArray, slip: FloatArray) -> FloatArray:
+        """The excess, or the distance of q from −f p along the slip where that is larger, (…, n).
+
+        The distance counts up to the size of the slip, so that no threshold decides whether a node
+        slips: forces and lengths are relative to those of the scene.
+        """
+        limit, excess = self.limit(p), self.excess(q, p)
+        if self.d == 1:  # forward slip only at q = −f p, backward slip only at q = +f p
+            forward, backward = np.minimum(slip, np.abs(q + limit)), np.minimum(-slip, np.abs(q - limit))
+            return np.asarray(np.maximum(np.maximum(excess, forward), backward))
+        opposed = -self._each(limit) * self._unit(slip)
+        return np.asarray(np.maximum(excess, np.minimum(self.size(slip), self.size(q - opposed))))
+
+    def projection(self, q: FloatArray, p: FloatArray) -> FloatArray:
+        """The allowed tangential reaction nearest to q at the pressure p, (…, dn) [force]; 0 in tension."""
+        limit = np.maximum(self.limit(p), 0.0)
+        if self.d == 1:
+            return np.clip(q, -limit, limit)
+        size = self.size(q)
+        return q * self._each(np.divide(limit, size, out=np.ones_like(size), where=size > limit))
+
+    def direction(self, q: FloatArray) -> FloatArray:
+        """The unit vectors −q/|q| along which nodes at their limits slip, (…, dn); 0 where q is."""
+        return -self._unit(q)
+
+    def cone(self, q: Numbers, p: Numbers) -> Numbers:
+        """s(q, p), which the law wants in K, node by node, (…, (d + 1) n) [force]."""
+        limit = self.limit(p)
+        return _by_node(limit - q, limit + q) if self.d == 1 else _by_node(limit, *self._components(q))
+
+    def against(self, q: Numbers, p: Numbers) -> Numbers:
+        """−s(q, p), (…, (d + 1) n) [force]: what a load takes from the room within the limits."""
+        limit = self.limit(p)
+        return _by_node(q - limit, -q - limit) if self.d == 1 else -self.cone(q, p)
+
+    def stiffness(self, A: Numbers, B: Numbers) -> Numbers:
+        """−∂s/∂v, ((d + 1) n, k) [force/length]: what slips take of it, with q = A v and p = B v.
+
+        A is (dn, k), B (n, k).
+        """
+        fB = self.f[:, None] * B
+        if self.d == 1:
+            return np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * len(B), -1)
+        return -np.stack([fB, *np.moveaxis(A.reshape(len(B), 2, -1), 1, 0)], axis=1).reshape(3 * len(B), -1)
+
+    def _components(self, q: Numbers) -> Numbers:
+        return np.moveaxis(self.layout.by_node(q), -1, 0)
+
+    def _each(self, of_nodes: FloatArray) -> FloatArray:
+        """Numbers (…, n) at every direction of their nodes, (…, dn)."""
+        return np.repeat(of_nodes, self.d, axis=-1)
+
+    def _unit(self, q: FloatArray) -> FloatArray:
+        size = self._each(self.size(q))
+        return np.divide(q, size, out=np.zeros_like(size), where=size > 0)
+
+
+def _by_node(*parts: Numbers) -> Numbers:
+    """Rows (…, n) of every node together: those of node 0, of node 1, …"""
+    return np.stack(parts, axis=-1).reshape(*parts[0].shape[:-1], -1)

@@ -1,0 +1,348 @@
+"""Joints with two tangential directions: what is accepted, their constraints, and what the plane alone has."""
+
+from dataclasses import replace
+from inspect import isfunction, signature
+
+import numpy as np
+import pytest
+from command import run
+from public_names import public
+
+import shakedown
+from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
+from shakedown.joint.constraints import DISC, constraints, step_loads, through_transient
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.evolve import evolve
+from shakedown.motion.integrator import Evolution
+from shakedown.studies.designs.parameters import with_parameter
+from shakedown.verification.random_paths import random_paths
+
+
+def arrays(n: int = 3, m: int = 24, seed: int = 0) -> dict:
+    """The arrays of a joint with two directions, loaded out of phase in space, with every optional key."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T + 3 * n * np.eye(3 * n)
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    first = rng.normal(size=(n, 3))
+    tangents = np.stack([np.linalg.qr(np.c_[v, rng.normal(size=(3, 2))])[0].T[1:] for v in first])
+    return {
+        "A": kappa[: 2 * n, : 2 * n],
+        "B": kappa[2 * n :, : 2 * n],
+        "C": kappa[2 * n :, 2 * n :],
+        "f": rng.uniform(0.2, 0.8, n),
+        "q_w": rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t + 0.4),
+        "p_w": 5.0 + rng.normal(size=n) * np.cos(2 * t) + rng.normal(size=n) * np.sin(t),
+        "q_transient": rng.normal(size=(5, 2 * n)),
+        "p_transient": rng.uniform(3.0, 6.0, (5, n)),
+        "initial_slip": 0.1 * rng.normal(size=(2, 2 * n)),
+        "x": rng.normal(size=(n, 3)),
+        "tangents": tangents,
+        "normal": np.cross(tangents[:, 0], tangents[:, 1]),
+    }
+
+
+def joint(**changes) -> Problem:
+    return Problem(**(arrays() | changes))
+
+
+def test_the_shapes_tell_the_directions(tmp_path):
+    problem = joint()
+    assert (problem.n, problem.m, problem.directions) == (3, 24, 2)
+    assert problem.kappa.shape == (9, 9)
+    assert problem.layout.size == 9
+    assert problem.to_dict()["directions"] == 2
+    assert "directions=2" in repr(problem)
+    assert "directions" not in shakedown.example("two-node").to_dict()
+    save_problem(tmp_path / "joint.npz", problem)
+    assert load_problem(tmp_path / "joint.npz") == problem
+    for x in (np.zeros(3), np.zeros((3, 2))):
+        assert joint(x=x).x.shape == x.shape
+    assert joint(initial_slip=np.zeros(6)).initial_slip.shape == (1, 6)
+    assert problem.node_data([2])["tangents"].shape == (1, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"B": np.zeros((3, 5))}, "key 'B': expected shape (6, 6), found (3, 5)"),
+        ({"C": np.eye(6)}, "key 'C': expected shape (3, 3), found (6, 6)"),
+        ({"f": np.ones(6)}, "key 'f': expected shape (3,), found (6,)"),
+        ({"q_w": np.ones((24, 3))}, "key 'q_w': expected shape (m, 6), found (24, 3)"),
+        ({"p_w": np.ones((24, 6))}, "key 'p_w': expected shape (24, 3), found (24, 6)"),
+        ({"p_mean": np.ones(6)}, "key 'p_mean': expected shape (3,), found (6,)"),
+        ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (6,), found (3,)"),
+        ({"initial_slip": np.ones((2, 3))}, "key 'initial_slip': expected shape (s, 6), found (2, 3)"),
+        ({"x": np.ones((3, 4))}, "key 'x': expected shape (3, 3), found (3, 4)"),
+        (
+            {"tangents": np.ones((3, 2, 3))},
+            "key 'tangents': expected vectors of length 1, found the length 1.73205081 at node 0",
+        ),
+        (
+            {"tangents": np.tile([[0.0, 0.6, 0.8], [0.0, 0.8, 0.6]], (3, 1, 1)), "normal": None},
+            "key 'tangents': expected two directions at right angles to each other and to 'normal', "
+            "found the scalar product 0.96 at node 0",
+        ),
+        (
+            {"tangent": np.tile([1.0, 0.0, 0.0], (3, 1))},
+            "key 'tangent': expected only with one tangential direction, found two tangential directions",
+        ),
+    ],
+)
+def test_refused(changes, message):
+    with pytest.raises(ProblemError) as error:
+        joint(**changes)
+    assert str(error.value) == message
+
+
+def test_a_pair_of_tangents_means_nothing_in_the_plane():
+    with pytest.raises(ProblemError, match="'tangents': expected only with two tangential directions"):
+        replace(shakedown.example("two-node"), tangents=np.tile(np.eye(3)[:2], (2, 1, 1)))
+
+
+def margins(problem: Problem, slip: np.ndarray, load_factor: float) -> np.ndarray:
+    """Distance to the limit at every load step, (m, n): f p − |q|."""
+    loop = loading(problem)
+    q = loop.q0 + load_factor * loop.q1 + problem.A @ slip
+    p = loop.p0 + load_factor * loop.p1 + problem.B @ slip
+    parts = q.reshape(len(q), -1, 2)
+    return problem.f * p - np.sqrt(parts[..., 0] ** 2 + parts[..., 1] ** 2)
+
+
+LOOPS = {
+    "space": lambda rng, t, n: np.cos(t + rng.normal(size=n)) + 0.3 * np.sin(3 * t) * rng.normal(size=n),
+    "plane": lambda rng, t, n: rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(t),
+    "line": lambda rng, t, n: rng.normal(size=n) * np.cos(t),
+    "still": lambda rng, t, n: np.zeros((len(t), n)),
+    "random": lambda rng, t, n: rng.normal(size=(len(t), n)),
+    "corners": lambda rng, t, n: rng.integers(-1, 2, (len(t), n)).astype(float),
+}
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_extreme_load_steps_suffice(loop, seed):
+    rng = np.random.default_rng(seed)
+    t = 2 * np.pi * np.arange(40)[:, None] / 40
+    parts = LOOPS[loop](rng, t, 9)
+    problem = joint(q_w=parts[:, :6], p_w=6.0 + parts[:, 6:], f=np.array([0.0, 0.3, 0.9]))
+    rows = constraints(problem)
+    node = rows.node[rows.heads]
+    for _ in range(50):
+        slip, load_factor = rng.normal(size=6) * rng.choice([0.01, 0.3, 3.0]), 3.0 * rng.random()
+        every = -margins(problem, slip, load_factor).min(axis=0)
+        found = rows.excess(slip, load_factor)
+        largest = np.array([found[node == i].max() for i in range(3)])
+        np.testing.assert_allclose(largest, every, atol=1e-12, rtol=1e-12)
+    assert len(node) <= 3 * 40
+
+
+def test_most_load_steps_imply_nothing():
+    rows = constraints(joint())
+    assert 3 <= len(rows.heads) < 3 * 24
+    np.testing.assert_array_equal(rows.cones, 3)
+    np.testing.assert_array_equal(rows.side, DISC)
+    assert rows.G.shape == (3 * len(rows.heads), 6)
+
+
+def test_units_change_no_extreme_load_step():
+    problem, force, length = joint(), 2.0**20, 2.0**-9
+    other = in_units(problem, force, length)
+    one, same = constraints(problem), constraints(other)
+    np.testing.assert_array_equal(same.step, one.step)
+    slip = np.random.default_rng(1).normal(size=6)
+    np.testing.assert_array_equal(same.excess(length * slip, 0.7), force * one.excess(slip, 0.7))
+    np.testing.assert_array_equal(same.relative_excess(length * slip, 0.7), one.relative_excess(slip, 0.7))
+    np.testing.assert_array_equal(slip_reach(other, 0.7), length * slip_reach(problem, 0.7))
+
+
+def in_units(problem: Problem, force: float, length: float) -> Problem:
+    stiffness = {key: getattr(problem, key) * force / length for key in "ABC"}
+    forces = ("q_w", "p_w", "q_transient", "p_transient")
+    return replace(problem, **stiffness, **{key: getattr(problem, key) * force for key in forces})
+
+
+def turned(problem: Problem, node: int, angle: float) -> tuple[Problem, np.ndarray]:
+    """The joint with the tangents of one node turned, and the matrix that turns its slips."""
+    T = np.eye(2 * problem.n)
+    place = problem.layout.slips_of([node])
+    T[np.ix_(place, place)] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    found = replace(
+        problem,
+        A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T, tangents=None, normal=None,
+        q_transient=problem.q_transient @ T.T, initial_slip=problem.initial_slip @ T.T,
+    )  # fmt: skip
+    return found, T
+
+
+@pytest.mark.parametrize("angle", [0.4, 2.5])
+def test_the_tangents_of_a_node_may_be_turned(angle):
+    problem = joint()
+    other, T = turned(problem, 1, angle)
+    one, same = through_transient(problem), through_transient(other)
+    slip = np.random.default_rng(2).normal(size=6)
+    np.testing.assert_array_equal(same.step, one.step)
+    np.testing.assert_allclose(same.excess(T @ slip, 1.3), one.excess(slip, 1.3), rtol=1e-12)
+
+
+def test_load_in_one_direction_is_the_plane():
+    plane = shakedown.example("block-9")
+    place = plane.layout.n
+    A, B = np.zeros((2 * place, 2 * place)), np.zeros((place, 2 * place))
+    A[::2, ::2], A[1::2, 1::2], B[:, ::2] = plane.A, plane.A, plane.B
+    q_w = np.zeros((plane.m, 2 * place))
+    q_w[:, ::2] = plane.q_w
+    space = Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
+    slip = np.zeros(2 * place)
+    slip[::2] = 1e-3 * np.random.default_rng(3).normal(size=place)
+    rows, cones = constraints(plane), constraints(space)
+    both = rows.excess(slip[::2], 0.8).reshape(-1, 2).max(axis=1)
+    found = cones.excess(slip, 0.8)
+    largest = [found[cones.node[cones.heads] == i].max() for i in range(place)]
+    np.testing.assert_allclose(largest, both, rtol=1e-12, atol=1e-12 * np.abs(both).max())
+
+
+def test_transient_load_steps_are_cones_without_load_factor():
+    problem = joint()
+    rows, loop = through_transient(problem), constraints(problem)
+    before = rows.step < 0
+    np.testing.assert_array_equal(rows.d[before], 0.0)
+    np.testing.assert_array_equal(rows.g[~before], loop.g)
+    slip = 0.1 * np.random.default_rng(4).normal(size=6)
+    q, p = problem.q_transient + problem.A @ slip, problem.p_transient + problem.B @ slip
+    worst = problem.law.excess(q, p).max(axis=0)
+    found, node = rows.excess(slip, 0.0), rows.node[rows.heads]
+    early = rows.step[rows.heads] < 0
+    np.testing.assert_allclose([found[early & (node == i)].max() for i in range(3)], worst, rtol=1e-12)
+
+
+def test_what_is_known_of_both_directions():
+    problem = joint()
+    assert transient_path(problem).shape == (5, 9)
+    assert step_loads(problem).shape == (24, 9)
+    assert slip_reach(problem, 0.5).shape == (6,)
+    start = np.r_[problem.initial_slip[0], np.zeros(3)]
+    first = np.r_[problem.q_w[0], problem.p_w[0]]
+    ramp = ramp_start(problem, first, start)
+    q, p = problem.layout.split(ramp + problem.kappa @ start)
+    np.testing.assert_allclose(q, 0.0, atol=1e-14)
+    assert np.all(p > 0)
+    tight = with_initial_gap(problem, -0.1)
+    change = problem.kappa @ np.r_[np.zeros(6), np.full(3, 0.1)]
+    np.testing.assert_allclose(np.hstack([tight.q_w - problem.q_w, tight.p_w - problem.p_w]), [change] * 24)
+
+
+def test_a_body_that_only_friction_holds_has_its_rigid_slips_pinned():
+    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    problem = Problem(
+        A=A, B=np.kron([[1.0, -1.0]], np.ones((2, 2))) * 0.1, f=0.5, q_w=[[0.0] * 4], p_w=[[1.0] * 2]
+    )
+    found = rigid_slips(problem)
+    assert found.pinned == (0, 1)
+    np.testing.assert_allclose(problem.A @ found.motions, 0.0, atol=1e-15)
+
+
+def test_open_nodes_are_condensed():
+    problem = joint()
+    zone = contact_zone(problem, [1])
+    assert zone.joint.directions == 2
+    assert zone.joint.n == 2
+    slip, q_w, p_w = 0.1 * np.arange(4.0), problem.q_w[:5], problem.p_w[:5]
+    u = zone.displacements(slip, q_w, p_w)
+    q, p = problem.layout.split(np.hstack([q_w, p_w]) + u @ problem.kappa)
+    np.testing.assert_allclose(q[:, 2:4], 0.0, atol=1e-12)
+    np.testing.assert_allclose(p[:, 1], 0.0, atol=1e-12)
+    kept_q, kept_p = zone.joint.q_w[:5] + zone.joint.A @ slip, zone.joint.p_w[:5] + zone.joint.B @ slip
+    np.testing.assert_allclose(q[:, [0, 1, 4, 5]], kept_q)
+    np.testing.assert_allclose(p[:, [0, 2]], kept_p)
+    rows = zone.constraints
+    assert rows.cones[-1] == 1
+    assert set(rows.node.tolist()) == {0, 1, 2}
+    steps = zone.displacements(slip, problem.q_w, problem.p_w)[:, zone.problem.layout.gaps][:, 1]
+    np.testing.assert_allclose(rows.excess(slip, 1.0)[-1], -steps.min(), rtol=1e-12)
+
+
+# What answers for two directions. Everything else that takes a problem refuses, in one line.
+ANSWERS = {
+    "constraints", "loading", "reactions", "scales", "save_problem", "units_of", "random_paths", "with_parameter",
+    "slip_per_cycle",  # of runs of any joint: the problem has the units only
+}  # fmt: skip
+OTHERS = {  # what else a function needs to be called
+    "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),
+    "q_w": np.zeros((4, 3)), "p_w": np.ones((4, 3)), "sides": (1, 1), "cycle": 1.0, "nodes": (0, 1),
+}  # fmt: skip
+
+
+def asked_of_problems() -> list[tuple[str, object]]:
+    """Every public function and class that takes a problem to compute something of it."""
+    found = []
+    for name, thing in (public() | {name: getattr(plot, name) for name in plot.__all__}).items():
+        asked = (isfunction(thing) or thing is Evolution) and name not in ANSWERS
+        if asked and {"problem", "joint"} & set(signature(thing).parameters):
+            found.append((name, thing))
+    return found
+
+
+@pytest.mark.parametrize(("name", "function"), asked_of_problems())
+def test_what_the_plane_alone_has_is_refused_in_one_line(name, function, tmp_path):
+    recorded = evolve(shakedown.example("two-node"), 0.5)
+    given = {}
+    for key, parameter in signature(function).parameters.items():
+        if key in ("problem", "joint"):
+            given[key] = joint()
+        elif parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD:
+            if key in ("result", "slips", "results"):
+                given[key] = {"run": np.zeros(3)} if key == "slips" else recorded
+            else:
+                given[key] = tmp_path / "x.gif" if key == "path" else OTHERS[key]
+    with pytest.raises(UsageError) as error:
+        list(function(**given))  # one of them goes through what it finds
+    line = str(error.value)
+    assert "expected one tangential direction, found two (" in line
+    assert "\n" not in line
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "solve", "critical", "simulate --load-factor 0.5", "verify", "map --load-factor 0.5",
+        "sweep --vary f=0.1:0.5:3", "adversary",
+    ],
+)  # fmt: skip
+def test_commands_refuse_in_one_line(command, tmp_path):
+    save_problem(tmp_path / "joint.npz", joint(tangents=None, normal=None))
+    name, *options = command.split()
+    code, out, err = run(name, str(tmp_path / "joint.npz"), *options, cwd=tmp_path)
+    assert code == 2
+    assert not out
+    assert "expected one tangential direction, found two" in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_reactions_and_the_law_know_both_directions():
+    problem = joint()
+    rng = np.random.default_rng(5)
+    v, w = rng.normal(size=(4, 6)), np.abs(rng.normal(size=(4, 3)))
+    found = reactions(problem, problem.q_w[:4], problem.p_w[:4], v, w)
+    u = np.hstack([v, w])
+    np.testing.assert_allclose(
+        np.hstack(found), np.hstack([problem.q_w[:4], problem.p_w[:4]]) + u @ problem.kappa
+    )
+    scale = scales(problem, 1.0)
+    q, p = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0])
+    broken = law_violation(np.full(3, 0.4), q, p, np.zeros(3), np.zeros(6), replace(scale, force=1.0))
+    np.testing.assert_allclose(broken, [0.1, 0.0, 1.0])
+
+
+def test_other_paths_and_parameters_keep_both_directions():
+    problem = joint()
+    (path,) = random_paths(problem, 1)
+    assert path.directions == 2
+    np.testing.assert_array_equal(np.sort(path.q_w, axis=0), np.sort(problem.q_w, axis=0))
+    for name in ("friction", "amplitude", "mean", "phase", "coupling", "stiffness"):
+        assert with_parameter(problem, name, 0.25).directions == 2
+    later = with_parameter(problem, "phase", 0.25)
+    np.testing.assert_allclose(later.q_w, np.roll(problem.q_w, 6, axis=0), atol=1e-12)
