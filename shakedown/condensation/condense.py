@@ -16,7 +16,7 @@ from shakedown.condensation.contact_frame import (
     out_of_plane_notes,
 )
 from shakedown.condensation.factorised_interior import Interior, interior_of
-from shakedown.condensation.load_case import LoadCase, histories
+from shakedown.condensation.load_case import LoadCase, histories, stated_loads
 from shakedown.condensation.stiffness_checks import (
     asymmetry,
     check_against_run,
@@ -181,6 +181,7 @@ class Condensation(Result):
             name=name,
             units=units,
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
+            **stated_loads(loads, factors),
         )
         if callable(gap):
             if touching.x is None:

@@ -12,9 +12,11 @@ from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.given_numbers import real_values
+from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.joint.result import Result
 
 LARGEST_DOMAIN = 12  # ranges; 4096 corners
+ROUND_OFF = 16 * np.finfo(float).eps  # of a mean of factors, relative to the largest of them
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -45,6 +47,11 @@ class LoadCase(Result):
         Instead of a history: the factor takes any value between these limits,
         independently of the other cases with a range (a load domain). The load
         steps are then the corners of the domain, and the problem says so (``load_path``).
+    value : float, optional
+        What factor 1 stands for, in a unit of the user's: 20 where the force is that of a load
+        of 20 kN. The problem then has its ``load_mean`` and ``load_amplitude``.
+    unit : str, optional
+        That unit; alone it says that the factors are the load in this unit, a value of 1.
     name : str, optional
         Shown in messages.
 
@@ -69,6 +76,8 @@ class LoadCase(Result):
     mean: float | None = None
     transient: FloatArray | None = None
     range: FloatArray | None = None
+    value: float | None = None
+    unit: str = ""
     name: str = "load case"
 
     if TYPE_CHECKING:  # whatever NumPy can turn into an array is accepted
@@ -83,13 +92,16 @@ class LoadCase(Result):
             mean: float | None = None,
             transient: ArrayLike | None = None,
             range: ArrayLike | None = None,
+            value: float | None = None,
+            unit: str = "",
             name: str = "load case",
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        check_fields(self, ProblemError, only=("mean", "name"))
-        if self.mean is not None and not isfinite(self.mean):
-            raise ProblemError(f"{self.name}: mean: expected a finite number, found {self.mean}")
+        check_fields(self, ProblemError, only=("mean", "value", "unit", "name"))
+        for key in ("mean", "value"):
+            if (given := getattr(self, key)) is not None and not isfinite(given):
+                raise ProblemError(f"{self.name}: {key}: expected a finite number, found {given}")
         if self.force is None and self.displacement is None and self.reactions is None:
             raise ProblemError(
                 f"{self.name}: expected a force, a displacement or clamped reactions, found none"
@@ -110,6 +122,11 @@ class LoadCase(Result):
             raise ProblemError(f"{self.name}: expected a history or a range, found {found}")
         if self.range is not None and not (len(self.range) == 2 and self.range[0] <= self.range[1]):
             raise ProblemError(f"{self.name}: range: expected [low, high], found {self.range.tolist()}")
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether it is said what factor 1 stands for."""
+        return self.value is not None or bool(self.unit)
 
 
 @dataclass(frozen=True)
@@ -159,6 +176,32 @@ def histories(cases: Sequence[LoadCase]) -> Histories:
         silent = np.zeros(())
         transient = _columns("transient", [silent if c.transient is None else c.transient for c in cases])
     return Histories(period, mean, transient)
+
+
+def stated_loads(cases: Sequence[LoadCase], factors: Histories) -> dict[str, Any]:
+    """Load cases as fields of a problem (``load_mean`` and so on); nothing where no case is stated.
+
+    The amplitude is the largest departure from the mean; a case without a value is a plain number.
+
+    Examples
+    --------
+    >>> pull = LoadCase(history=[0.0, 2.0], force=[3.0], value=20.0, unit="kN", name="pull")
+    >>> found = stated_loads([pull], histories([pull]))
+    >>> found["load_mean"], found["load_amplitude"], found["load_units"]
+    (array([20.]), array([20.]), ('kN',))
+    """
+    if not any(case.is_stated for case in cases):
+        return {}
+    values = np.array([1.0 if case.value is None else case.value for case in cases])
+    sizes = np.abs(factors.period).max(axis=0)
+    mean = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    amplitude = np.abs(factors.period - mean).max(axis=0)
+    return {
+        "load_names": tuple(shortened(visible(case.name), LONGEST_NAME - 1) for case in cases),
+        "load_mean": values * np.where(np.abs(mean) <= ROUND_OFF * sizes, 0.0, mean),
+        "load_amplitude": np.abs(values) * np.where(amplitude <= ROUND_OFF * sizes, 0.0, amplitude),
+        "load_units": tuple(case.unit for case in cases),
+    }
 
 
 def _factors(cases: Sequence[LoadCase]) -> list[FloatArray]:

@@ -24,6 +24,7 @@ from shakedown.importing.load_section import (
     held_rows,
     load_section,
     static_run,
+    uneven,
 )
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.stiffness_section import stiffness_section
@@ -207,6 +208,8 @@ def import_model(
                                    at the contact nodes, all clamped, from a static run
         [mean], [transient]        as in shakedown.LoadCase
         [name]
+        [unit], [value]            how reports say the load: its unit, and what factor 1 stands for
+                                   in it (default 1); mean and amplitude follow from the history
 
         [check]                    an independent static run to compare with
         displacements              [[contact node, direction, value], …], the others clamped
@@ -296,6 +299,7 @@ def import_model(
             *_solid(stiffness, contact, model.mesh),
             *without,
             *absent_before(cases, problem.load_names or ()),
+            *uneven(cases),
             *_tension(problem),
         ),
         path=os.fspath(config_path),

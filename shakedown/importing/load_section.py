@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation
-from shakedown.condensation.load_case import LoadCase
+from shakedown.condensation.load_case import LoadCase, histories
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
@@ -28,6 +28,7 @@ from shakedown.readers.circumference import HOOP
 from shakedown.readers.nastran_op4 import is_op4
 from shakedown.readers.text import quoted, read_lines
 
+UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 
 
@@ -79,6 +80,8 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
         reactions=reactions,
         mean=table.number("mean"),
         transient=table.array("transient", float, (None,), required=False),
+        value=table.number("value"),
+        unit=table.text("unit", "") or "",
         name=table.text("name", table.where) or table.where,
     )
     table.done()
@@ -92,6 +95,20 @@ def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str,
         return ()
     absent = ", ".join(quoted(name) for name in silent)
     return (f"transient: not given for {absent} and so absent from the load steps before the first period",)
+
+
+def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
+    """Notes on stated loads that go further one way than the other: mean ± amplitude then covers more."""
+    factors, found = histories(cases), []
+    means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    for case, mean, column in zip(cases, means, factors.period.T, strict=True):
+        ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
+        if case.is_stated and abs(ends.sum()) > UNEVEN * np.abs(ends).max():
+            departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
+            found.append(
+                f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"
+            )
+    return tuple(found)
 
 
 def _forces(table: Table, context: ImportContext) -> FloatArray | None:
