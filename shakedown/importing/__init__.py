@@ -7,8 +7,7 @@ and supports become vectors on these rows (``load_section``, ``time_function``);
 the condensation turns all of it into a problem (``import_model``), with resultants
 and rigid motions beside it (``load_evidence``).
 
-Reading order: ``toml_table`` (typed reading of the configuration), ``input_files``,
-``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
+Reading order: ``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
 ``load_section``, ``load_evidence``, ``traces``, ``import_model`` (the public functions),
 ``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

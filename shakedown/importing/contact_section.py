@@ -10,10 +10,10 @@ from scipy.spatial import cKDTree
 from shakedown.condensation.contact_frame import node_names
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
-from shakedown.importing.toml_table import Table
 from shakedown.readers import Mesh, read_table
+from shakedown.readers.input_files import InputFiles
+from shakedown.readers.toml_table import Table
 
 _NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant
 

@@ -16,7 +16,6 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.importing.contact_section import ContactSection, contact_section
-from shakedown.importing.input_files import InputFiles, sha256
 from shakedown.importing.load_evidence import LoadEvidence, load_evidence, rigid_residual
 from shakedown.importing.load_section import (
     ImportContext,
@@ -28,13 +27,14 @@ from shakedown.importing.load_section import (
 )
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.stiffness_section import stiffness_section
-from shakedown.importing.toml_table import Table, read_toml
 from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.readers import Mesh, Stiffness
 from shakedown.readers.circumference import circumference_notes
+from shakedown.readers.input_files import InputFiles, sha256
 from shakedown.readers.mesh import SOLIDS
+from shakedown.readers.toml_table import Table, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)

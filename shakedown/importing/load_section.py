@@ -12,10 +12,8 @@ from shakedown.condensation.load_case import LoadCase, histories
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
-from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
 from shakedown.importing.time_function import time_function
-from shakedown.importing.toml_table import Table
 from shakedown.readers import (
     Reactions,
     Stiffness,
@@ -25,8 +23,10 @@ from shakedown.readers import (
     read_substructure_load,
 )
 from shakedown.readers.circumference import HOOP
+from shakedown.readers.input_files import InputFiles
 from shakedown.readers.nastran_op4 import is_op4
 from shakedown.readers.text import quoted, read_lines
+from shakedown.readers.toml_table import Table
 
 UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
 Values = dict[tuple[int, int], float]  # {(node, direction): value}

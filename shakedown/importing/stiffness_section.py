@@ -10,9 +10,7 @@ from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
-from shakedown.importing.input_files import InputFiles
 from shakedown.importing.model_section import Model
-from shakedown.importing.toml_table import Table
 from shakedown.readers import (
     Stiffness,
     read_analysis_set,
@@ -24,10 +22,12 @@ from shakedown.readers import (
 )
 from shakedown.readers.calculix_reactions import Order
 from shakedown.readers.circumference import HOOP, circumference_factor
+from shakedown.readers.input_files import InputFiles
 from shakedown.readers.nastran_bulk import is_bulk_data
 from shakedown.readers.nastran_cards import cards, of_superelement
 from shakedown.readers.row_map import Rows
 from shakedown.readers.text import read_lines
+from shakedown.readers.toml_table import Table
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.input_files import InputFiles
-from shakedown.importing.toml_table import Table
 from shakedown.readers import NumberTable, read_table
+from shakedown.readers.input_files import InputFiles
 from shakedown.readers.text import listed
+from shakedown.readers.toml_table import Table
 
 MOST_STEPS = 1_000_000  # load steps of one period
 _ROUNDED = 1e-6  # of a period: times are printed with few digits

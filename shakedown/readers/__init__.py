@@ -11,7 +11,8 @@ with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (``nast
 ``row_map`` ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
 ``harwell_boeing``, ``nastran_op4``; ``calculix_reactions`` and ``reactions_table``;
 ``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;
-``circumference`` (axisymmetric models); ``sniff`` chooses.
+``circumference`` (axisymmetric models); ``sniff`` chooses. Configurations, and the files that they
+name: ``toml_table``, ``input_files``.
 """
 
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix, read_nodal_loads

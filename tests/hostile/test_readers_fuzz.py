@@ -19,7 +19,6 @@ from scipy import sparse
 
 from shakedown import ProblemError, import_model
 from shakedown.importing.model_section import read_model
-from shakedown.importing.toml_table import read_toml
 from shakedown.readers import (
     read_analysis_set,
     read_coordinates,
@@ -33,6 +32,7 @@ from shakedown.readers import (
     read_table,
 )
 from shakedown.readers.nastran_bulk import pyyeti_module
+from shakedown.readers.toml_table import read_toml
 
 SECONDS = float(os.environ.get("SHAKEDOWN_FUZZ_SECONDS", "0"))
 SEED = int(os.environ.get("SHAKEDOWN_FUZZ_SEED", "1"))

@@ -16,11 +16,11 @@ from shakedown.condensation.condense import condensed_stiffness
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.importing.contact_figure import contact_picture
 from shakedown.importing.import_model import import_problem
-from shakedown.importing.input_files import InputFiles
 from shakedown.importing.templates import import_template, import_template_names, write_import_example
 from shakedown.importing.time_function import time_function
-from shakedown.importing.toml_table import Table
 from shakedown.joint.loading import with_initial_gap
+from shakedown.readers.input_files import InputFiles
+from shakedown.readers.toml_table import Table
 
 
 @pytest.fixture

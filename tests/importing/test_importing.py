@@ -16,9 +16,9 @@ from shakedown import LoadCase, ProblemError, condense, import_model
 from shakedown.condensation.condense import condensed_stiffness
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.importing.import_model import import_problem
-from shakedown.importing.input_files import InputFiles
 from shakedown.importing.time_function import time_function
-from shakedown.importing.toml_table import Table
+from shakedown.readers.input_files import InputFiles
+from shakedown.readers.toml_table import Table
 
 
 def test_the_calculix_reference_comes_back_to_round_off():
