@@ -1,11 +1,11 @@
 """Design diagrams: what is proved, what depends on the state, what never shakes down (Bree-like)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.contour import ContourSet
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -43,6 +43,9 @@ NAMES = {
     "coupling": "factor on the coupling B",
 }
 NO_JOINT = "#EEEEEE"
+BETWEEN_LINES = LinearSegmentedColormap.from_list(
+    "light", ["#F7FBFF", "#6BAED6"]
+)  # black numbers stay readable
 BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,
@@ -183,7 +186,8 @@ def _against_one(diagram: Diagram, axes: Axes) -> Axes:
         )
         label = "_nolegend_" if named else layer.name
         axes.fill_between(x, layer.bottom, layer.top, color=_tinted(layer.name), lw=0, label=label)
-    for name, curve in curves.items():
+    seen = {name: curve for name, curve in curves.items() if (np.isfinite(curve) & (curve > 0)).any()}
+    for name, curve in seen.items():
         label, colour, style = LINES[name]
         finite = np.where(np.isfinite(curve), curve, np.nan)
         axes.plot(x, finite, color=colour, ls=style, marker=".", ms=4, lw=1.4, label=label)
@@ -192,8 +196,21 @@ def _against_one(diagram: Diagram, axes: Axes) -> Axes:
     axes.set_ylim(0.0, top)
     if len(x) > 1:
         axes.set_xlim(x[0], x[-1])
-    axes.legend(title=BETWEEN if len(x) > 1 else None, ncols=2, **BELOW)
+    remarks = [BETWEEN] if len(x) > 1 else []
+    remarks += _unseen({name: curve for name, curve in curves.items() if name not in seen})
+    axes.legend(*axes.get_legend_handles_labels(), title="\n".join(remarks) or None, ncols=2, **BELOW)
     return axes
+
+
+def _unseen(curves: Mapping[str, FloatArray]) -> list[str]:
+    """Which limits have no curve, and why."""
+    why = {
+        "zero at every point": [name for name, curve in curves.items() if (curve == 0).all()],
+        "no number at any point": [name for name, curve in curves.items() if not (curve == 0).any()],
+    }
+    why["zero or none"] = [name for name in curves if not any(name in names for names in why.values())]
+    short = {name: LINES[name][0].partition(",")[0] for name in curves}
+    return [f"{reason}: {', '.join(short[name] for name in names)}" for reason, names in why.items() if names]
 
 
 def _named(diagram: Diagram, axis: int) -> str:
@@ -202,10 +219,12 @@ def _named(diagram: Diagram, axis: int) -> str:
 
 
 def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:
-    """Write the name of a region where it is highest; whether it fits there."""
+    """Write the name of a region where it is high and wide; whether it fits there."""
     height = np.nan_to_num(layer.top - layer.bottom)
-    inner = height[1:-1] if len(height) > 4 else height
-    k = int(np.argmax(inner)) + (1 if len(height) > 4 else 0)
+    if len(height) > 4:  # not at the edge, nor on a peak
+        k = 1 + int(np.argmax(np.min([height[:-2], height[1:-1], height[2:]], axis=0)))
+    else:
+        k = int(np.argmax(height))
     if height[k] < ROOM_FOR_A_NAME * top:
         return False
     place = (x[k] - x[0]) / (x[-1] - x[0]) if x[-1] > x[0] else 0.5
@@ -251,32 +270,50 @@ def _over_two(diagram: Diagram, load_factor: float, contours: str, axes: Axes) -
     outer = np.maximum(edges.this, edges.never)
     ceiling = CEILING * max(load_factor, float(np.max(outer, initial=0.0, where=np.isfinite(outer)))) or 1.0
     axes.set_facecolor(NO_JOINT)
-    present = [(to_rgb(NO_JOINT), "no joint")] if missing.any() else []
-    inside = {NEVER: np.full_like(outer, ceiling), DEPENDS: outer, THIS: edges.this, EVERY: edges.every}
-    for name, edge in inside.items():
+    shown = _shown(
+        {NEVER: np.full_like(outer, np.inf), DEPENDS: outer, THIS: edges.this, EVERY: edges.every},
+        load_factor,
+    )
+    for name, edge in shown.items():
         field = np.ma.masked_array(np.clip(edge, 0.0, ceiling), missing).T
-        if not (field > load_factor).any():
-            continue
         axes.contourf(x, y, field, levels=[load_factor, 2.0 * ceiling], colors=[_tinted(name)])
-        present.append((_tinted(name), name))
     grid = np.meshgrid(x, y, indexing="ij")
     axes.plot(*(part[~missing] for part in grid), ".", color=BLACK, ms=2.4, mew=0, clip_on=False)
     axes.set(xlabel=_named(diagram, 0), ylabel=_named(diagram, 1), xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    _draw_contours(axes, diagram, contours)
-    axes.set_title(f"at the load factor λ = {load_factor:g}; lines: {LINES[contours][0]}", fontsize="medium")
-    patches = [Patch(fc=colour, ec=GREY, label=name) for colour, name in reversed(present)]
+    alone = "".join(shown) if len(shown) == 1 else ""
+    _draw_contours(axes, diagram, contours, filled=bool(alone))
+    at, lines = f"λ = {load_factor:g}", LINES[contours][0]
+    title = f"{at} everywhere: {alone}; colours and lines: {lines}" if alone else f"at {at}; lines: {lines}"
+    axes.set_title(title, fontsize="medium")
+    patches = [Patch(fc=_tinted(name), ec=GREY, label=name) for name in reversed(shown) if not alone]
+    patches += [Patch(fc=NO_JOINT, ec=GREY, label="no joint")] if missing.any() else []
     axes.legend(handles=patches, title=BETWEEN, ncols=2, **BELOW)
     return axes
 
 
-def _draw_contours(axes: Axes, diagram: Diagram, name: str) -> None:
-    """Lines of equal load factor, each with its value."""
+def _shown(edges: Mapping[str, FloatArray], load_factor: float) -> dict[str, FloatArray]:
+    """The regions that have an area at a load factor, from outside in, and the edges that they reach."""
+    known = ~np.isnan(edges[EVERY])
+    inner = [*list(edges.values())[1:], np.zeros_like(edges[EVERY])]
+    return {
+        name: outer
+        for (name, outer), within in zip(edges.items(), inner, strict=True)
+        if (outer > load_factor).any()
+        and not (within[known] > load_factor).all()
+        and (outer != within)[known].any()
+    }
+
+
+def _draw_contours(axes: Axes, diagram: Diagram, name: str, filled: bool = False) -> None:
+    """Lines of equal load factor, each with its value; the areas between them filled."""
     (x, y), field = diagram.values, np.ma.masked_invalid(diagram.load_factors(name))
     if field.count() < 2 or field.max() == field.min():
         return
     levels = np.array(MaxNLocator(7).tick_values(float(field.min()), float(field.max())))
     levels = levels[(levels > field.min()) & (levels < field.max())]
     if len(levels):
+        if filled:
+            axes.contourf(x, y, field.T, levels=levels, cmap=BETWEEN_LINES, extend="both")
         lines = axes.contour(x, y, field.T, levels=levels, colors=BLACK, linewidths=0.8)
         places = list(_places(lines, axes))
         if places:

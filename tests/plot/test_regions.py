@@ -106,3 +106,31 @@ def test_what_cannot_be_drawn_is_said():
         plot.regions(grid, contours="lower")
     with pytest.raises(UsageError, match="load factor: expected a number >= 0"):
         plot.regions(grid, load_factor=np.nan)
+
+
+def test_where_all_is_one_region_colours_are_those_of_the_limit():
+    grid = {"f": np.linspace(0.1, 0.3, 5), "amplitude": np.linspace(0.8, 1.2, 4)}
+    found = shakedown.sweep(TWO, grid, bounds=["upper"])
+    axes = plot.regions(found)
+    assert axes.get_title() == "λ = 1 everywhere: never, in contact; colours and lines: λ_max"
+    assert not axes.get_legend().get_texts()
+    corners = colours_at(axes, [(0.11, 1.18), (0.2, 1.02), (0.29, 0.82)])
+    lightness = [sum(shade) for shade in corners]
+    assert lightness[0] > lightness[1] > lightness[2]
+    assert plot.regions(found, load_factor=0.3).get_title() == "at λ = 0.3; lines: λ_max"
+
+
+def test_only_limits_that_have_a_curve_are_in_the_legend_and_the_others_are_told():
+    loose = shakedown.example("receding-block")
+    found = shakedown.sweep(
+        loose, {"f": [0.2, 0.3, 0.4]}, quick=True, bounds=["universal", "energy", "upper"]
+    )
+    axes = plot.regions(found)
+    legend, title = axes.get_legend(), axes.get_legend().get_title().get_text()
+    assert {text.get_text() for text in legend.get_texts()} >= {"λ_max"}
+    for name, word in (("universal", "λ_U"), ("energy", "λ_E"), ("upper", "λ_max")):
+        limit = found.load_factors(name)
+        seen = (np.isfinite(limit) & (limit > 0)).any()
+        assert any(text.get_text().startswith(word) for text in legend.get_texts()) == seen
+        assert (word in title) == (not seen)
+    assert "λ_U" in title
