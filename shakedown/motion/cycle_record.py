@@ -44,8 +44,10 @@ class CycleRecord:
     slip : (n,)
         Σ|Δv| in contact [length]; of a jump the change of v where a node is closed
         before and after it (:attr:`Jump.slip` has the whole way).
+    work : (n,)
+        What friction takes at each node, in jumps too [force × length].
     friction_dissipation
-        What friction takes, in jumps too [force × length].
+        What it takes in all.
     jump_dissipation
         What the damping takes in jumps: the rest of the energy that they release [force × length].
     opened : (n,)
@@ -60,6 +62,7 @@ class CycleRecord:
 
     end_slip: FloatArray
     slip: FloatArray
+    work: FloatArray
     friction_dissipation: float
     jump_dissipation: float
     opened: NDArray[np.bool_]

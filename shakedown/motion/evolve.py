@@ -134,6 +134,7 @@ def _expanded(problem: Problem, small: EvolutionResult, scene: Scene) -> Evoluti
             cycle,
             end_slip=scene.spread(cycle.end_slip, scene.initial_slip),
             slip=scene.spread(cycle.slip, 0.0),
+            work=scene.spread(cycle.work, 0.0),
             opened=scene.spread(cycle.opened, False),
         )
         for cycle in small.cycles

@@ -156,6 +156,7 @@ class Evolution:
         return CycleRecord(
             end_slip=self.motion.u[: self.problem.n].copy(),
             slip=self.motion.slip.copy(),
+            work=self.motion.work + sum(jump.work for jump in self.jumps),
             friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
             jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
             opened=self.motion.opened.astype(np.bool_),
@@ -255,7 +256,7 @@ class Evolution:
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
         self.jumps.append(
             Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
-                 rest.friction_work, rest.slip, rest.steps)
+                 rest.friction_work, rest.work, rest.slip, rest.steps)
         )  # fmt: skip
         return True
 

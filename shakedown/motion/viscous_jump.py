@@ -51,6 +51,8 @@ class Jump(Result):
         Loss of potential energy ½ uᵀκu + r_wᵀu [force × length], independent of the damping.
     friction_work
         The part that friction takes, on the way that the implicit steps find [force × length].
+    work : (n,)
+        The same node by node.
     slip : (n,)
         Σ|Δv| in contact on that way [length].
     steps
@@ -68,6 +70,7 @@ class Jump(Result):
     contact: NDArray[np.int64]
     energy_released: float
     friction_work: float
+    work: FloatArray
     slip: FloatArray
     steps: int
 
@@ -81,13 +84,14 @@ class Jump(Result):
 class Rest:
     """Where a viscous motion has come to rest, and what it took to get there.
 
-    Displacements u = (v, w), contact states, friction work [force × length], slip
-    in contact (n,) [length] and steps taken.
+    Displacements u = (v, w), contact states, friction work in all and of each node (n,)
+    [force × length], slip in contact (n,) [length] and steps taken.
     """
 
     u: FloatArray
     contact: NDArray[np.int64]
     friction_work: float
+    work: FloatArray
     slip: FloatArray
     steps: int
 
@@ -123,7 +127,8 @@ class ViscousMotion:
         self.precision, self.scale = precision, scale
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
         self.velocity = np.zeros_like(u)
-        self.friction_work, self.slip, self.steps = 0.0, np.zeros(len(f)), 0
+        self.friction_work, self.steps = 0.0, 0
+        self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
         self.endless = False
 
     def to_rest(self) -> Rest | None:
@@ -173,6 +178,7 @@ class ViscousMotion:
         self.u, self.velocity, self.contact = mo.u.copy(), velocity, act.state.copy()
         self.reaction = path[1] + stiffer @ mo.u
         self.friction_work += progress(run).dissipation
+        self.work += mo.work
         self.slip += mo.slip
         return True
 
@@ -191,7 +197,8 @@ class ViscousMotion:
             return None
         last = np.where(self.contact == OPEN, 0.0, u[:n] - self.u[:n])
         friction_work = self.friction_work - float(last @ (self.reaction[:n] + r[:n])) / 2
-        return Rest(u, self.contact.copy(), friction_work, self.slip + np.abs(last), self.steps)
+        work = self.work - 0.5 * last * (self.reaction[:n] + r[:n])
+        return Rest(u, self.contact.copy(), friction_work, work, self.slip + np.abs(last), self.steps)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:

@@ -233,15 +233,17 @@ def time_to_zero(distance: float, rate: float, rest: float, small: float) -> flo
 @inner
 def advance(act: ActiveSet, rate: Rates, mo: Motion, duration: float) -> None:
     """Move on at constant rates; count slip in contact and dissipation."""
-    states, slip, u, r, elastic = act.state, mo.slip, mo.u, mo.r, mo.elastic
+    states, slip, work, u, r, elastic = act.state, mo.slip, mo.work, mo.u, mo.r, mo.elastic
     motion, reaction, welded = rate.motion, rate.reaction, rate.welded
     for i in range(act.n):
         if states[i] == OPEN:
             mo.opened[i] = 1
         elif states[i] != STICK:
             change = motion[i] * duration
+            taken = change * (r[i] + 0.5 * duration * reaction[i])
             slip[i] += abs(change)
-            mo.dissipation -= change * (r[i] + 0.5 * duration * reaction[i])
+            work[i] -= taken
+            mo.dissipation -= taken
     for k in range(2 * act.n):
         u[k] += duration * motion[k]
         elastic[k] += duration * (reaction[k] - welded[k])

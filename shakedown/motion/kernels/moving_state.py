@@ -76,6 +76,8 @@ class Motion(NamedState):
         κ u, as it was last computed and followed since [force].
     slip : (n,)
         Σ|Δv| in contact [length].
+    work : (n,)
+        What friction takes, jumps apart [force × length].
     opened : (n,)
         1 where the node was open.
     tangent : (2n, t)
@@ -108,6 +110,7 @@ class Motion(NamedState):
     r: Reals
     elastic: Reals
     slip: Reals
+    work: Reals
     opened: Flags
     tangent: Reals
     delay: Reals
@@ -188,6 +191,7 @@ def motion_at_rest(n: int) -> Motion:
         "r": np.zeros(2 * n),
         "elastic": np.zeros(2 * n),
         "slip": np.zeros(n),
+        "work": np.zeros(n),
         "opened": np.zeros(n, dtype=np.uint8),
     }
     return keeping(_motion(*arrays.values(), *without_tangent(n)), arrays)
@@ -199,10 +203,10 @@ def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
 
 
 @entered
-def _motion(u, r, elastic, slip, opened, tangent, delay):  # type: ignore[no-untyped-def]
+def _motion(u, r, elastic, slip, work, opened, tangent, delay):  # type: ignore[no-untyped-def]
     mo = structref.new(MOTION)
     mo.u, mo.r, mo.elastic, mo.slip, mo.n = u.ctypes, r.ctypes, elastic.ctypes, slip.ctypes, len(slip)
-    mo.opened = opened.ctypes
+    mo.work, mo.opened = work.ctypes, opened.ctypes
     begin(mo)
     follow_derivative(mo, tangent, delay)
     return mo
@@ -216,6 +220,7 @@ def begin(mo: Motion) -> None:
     mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False
     for i in range(mo.n):
         mo.slip[i] = 0.0
+        mo.work[i] = 0.0
         mo.opened[i] = 0
 
 

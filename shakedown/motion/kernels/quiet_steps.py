@@ -104,8 +104,10 @@ def count_slip(act: ActiveSet, rate: Rates, mo: Motion, course: Course) -> None:
         if states[i] == OPEN:
             mo.opened[i] = 1
         elif states[i] != STICK:
+            taken = 0.5 * change[i] * (course.path[start + i] + mo.elastic[i] + reaction[i])
             mo.slip[i] += abs(change[i])
-            mo.dissipation -= 0.5 * change[i] * (course.path[start + i] + mo.elastic[i] + reaction[i])
+            mo.work[i] -= taken
+            mo.dissipation -= taken
 
 
 @inner
