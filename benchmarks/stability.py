@@ -25,7 +25,7 @@ from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
-from shakedown.long_term.fixed_steps import MAX_SWEEPS
+from shakedown.long_term.stepping.fixed_steps import MAX_SWEEPS
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution

@@ -87,13 +87,15 @@ def long_term_state(
 
 def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
     """The long-term state of a reduced problem in terms of all nodes."""
-    passage = None if small.passage is None else (problem, replace(small.passage[1], scene=scene))
+    passage = None if small.passage is None else replace(small.passage, scene=scene)
     return replace(
         small,
+        problem=problem,
         initial_slip=scene.initial_slip,
         final_slip=scene.spread(small.final_slip, scene.initial_slip),
         drift=scene.spread(small.drift, 0.0),
         slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
+        work_per_cycle=scene.spread(small.work_per_cycle, 0.0),
         open_nodes=tuple(int(j) for j in np.flatnonzero(scene.moving)[list(small.open_nodes)]),
         opened=scene.spread(small.opened, False),
         history=expanded_history(problem, small.load_factor, scene, small.history),

@@ -83,7 +83,7 @@ class LimitSearch:
             state,
             cycles_simulated=self.cycles,
             events=self.events,
-            passage=(evolution.problem, passage) if self.passed else None,
+            passage=passage if self.passed else None,
         )
 
     def follow_on(self, count: int) -> None:

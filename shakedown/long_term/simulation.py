@@ -2,8 +2,8 @@
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +17,12 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_log import Cycles, logged
-from shakedown.long_term.fixed_steps import History, Stepping
 from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
+from shakedown.long_term.stepping.cycle_log import Cycles, logged
+from shakedown.long_term.stepping.fixed_steps import History, Stepping
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.viscous_jump import Jump
@@ -51,6 +52,8 @@ class Simulation(Result):
         The path over these cycles, where it was asked for: events or load steps.
     jumps
         Discontinuities on that path, each with the energy that it releases.
+    slip_criterion
+        Whether it slips little enough, where that was asked for.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -65,6 +68,12 @@ class Simulation(Result):
     cycles: Cycles
     history: EventHistory | History | None
     jumps: tuple[Jump, ...]
+    slip_criterion: SlipCriterion | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The words of ``DOCUMENT``, and the slip criterion where one was asked for."""
+        more = {} if self.slip_criterion is None else {"slip_criterion": self.slip_criterion.to_dict()}
+        return super().to_dict() | more
 
     def _shown(self) -> Iterator[tuple[str, str]]:
         for word in ("load_factor", "outcome"):
@@ -95,6 +104,11 @@ class Simulation(Result):
     def energy_margin(self) -> float:
         """How far the final state may be disturbed (:class:`LongTermState`) [√(force × length)]."""
         return np.nan if self.long_term is None else self.long_term.energy_margin
+
+    @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.settled.problem
 
     @property
     def load_factor(self) -> float:
@@ -135,6 +149,11 @@ class Simulation(Result):
     def slip_per_cycle(self) -> FloatArray:
         """Σ|Δv| in contact over one period of the long-term state, (n,) [length]."""
         return self.settled.slip_per_cycle
+
+    @property
+    def work_per_cycle(self) -> FloatArray:
+        """What friction takes at each node per cycle, (n,) [force × length]."""
+        return self.settled.work_per_cycle
 
     @property
     def dissipation_per_cycle(self) -> float:
@@ -182,6 +201,7 @@ def simulate(
     cycles: int = 1000,
     method: str = "event",
     record: bool = False,
+    slip_below: float | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Simulation:
     """Follow a joint through its transient and then cycle by cycle until the outcome is clear.
@@ -204,6 +224,9 @@ def simulate(
         steps (§2.3.2, (2.15)), judged by how small the slip has become.
     record
         Keep the path: every event, or every load step.
+    slip_below
+        A limit on the slip range of every node in the long run [length]; whether it holds is said
+        beside the outcome (:class:`SlipCriterion`).
 
     Raises
     ------
@@ -219,15 +242,21 @@ def simulate(
     """
     require_plane("simulation", problem)
     check_arguments(load_factor, cycles, problem)
+    if slip_below is not None:
+        check_slip_below(slip_below)
     if method == "event":
         search = LimitSearch(
             problem, load_factor, initial_slip, tolerances, record=record, open_nodes=open_nodes
         )
-        return _from_event_to_event(search, cycles)
-    if method == "gauss-seidel":
+        run = _from_event_to_event(search, cycles)
+    elif method == "gauss-seidel":
         first = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
-        return _at_fixed_steps(Stepping(problem, load_factor, tolerances, record), first, cycles)
-    raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
+        run = _at_fixed_steps(Stepping(problem, load_factor, tolerances, record), first, cycles)
+    else:
+        raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
+    if slip_below is None:
+        return run
+    return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
 def _from_event_to_event(search: LimitSearch, cycles: int) -> Simulation:
@@ -247,8 +276,10 @@ def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simul
     n = stepping.problem.n
     log, verdict = stepping.run(first, cycles)
     decided = verdict.outcome != Outcome.UNDECIDED
-    last = slice(len(log.slip) - verdict.period, None)
+    last, period = slice(len(log.slip) - verdict.period, None), stepping.last(verdict.period)
+    work = -(period.q * period.slip).sum(axis=0) / max(verdict.period, 1)
     settled = SettledState(
+        problem=stepping.problem,
         load_factor=float(stepping.load_factor),
         initial_slip=first[:n],
         outcome=verdict.outcome,
@@ -257,12 +288,14 @@ def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simul
         final_slip=log.end_slip[-1],
         drift=verdict.drift,
         slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(n, np.nan),
+        work_per_cycle=work if decided else np.full(n, np.nan),
         friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
         jump_dissipation_per_cycle=0.0 if decided else np.nan,
         jumps_per_cycle=np.nan,
         open_nodes=verdict.open_nodes,
         cycles_simulated=len(log.slip),
         residual=stepping.residual,
+        history=period,
     )
     return Simulation(settled, "gauss-seidel", log, stepping.history, ())
 

@@ -13,6 +13,7 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
+from shakedown.long_term.stepping.fixed_steps import History
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.reduced_scene import Scene
 
@@ -23,7 +24,7 @@ class SettledState(Result):
 
     Attributes
     ----------
-    load_factor, initial_slip
+    problem, load_factor, initial_slip
         What was asked for; slip (n,) [length].
     outcome, reason
         Long-term state (:class:`Outcome`), and in words what it rests on.
@@ -37,8 +38,11 @@ class SettledState(Result):
     slip_per_cycle : (n,)
         Σ|Δv| in contact over one period of the long-term state [length]; of a jump
         the change of v where a node is closed before and after it. NaN where undecided.
+    work_per_cycle : (n,)
+        What friction takes at each node per cycle, averaged over the period, jumps included
+        [force × length]; NaN where undecided.
     friction_dissipation_per_cycle
-        What friction takes per cycle, averaged over the period [force × length].
+        The same of all nodes.
     jump_dissipation_per_cycle
         What the damping takes in the jumps of the long-term state, per cycle
         [force × length]; 0 with fixed load steps, which cannot tell.
@@ -52,6 +56,8 @@ class SettledState(Result):
     residual
         Largest relative violation of the friction law (:func:`law_violation`): at
         the events of one period of the long-term state, or at all fixed load steps.
+    history
+        The path over that period; empty where it is undecided with fixed load steps.
     slides_away
         Whether it is undecided because the body slides away for good: friction does not hold it.
     """
@@ -63,6 +69,7 @@ class SettledState(Result):
     )
     TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
+    problem: Problem = field(repr=False, compare=False)
     load_factor: float
     initial_slip: FloatArray
     outcome: Outcome
@@ -71,12 +78,14 @@ class SettledState(Result):
     final_slip: FloatArray
     drift: FloatArray
     slip_per_cycle: FloatArray
+    work_per_cycle: FloatArray
     friction_dissipation_per_cycle: float
     jump_dissipation_per_cycle: float
     jumps_per_cycle: float
     open_nodes: tuple[int, ...]
     cycles_simulated: int
     residual: float
+    history: EventHistory | History
     slides_away: bool = False
 
     @property
@@ -105,8 +114,6 @@ class LongTermState(SettledState):
     return_error
         How far one period from the long-term state misses it, drift apart,
         relative to the length scale.
-    history
-        The events of that period.
     scene
         What was left out, where that was asked for and could be done.
     passage
@@ -128,7 +135,7 @@ class LongTermState(SettledState):
     return_error: float
     history: EventHistory
     scene: Scene | None = None
-    passage: tuple[Problem, Passage] | None = field(default=None, repr=False, compare=False)
+    passage: Passage | None = field(default=None, repr=False, compare=False)
 
     @property
     def proved(self) -> bool:
@@ -159,8 +166,7 @@ class LongTermState(SettledState):
         """Sought when it is asked for, by one cone program."""
         if self.outcome != Outcome.SHAKEDOWN or self.passage is None:
             return NO_PROOF
-        problem, passage = self.passage
-        return energy_proof(problem, self.load_factor, self.final_slip, passage, self.open_nodes)
+        return energy_proof(self.problem, self.load_factor, self.final_slip, self.passage, self.open_nodes)
 
     @property
     def signature(self) -> int:

@@ -52,6 +52,7 @@ def settled_state(
     near = evolution.tolerances.periodicity * evolution.scale.length
     dissipations = np.array([record.dissipation for record in records])
     return LongTermState(
+        problem=evolution.problem,
         load_factor=evolution.load_factor,
         initial_slip=start,
         outcome=_outcome(slip, drift, opened & ~always_open, near),
@@ -60,6 +61,7 @@ def settled_state(
         final_slip=evolution.motion.u[:n].copy(),
         drift=drift,
         slip_per_cycle=slip,
+        work_per_cycle=np.sum([record.work for record in records], axis=0) / len(records),
         friction_dissipation_per_cycle=sum(r.friction_dissipation for r in records) / len(records),
         jump_dissipation_per_cycle=sum(r.jump_dissipation for r in records) / len(records),
         jumps_per_cycle=sum(len(r.jumps) for r in records) / len(records),
@@ -123,6 +125,7 @@ def unsettled_state(
     n = len(start)
     nan = np.full(n, np.nan)
     return LongTermState(
+        problem=evolution.problem,
         load_factor=evolution.load_factor,
         initial_slip=start,
         outcome=Outcome.SEPARATION if evolution.left else Outcome.UNDECIDED,
@@ -131,6 +134,7 @@ def unsettled_state(
         final_slip=evolution.motion.u[:n].copy(),
         drift=nan,
         slip_per_cycle=nan,
+        work_per_cycle=nan,
         friction_dissipation_per_cycle=np.nan,
         jump_dissipation_per_cycle=np.nan,
         jumps_per_cycle=np.nan,

@@ -1,5 +1,6 @@
 """Time integration at fixed load steps, cycle by cycle, by the thesis's Gauss–Seidel."""
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +12,8 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_log import CycleLog, Cycles
-from shakedown.long_term.verdict import WINDOW, Verdict, judge
+from shakedown.long_term.stepping.cycle_log import CycleLog, Cycles
+from shakedown.long_term.stepping.verdict import LONGEST_PERIOD, WINDOW, Verdict, judge
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 
@@ -57,6 +58,7 @@ class Stepping:
         self.v, self.w = np.zeros(n), np.zeros(n)
         self.residual = 0.0
         self.pieces: list[History] | None = [] if record else None
+        self.recent: deque[History] = deque(maxlen=LONGEST_PERIOD)  # the last cycles
 
     def run(self, start: FloatArray, cycles: int) -> tuple[Cycles, Verdict]:
         """Cycle from slips and gaps (2n,) until the outcome is clear, at most ``cycles`` times."""
@@ -70,6 +72,7 @@ class Stepping:
         always_open: list[NDArray[np.bool_]] = []
         while not failure and verdict is None and len(log.slip) < cycles:
             piece, failure = self._advance(*self.loop, len(log.slip))
+            self.recent.append(piece)
             slip, work = np.abs(piece.slip).sum(axis=0), float(-(piece.q * piece.slip).sum())
             gap = piece.w > 0
             log.append(self.v.copy(), slip, work, np.asarray(gap.any(axis=0)))
@@ -109,6 +112,12 @@ class Stepping:
             f"load step {step} not converged in {MAX_SWEEPS} sweeps "
             f"(last relative change {change / self.scale.length:.1e})"
         )
+
+    def last(self, cycles: int) -> History:
+        """Every load step of the last cycles, at most the longest period."""
+        n = self.problem.n
+        none = History(np.zeros(0), *(np.zeros((0, n)) for _ in range(5)))
+        return _joined([none, *list(self.recent)[len(self.recent) - cycles :]])
 
     @property
     def history(self) -> History | None:

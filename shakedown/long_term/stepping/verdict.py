@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
-from shakedown.long_term.cycle_log import Cycles
+from shakedown.long_term.stepping.cycle_log import Cycles
 
 
 @dataclass(frozen=True)

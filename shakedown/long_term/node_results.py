@@ -1,0 +1,304 @@
+"""What the long-term state does to each node: slip range, pressure, friction work, fretting parameters."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked, is_finite
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.joint.units import units_of
+from shakedown.long_term.state import SettledState
+from shakedown.motion.contact_law import scales
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.kernels.contact_status import OPEN
+
+STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NodeResults(Result):
+    """Result of :func:`node_results`: arrays with one entry per node, all over one period of P cycles.
+
+    "In contact" are the instants at which the gap is nil. With T the length of the period:
+
+    Attributes
+    ----------
+    load_factor, outcome, reason, period
+        Of the long-term state; P = ``period`` cycles, 0 where there is none.
+    force_unit, length_unit
+        As the joint names them; empty where it names none.
+    label : (n,)
+        What the node is called in the model; its number where it has no name there.
+    coordinates : (n, 3)
+        Where it is [length]; NaN where that is not known, of a joint with ``x`` only (x, NaN, NaN).
+    area : (n,)
+        The contact area that it stands for [length²]; NaN where that is not known.
+    status : (n,)
+        "stick": closed throughout and without slip; "slip": closed throughout, with slip; "open":
+        open throughout; "mixed": open for some time; "undecided" where there is no long-term state.
+    slip_range : (n,)
+        max |v(t₂) − v(t₁)| over instants in contact with |t₂ − t₁| ≤ T [length]: max v − min v where
+        nothing ratchets. The same as double amplitude, or stroke.
+    accumulated_slip : (n,)
+        Σ|Δv| in contact per cycle, over P cycles and divided by P [length].
+    p_min, p_max : (n,)
+        Smallest and largest normal reaction [force]; 0 at open nodes.
+    q_max : (n,)
+        max |q| [force].
+    pressure_min, pressure_max, shear_max : (n,)
+        The same over the area [force/length²]; NaN where the node has none.
+    work : (n,)
+        What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
+    work_per_area : (n,)
+        The same over the area [force/length].
+    tau_delta : (n,)
+        τ δ = shear_max × slip_range [force/length], the first parameter of Ruiz, Boddington and Chen
+        (Experimental Mechanics 24, 1984, 208–217): the product of the largest shear traction and
+        the slip range of the node, which need not occur at one instant.
+    wear_coefficient
+        k of Archard's law [length²/force], NaN where it was not given.
+    wear_volume : (n,)
+        k ∮ p |dv| / P per cycle [length³], of both surfaces together (Archard, J. Appl. Phys. 24, 1953,
+        981–988), with the pressures of the unworn joint; NaN where k was not given.
+    wear_depth : (n,)
+        The same over the area [length].
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "load_factor outcome reason period label coordinates area status slip_range accumulated_slip "
+        "p_min p_max q_max pressure_min pressure_max shear_max work work_per_area tau_delta "
+        "wear_coefficient wear_depth"
+    )
+    TABLE: ClassVar[str] = (
+        "label x y z area status slip_range accumulated_slip p_min p_max q_max work tau_delta "
+        "pressure_min pressure_max shear_max work_per_area wear_depth"
+    )
+
+    load_factor: float
+    outcome: Outcome
+    reason: str
+    period: int
+    force_unit: str
+    length_unit: str
+    label: tuple[str, ...]
+    coordinates: FloatArray
+    area: FloatArray
+    status: tuple[str, ...]
+    slip_range: FloatArray
+    accumulated_slip: FloatArray
+    p_min: FloatArray
+    p_max: FloatArray
+    q_max: FloatArray
+    work: FloatArray
+    wear_coefficient: float
+    wear_volume: FloatArray
+
+    @property
+    def x(self) -> FloatArray:
+        """First coordinate, (n,) [length]."""
+        return self.coordinates[:, 0]
+
+    @property
+    def y(self) -> FloatArray:
+        """Second coordinate, (n,) [length]."""
+        return self.coordinates[:, 1]
+
+    @property
+    def z(self) -> FloatArray:
+        """Third coordinate, (n,) [length]."""
+        return self.coordinates[:, 2]
+
+    @property
+    def pressure_min(self) -> FloatArray:
+        """p_min over the area, (n,) [force/length²]."""
+        return self._per_area(self.p_min)
+
+    @property
+    def pressure_max(self) -> FloatArray:
+        """p_max over the area, (n,) [force/length²]."""
+        return self._per_area(self.p_max)
+
+    @property
+    def shear_max(self) -> FloatArray:
+        """q_max over the area, (n,) [force/length²]."""
+        return self._per_area(self.q_max)
+
+    @property
+    def work_per_area(self) -> FloatArray:
+        """Friction work per cycle over the area, (n,) [force/length]."""
+        return self._per_area(self.work)
+
+    @property
+    def tau_delta(self) -> FloatArray:
+        """Largest shear traction times slip range, (n,) [force/length]."""
+        return self.shear_max * self.slip_range
+
+    @property
+    def wear_depth(self) -> FloatArray:
+        """Archard's wear depth per cycle, (n,) [length]."""
+        return self._per_area(self.wear_volume)
+
+    def _per_area(self, values: FloatArray) -> FloatArray:
+        """Values over the area; NaN where a node has none, or one next to nothing."""
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = values / self.area
+        return np.where(np.isfinite(found), found, np.nan)
+
+
+class _Simulated(Protocol):
+    """A simulation: it holds what it has settled into."""
+
+    @property
+    def settled(self) -> SettledState: ...
+
+
+class _Run(Protocol):
+    """A run of a verification: it holds its simulation."""
+
+    @property
+    def simulation(self) -> _Simulated: ...
+
+
+@checked
+def node_results(
+    simulation_or_state: SettledState | _Simulated | _Run,
+    *,
+    wear_coefficient: float | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> NodeResults:
+    """What each node goes through in one period of the long-term state (:class:`NodeResults`).
+
+    From event to event every number is exact: between two events slips, gaps and reactions are
+    linear in time. With fixed load steps they are those at the ends of load steps.
+
+    Parameters
+    ----------
+    simulation_or_state
+        A long-term state, a simulation, or a run of a verification.
+    wear_coefficient
+        k ≥ 0 of Archard's law: depth = k × pressure × sliding distance [length²/force].
+    tolerances
+        Those of the simulation: slips within ``periodicity`` of its length scale count as none.
+
+    Raises
+    ------
+    UsageError
+        If there is no such state, or the coefficient is negative.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> nodes = node_results(shakedown.long_term_state(shakedown.example("two-node"), 0.9))
+    >>> nodes.status, nodes.slip_range.round(4), nodes.accumulated_slip.round(4)
+    (('stick', 'slip'), array([0.    , 0.9468]), array([0.    , 1.8936]))
+    """
+    settled = _settled(simulation_or_state)
+    k = np.nan if wear_coefficient is None else wear_coefficient
+    if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
+        raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
+    problem, history = settled.problem, settled.history
+    force, length = units_of(problem)
+    nothing = np.full(problem.n, np.nan)
+    known = settled.period > 0
+    return NodeResults(
+        load_factor=settled.load_factor,
+        outcome=settled.outcome,
+        reason=settled.reason,
+        period=settled.period,
+        force_unit=force,
+        length_unit=length,
+        label=problem.label or tuple(map(str, range(problem.n))),
+        coordinates=_coordinates(problem),
+        area=nothing if problem.node_area is None else problem.node_area,
+        status=_status(settled, tolerances),
+        slip_range=slip_ranges(settled, tolerances),
+        accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
+        p_min=np.maximum(history.p.min(axis=0), 0.0) if known else nothing,
+        p_max=np.maximum(history.p.max(axis=0), 0.0) if known else nothing,
+        q_max=np.abs(history.q).max(axis=0) if known else nothing,
+        work=settled.work_per_cycle,
+        wear_coefficient=float(k),
+        wear_volume=k * _pressed_slip(settled) if known else nothing,
+    )
+
+
+def _settled(given: object) -> SettledState:
+    """The settled state of a simulation, of a run of a verification, or itself."""
+    simulation = getattr(given, "simulation", given)
+    settled = getattr(simulation, "settled", simulation)
+    if not isinstance(settled, SettledState):
+        expected = "a simulation, a long-term state or a run of a verification"
+        raise UsageError(f"node_results: expected {expected}, found {type(given).__name__}")
+    return settled
+
+
+def _coordinates(problem: Problem) -> FloatArray:
+    """Where the nodes are, (n, 3); of a joint that knows only x, that."""
+    if problem.coordinates is not None:
+        return problem.coordinates
+    places = np.full((problem.n, 3), np.nan)
+    if problem.x is not None:
+        places[:, 0] = problem.x
+    return places
+
+
+def slip_ranges(settled: SettledState, tolerances: Tolerances = DEFAULT) -> FloatArray:
+    """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
+    path, n = settled.history, settled.problem.n
+    if not settled.period:
+        return np.full(n, np.nan)
+    closed = path.w <= tolerances.periodicity * scales(settled.problem, settled.load_factor).length
+    low, high = np.where(closed, path.v, np.inf), np.where(closed, path.v, -np.inf)
+    if settled.outcome != Outcome.RATCHETTING:
+        found = high.max(axis=0) - low.min(axis=0)
+    else:
+        found = _widest(low, high, settled.drift)
+    return np.where(closed.any(axis=0), found, 0.0)
+
+
+def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
+    """The largest range within any window of one period: slips (s, n) go on with the drift of a period."""
+    s = len(low)
+    window = {"size": s, "axis": 0, "mode": "nearest"}
+    highest = maximum_filter1d(np.vstack([high, high[1:] + drift]), **window)
+    lowest = minimum_filter1d(np.vstack([low, low[1:] + drift]), **window)
+    return (highest - lowest)[s // 2 : s // 2 + s].max(axis=0)
+
+
+def _status(settled: SettledState, tolerances: Tolerances) -> tuple[str, ...]:
+    """Whether each node sticks, slips, is open or both over the period."""
+    n = settled.problem.n
+    words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
+    if settled.period:
+        none = tolerances.periodicity * scales(settled.problem, settled.load_factor).length
+        words[settled.slip_per_cycle > 4 * none] = SLIPS
+        words[_opened(settled)] = MIXED
+    words[list(settled.open_nodes)] = STAYS_OPEN
+    return tuple(words)
+
+
+def _opened(settled: SettledState) -> NDArray[np.bool_]:
+    """Whether each node is open for some time of the period."""
+    path = settled.history
+    if isinstance(path, EventHistory):
+        return np.asarray((path.state[:-1] == OPEN)[np.diff(path.cycle) > 0].any(axis=0))
+    return np.asarray((path.w > 0).any(axis=0))
+
+
+def _pressed_slip(settled: SettledState) -> FloatArray:
+    """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
+    path, f = settled.history, settled.problem.f
+    if isinstance(path, EventHistory):
+        mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), np.abs(np.diff(path.v, axis=0))
+        pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period
+    else:
+        pressed = (path.p * np.abs(path.slip)).sum(axis=0) / settled.period
+    return np.where(f > 0, settled.work_per_cycle / np.where(f > 0, f, 1.0), pressed)

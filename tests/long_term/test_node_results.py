@@ -1,0 +1,259 @@
+"""What a period does to each node: sums, a dense path, rational arithmetic, windows of any phase, the words."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pandas
+import pytest
+from joints import FAMILY, any_joint, joint_of_kind, member
+from partly_open import SOME, partly_open
+
+import shakedown
+from benchmarks.problems import in_units
+from shakedown import Problem, node_results
+
+WEAR = 2.0e-8
+JUMP = shakedown.example("jump")
+FIELDS = ["slip_range", "accumulated_slip", "p_min", "p_max", "q_max", "work", "wear_volume"]
+
+
+def walking(shift=0):
+    """A floating joint that ratchets, and goes back and forth beside it; its load steps may be rotated."""
+    joint = joint_of_kind(np.random.default_rng(6), "floating")
+    loads = {word: np.roll(getattr(joint, word), shift, axis=0) for word in ("q_w", "p_w")}
+    return replace(joint, **loads, q_mean=joint.q_w.mean(axis=0), p_mean=joint.p_w.mean(axis=0))
+
+
+def of_family(k):
+    a, fB, impulses, load_factor, start = FAMILY[k][:5]
+    return member(a, fB, impulses), load_factor, start
+
+
+def given(problem):
+    return None if problem.initial_slip is None else problem.initial_slip[0]
+
+
+CASES = {
+    "two-node": lambda: (shakedown.example("two-node"), 0.9, None),
+    "three-node": lambda: (shakedown.example("three-node"), 2.6, given(shakedown.example("three-node"))),
+    "block-9": lambda: (shakedown.example("block-9"), 5.0, None),
+    "press-fit": lambda: (shakedown.example("press-fit"), 2.0, None),
+    "period 2": lambda: of_family(0),
+    "period 2 again": lambda: of_family(1),
+    "walks": lambda: (walking(), 1.0, None),
+    "jumps": lambda: (joint_of_kind(np.random.default_rng(15), "above thresholds"), 1.0, None),
+    "jumps once": lambda: (any_joint(np.random.default_rng(43)), 1.0, None),
+    "partly open": lambda: (partly_open(SOME[0]), 2.0, None),
+    "stays open": lambda: (JUMP, 1.0, given(JUMP)),
+    "at rest": lambda: (shakedown.example("two-node"), 0.5, None),
+    **{
+        f"any {seed}": lambda seed=seed: (any_joint(np.random.default_rng(seed)), 1.0, None)
+        for seed in range(6)
+    },
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def settled(request):
+    problem, load_factor, start = CASES[request.param]()
+    state = shakedown.long_term_state(problem, load_factor, start, max_cycles=60)
+    return problem, state, node_results(state, wear_coefficient=WEAR)
+
+
+def test_the_cases_are_of_every_kind():
+    found = [shakedown.long_term_state(*case(), max_cycles=60) for case in CASES.values()]
+    assert {state.outcome.value for state in found} >= {"shakedown", "cyclic-slip", "ratchetting"}
+    assert {state.period for state in found} >= {1, 2}
+    assert any(state.jumps_per_cycle > 0 and state.friction_dissipation_per_cycle > 0 for state in found)
+    words = {word for state in found if state.period for word in node_results(state).status}
+    assert words == {"stick", "slip", "open", "mixed"}
+
+
+def test_works_add_up_to_the_dissipation_and_slips_are_those_of_the_state(settled):
+    _, state, nodes = settled
+    total = state.friction_dissipation_per_cycle
+    assert nodes.work.sum() == pytest.approx(total, rel=1e-13, abs=1e-300)
+    assert (nodes.work >= -1e-12 * abs(total)).all()
+    assert state.period * nodes.accumulated_slip == pytest.approx(state.slip_per_cycle, rel=1e-15)
+
+
+def test_a_dense_path_shows_the_same(settled):
+    _, state, nodes = settled
+    path = state.history.at(np.linspace(state.history.cycle[0], state.history.cycle[-1], 40_001))
+    slip, force = np.abs(path.v).max() + 1e-300, np.abs(path.p).max()
+    assert nodes.p_min == pytest.approx(path.p.min(axis=0), abs=2e-3 * force)
+    assert nodes.p_max == pytest.approx(path.p.max(axis=0), abs=2e-3 * force)
+    assert nodes.q_max == pytest.approx(np.abs(path.q).max(axis=0), abs=2e-3 * force)
+    if state.jumps_per_cycle > 0:
+        return  # what slips in a jump slips in no time
+    held = (path.state[:-1] != 2) & (path.state[1:] != 2)
+    steps = np.where(held, np.diff(path.v, axis=0), 0.0)
+    assert nodes.accumulated_slip * state.period == pytest.approx(np.abs(steps).sum(axis=0), abs=2e-3 * slip)
+    pressed = (0.5 * (path.p[1:] + path.p[:-1]) * np.abs(steps)).sum(axis=0) / state.period
+    assert nodes.wear_volume == pytest.approx(WEAR * pressed, abs=2e-3 * WEAR * slip * force)
+    if state.outcome != "ratchetting":
+        closed = path.w <= 1e-9 * slip
+        span = np.where(closed, path.v, -np.inf).max(axis=0) - np.where(closed, path.v, np.inf).min(axis=0)
+        assert nodes.slip_range == pytest.approx(np.where(closed.any(axis=0), span, 0.0), abs=2e-3 * slip)
+
+
+def test_a_node_that_stays_closed_slips_at_least_twice_its_range(settled):
+    _, state, nodes = settled
+    closed = ~np.isin(nodes.status, ["mixed", "open"])
+    if state.outcome == "cyclic-slip" and not state.jumps_per_cycle:
+        most = 2 * nodes.slip_range * (1 - 1e-9)
+        assert (state.slip_per_cycle >= most)[closed].all()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_one_node_in_rational_numbers(seed):
+    rng = np.random.default_rng(seed)
+    A, B, f = 1.0, rng.integers(-8, 9) / 16, rng.integers(2, 12) / 16
+    q_w, p_w = rng.integers(-24, 25, 7) / 16, rng.integers(24, 48, 7) / 16
+    problem = Problem(A=[[A]], B=[[B]], f=f, q_w=q_w[:, None], p_w=p_w[:, None])
+    nodes = node_results(shakedown.long_term_state(problem, 1.0))
+    exact = rational_period(*map(Fraction, (A, B, f)), list(map(Fraction, q_w)), list(map(Fraction, p_w)))
+    for word, value in exact.items():
+        assert getattr(nodes, word)[0] == pytest.approx(float(value), rel=1e-13, abs=1e-14), word
+
+
+def rational_period(A, B, f, q_w, p_w):
+    """The steady cycle of one closed node, exactly: within a load step it sticks, and then slips one way."""
+    v, loads = Fraction(0), list(zip(q_w, p_w, strict=True))
+    for _ in range(6):
+        rows, slip, work = [], Fraction(0), Fraction(0)
+        for (q0, p0), (q1, p1) in zip([loads[-1], *loads[:-1]], loads, strict=True):
+            before, after = (q0 + A * v, p0 + B * v), (q1 + A * v, p1 + B * v)
+            rows.append((v, *before))
+            for side in (1, -1):
+                if side * after[0] > f * after[1]:
+                    gap = [f * p - side * q for q, p in (before, after)]
+                    share = gap[0] / (gap[0] - gap[1])
+                    start = [a + share * (b - a) for a, b in zip(before, after, strict=True)]
+                    end = (f * p1 - side * q1) / (side * A - f * B)
+                    q = q1 + A * end
+                    rows += [(v, *start), (end, q, p1 + B * end)]
+                    slip, work = slip + abs(end - v), work - (end - v) * (start[0] + q) / 2
+                    v = end
+                    break
+    slips, q, p = zip(*rows, strict=True)
+    return {
+        "slip_range": max(slips) - min(slips), "accumulated_slip": slip, "work": work,
+        "p_min": min(p), "p_max": max(p), "q_max": max(map(abs, q)),
+    }  # fmt: skip
+
+
+def test_the_range_of_a_walk_does_not_depend_on_where_its_period_begins():
+    ranges = [node_results(shakedown.long_term_state(walking(shift), 1.0)).slip_range for shift in range(5)]
+    state = shakedown.long_term_state(walking(), 1.0)
+    assert state.outcome == "ratchetting"
+    assert (ranges[0] > np.abs(state.drift) * (1 + 1e-6)).any()  # it goes back and forth beside the drift
+    for one in ranges[1:]:
+        assert one == pytest.approx(ranges[0], rel=1e-9)
+    path = shakedown.evolve(walking(), 1.0, cycles=12).history.at(np.linspace(8.0, 11.5, 7001))
+    window = 2000
+    spans = [np.ptp(path.v[k : k + window + 1], axis=0) for k in range(0, 5000, 10)]
+    assert ranges[0] == pytest.approx(np.max(spans, axis=0), rel=2e-3)
+
+
+def test_open_nodes_carry_nothing_and_mixed_ones_do_for_some_time():
+    state = shakedown.long_term_state(shakedown.example("press-fit"), 2.0)
+    nodes = node_results(state)
+    mixed = np.array(nodes.status) == "mixed"
+    assert mixed.any()
+    assert (nodes.p_min[mixed] == 0.0).all()
+    assert (nodes.p_max[mixed] > 0.0)[1:].all()
+    state = shakedown.long_term_state(JUMP, 1.0, JUMP.initial_slip[0])
+    nodes = node_results(state)
+    apart = [nodes.status.index("open")]
+    assert apart == list(state.open_nodes)
+    for word in ("p_max", "q_max", "slip_range", "accumulated_slip", "work"):
+        assert getattr(nodes, word)[apart] == pytest.approx([0.0], abs=1e-12), word
+
+
+def test_without_a_long_term_state_there_are_no_numbers():
+    state = shakedown.long_term_state(shakedown.example("two-node"), 0.8, max_cycles=1)
+    nodes = node_results(state)
+    assert (nodes.outcome, nodes.status) == ("undecided", ("undecided",) * 2)
+    for word in (*FIELDS, "tau_delta", "wear_depth"):
+        assert np.isnan(getattr(nodes, word)).all(), word
+    assert nodes.to_dict()["slip_range"] == [None, None]
+
+
+def test_fixed_load_steps_show_the_same_where_events_fall_on_them():
+    q = [[0.0], [2.0], [0.0], [-2.0]]
+    problem = Problem(A=[[2.0]], B=[[0.0]], f=0.5, q_w=q, p_w=np.ones((4, 1)), node_area=[4.0])
+    runs = [shakedown.simulate(problem, 1.0, method=method) for method in ("event", "gauss-seidel")]
+    exact, stepped = (node_results(run, wear_coefficient=WEAR) for run in runs)
+    for word in ("slip_range", "accumulated_slip", "p_min", "p_max", "q_max", "work", "wear_depth"):
+        assert getattr(stepped, word) == pytest.approx(getattr(exact, word), rel=1e-9), word
+    assert exact.slip_range == pytest.approx([1.5])
+    assert exact.work == pytest.approx([2 * 1.5 * 0.5])
+    assert exact.tau_delta == pytest.approx([0.5 / 4.0 * 1.5])
+    assert exact.wear_depth == pytest.approx([WEAR * 1.0 * 3.0 / 4.0])
+    assert exact.work_per_area == pytest.approx([1.5 / 4.0])
+
+
+def test_wear_does_not_need_friction():
+    problem = Problem(A=[[2.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[3.0], [3.0]], node_area=[1.0])
+    nodes = node_results(shakedown.long_term_state(problem, 1.0), wear_coefficient=WEAR)
+    assert nodes.work == pytest.approx([0.0])
+    assert nodes.wear_depth == pytest.approx([WEAR * 3.0 * 2.0])
+
+
+def test_what_is_said_of_a_reduced_joint_is_said_of_all_nodes():
+    block = shakedown.example("block-9")
+    whole, reduced = (
+        node_results(shakedown.long_term_state(block, 2.0, reduce=flag)) for flag in (False, True)
+    )
+    for word in FIELDS:
+        near = 1e-9 * np.nanmax(np.append(np.abs(getattr(whole, word)), 0.0))
+        assert getattr(reduced, word) == pytest.approx(getattr(whole, word), abs=near, nan_ok=True), word
+    assert reduced.status == whole.status
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (1.0, 2.0**-20)])
+@pytest.mark.parametrize("name", ["block-9", "press-fit", "walks", "jumps"])
+def test_units_do_not_matter(name, force, length):
+    problem, load_factor, start = CASES[name]()
+    one = node_results(shakedown.long_term_state(problem, load_factor, start), wear_coefficient=WEAR)
+    moved = None if start is None else length * np.asarray(start)
+    state = shakedown.long_term_state(in_units(problem, force, length), load_factor, moved)
+    other = node_results(state, wear_coefficient=WEAR * length**2 / force)
+    units = [length, length, force, force, force, force * length, length**3]
+    for word, unit in zip(FIELDS, units, strict=True):
+        assert np.array_equal(getattr(one, word) * unit, getattr(other, word)), word
+    assert one.status == other.status
+
+
+def test_a_run_of_a_verification_and_a_simulation_are_taken():
+    problem = shakedown.example("press-fit")
+    verification = shakedown.verify(problem, random_states=0)
+    run = verification.as_given
+    assert node_results(run) == node_results(run.simulation) == node_results(run.simulation.settled)
+    with pytest.raises(shakedown.UsageError, match="found Problem"):
+        node_results(problem)
+
+
+def test_labels_places_and_areas_are_those_of_the_joint():
+    problem = shakedown.example("press-fit")
+    nodes = node_results(shakedown.long_term_state(problem, 1.0))
+    assert nodes.label == problem.label
+    assert np.array_equal(nodes.coordinates, problem.coordinates)
+    assert np.array_equal(nodes.pressure_max, nodes.p_max / problem.node_area)
+    table = nodes.to_frame()
+    assert isinstance(table, pandas.DataFrame)
+    assert list(table.columns[:7]) == ["label", "x", "y", "z", "area", "status", "slip_range"]
+    bare = replace(problem, label=None, coordinates=None, normal=None, tangent=None, node_area=None)
+    nodes = node_results(shakedown.long_term_state(bare, 1.0))
+    assert nodes.label == tuple(map(str, range(9)))
+    assert np.array_equal(nodes.x, bare.x)
+    assert np.isnan(nodes.tau_delta).all()
+
+
+@pytest.mark.parametrize("coefficient", [-1.0, np.nan, "much"])
+def test_a_wear_coefficient_that_is_none_is_refused(coefficient):
+    state = shakedown.long_term_state(shakedown.example("two-node"), 0.9)
+    with pytest.raises(shakedown.UsageError, match="wear coefficient"):
+        node_results(state, wear_coefficient=coefficient)
