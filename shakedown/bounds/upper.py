@@ -1,7 +1,7 @@
 """Upper bound of the load factor: the largest at which a safe slip exists."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, nan
 from typing import ClassVar, Literal
 
@@ -90,6 +90,9 @@ class UpperBound(Result):
     pinned
         Where the joint can move as a whole: the nodes that slips are given relative to. Their own
         slips are 0, as safe slips are known only up to that motion; empty for a joint that is held.
+    in_floats : (n + 1,)
+        Safe slip [length] and load factor as the linear program found them, before exact arithmetic moved
+        their last digits: where searches that end at λ_max begin. NaN where it found none.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -115,6 +118,7 @@ class UpperBound(Result):
     reduced_accuracy: bool = False
     open_nodes: tuple[int, ...] = ()
     pinned: tuple[int, ...] = ()
+    in_floats: FloatArray = field(default_factory=lambda: np.full(1, nan), repr=False)
 
 
 @checked
@@ -197,6 +201,7 @@ def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
         reason=found.reason,
         open_nodes=zone.open_nodes,
         pinned=zone.pinned,
+        in_floats=np.append(zone.slips(found.in_floats[:-1]), found.in_floats[-1]),
     )
 
 
@@ -214,7 +219,15 @@ def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tole
         disputed=isinstance(found, Disputed),
         reduced_accuracy=outcome.reduced_accuracy,
         pinned=rows.pinned,
+        in_floats=_in_floats(rows, outcome),
     )
+
+
+def _in_floats(rows: Constraints, outcome: Solution) -> FloatArray:
+    """The slip and the load factor that a program found, (n + 1,); NaN where it found none."""
+    if outcome.vertex is None:
+        return np.full(rows.n + 1, nan)
+    return np.append(rows.slips(outcome.vertex.x[:-1]), outcome.vertex.x[-1])
 
 
 def _optimal(
@@ -226,7 +239,7 @@ def _optimal(
         active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
     else:
         assert outcome.vertex is not None
-        slip, load_factor = rows.slips(outcome.vertex.x[:-1]), float(outcome.vertex.x[-1])
+        slip, load_factor = _in_floats(rows, outcome)[:-1], float(outcome.vertex.x[-1])
         y, active, certified = -outcome.vertex.multipliers, outcome.active, None
     least, missing = _least(rows, tolerances)
     return UpperBound(

@@ -11,7 +11,7 @@ from benchmarks.problems import chain, joint
 from shakedown import Problem
 from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
 from shakedown.planar.collapse import lower as lower_room
-from shakedown.planar.collapse.proof_status import guarantee_status
+from shakedown.planar.collapse.proof_status import Evidence, guarantee_status
 
 
 def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,7 +151,7 @@ def test_the_guarantee_does_not_hang_on_the_last_bit() -> None:
     )
     lower = shakedown.lower_bound(base)
     status = {
-        guarantee_status(base, lower.load_factor * (1 + k * np.finfo(float).eps)).guarantee
+        guarantee_status(Evidence(base, lower.load_factor * (1 + k * np.finfo(float).eps))).guarantee
         for k in range(-8, 9)
     }
     assert len(status) == 1

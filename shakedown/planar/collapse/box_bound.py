@@ -1,13 +1,14 @@
 """The load factor up to which a joint is proved to shake down from a state, by the box that it stays in."""
 
 from dataclasses import dataclass, field, replace
-from math import inf, nan
+from math import inf, isfinite, nan
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.bounds.upper import upper_bound
+from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -108,7 +109,11 @@ class _End(NamedTuple):
 
 @checked
 def box_bound(
-    problem: Problem, initial_slip: ArrayLike | None = None, *, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    initial_slip: ArrayLike | None = None,
+    *,
+    upper: UpperBound | None = None,
+    tolerances: Tolerances = DEFAULT,
 ) -> BoxBound:
     """The load factor up to which the box around an initial slip proves shakedown, for ρ* < 1.
 
@@ -122,6 +127,8 @@ def box_bound(
         The joint and its loading; transient load steps are those after ``initial_slip``.
     initial_slip : (n,), optional
         v₀ [length]; zero by default, a joint assembled without locked-in slip.
+    upper
+        λ_max with all nodes in contact, where it has been computed already.
     tolerances
         ``feasibility`` is used (:class:`Tolerances`).
 
@@ -139,13 +146,17 @@ def box_bound(
     """
     require_plane("box bound", problem, NO_SIDES)
     start = checked_initial_slip(problem, initial_slip)
-    found = sought(_box_bound, problem, start, tolerances)
+    if upper is not None and upper.open_nodes:
+        raise UsageError(f"upper: expected all nodes in contact, found {len(upper.open_nodes)} open")
+    found = sought(_box_bound, problem, start, upper, tolerances)
     if isinstance(found, Missing):
         return replace(_nothing(start, "solver"), status=Status.UNDECIDED, reason=found.reason)
     return found
 
 
-def _box_bound(problem: Problem, start: FloatArray, tolerances: Tolerances) -> BoxBound:
+def _box_bound(
+    problem: Problem, start: FloatArray, upper: UpperBound | None, tolerances: Tolerances
+) -> BoxBound:
     if problem.is_domain:
         return _nothing(start, "load domain")
     if not coupling(problem).bound < 1.0:
@@ -157,7 +168,9 @@ def _box_bound(problem: Problem, start: FloatArray, tolerances: Tolerances) -> B
         return _nothing(start, boxes.before)
     if np.all(boxes.map.rows.d <= 0.0) and boxes.first_end(boxes.at(0.0), inf).load_factor == inf:
         return replace(_bound(boxes, 0.0, _End(inf, "", -1, np.full(problem.n, nan))), **UNLIMITED)
-    return _farthest(boxes, _beyond(problem, boxes, tolerances))
+    if upper is None:
+        upper = upper_bound(problem, certify=False, tolerances=tolerances)
+    return _farthest(boxes, _beyond(upper, boxes))
 
 
 def box_proves(problem: Problem, slip: FloatArray, load_factor: float, tolerances: Tolerances) -> bool:
@@ -290,11 +303,11 @@ class _Boxes:
         return bool(np.all(p + box.least(self.problem.B) > 0.0))
 
 
-def _beyond(problem: Problem, boxes: _Boxes, tolerances: Tolerances) -> float:
+def _beyond(upper: UpperBound, boxes: _Boxes) -> float:
     """A load factor that cannot be proved, or the largest that is tried."""
-    upper = upper_bound(problem, certify=False, tolerances=tolerances)
-    if upper.status == Status.OPTIMAL:
-        return upper.load_factor
+    largest = float(upper.in_floats[-1])
+    if isfinite(largest):
+        return largest
     load_factor = 1.0
     for _ in range(DOUBLINGS):
         if boxes.first_end(boxes.at(load_factor), load_factor).load_factor <= load_factor:

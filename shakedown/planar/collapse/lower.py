@@ -31,7 +31,7 @@ from shakedown.planar.collapse.collapse_programs import (
     first_to_collapse,
     mean_load_is_safe,
 )
-from shakedown.planar.collapse.proof_status import GuaranteeStatus, guarantee_status
+from shakedown.planar.collapse.proof_status import Evidence, GuaranteeStatus, guarantee_status
 from shakedown.programs.linear_program import Solution
 from shakedown.programs.row_programs import load_factor_program
 
@@ -114,7 +114,12 @@ class LowerBound(Result):
         """How far λ_1 is a guarantee; worked out when first read, at several times the cost of λ_1."""
         if self.status == Status.INFEASIBLE:
             return GuaranteeStatus("evidence", UNSAFE_MEAN, nan, nan, nan)
-        return guarantee_status(self.problem, self.load_factor, tolerances=self.tolerances)
+        return guarantee_status(self.evidence)
+
+    @cached_property
+    def evidence(self) -> Evidence:
+        """What the guarantee rests on, each part worked out when it is first read."""
+        return Evidence(self.problem, self.load_factor, self.tolerances)
 
     @cached_property
     def per_node(self) -> FloatArray:

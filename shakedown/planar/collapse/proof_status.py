@@ -10,6 +10,7 @@ order: of a load domain nothing is proved here.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf, isnan, nan
 from typing import NamedTuple
 
@@ -22,10 +23,10 @@ from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.planar.collapse.lift_off import lift_off_bound
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
+from shakedown.planar.collapse.single_node_cycle import SingleNodeCycle, single_node_cycle
 from shakedown.planar.uniqueness.coupling import Coupling, coupling
 from shakedown.planar.uniqueness.difference_gauge import difference_gauge
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
+from shakedown.planar.uniqueness.in_contact import Uniqueness, unique_in_contact
 
 ANY_ORDER = (
     "the load steps are the corners of a load domain, and λ_1 is about a loop that returns to each of them "
@@ -61,60 +62,6 @@ class GuaranteeStatus:
     lift_off_bound: float
 
 
-def guarantee_status(
-    problem: Problem, load_factor: float, *, tolerances: Tolerances = DEFAULT
-) -> GuaranteeStatus:
-    """What is proved about shakedown from every initial state below the first collapse.
-
-    Parameters
-    ----------
-    problem
-        The contact and its loading loop.
-    load_factor
-        Its first collapse λ_1.
-    tolerances
-        A bound that misses λ_1 by no more than ``feasibility`` reaches it: the claim is
-        about load factors below λ_1.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> status = guarantee_status(shakedown.example("three-node"), 3.096)
-    >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
-    ('evidence', 1.039, 2.4442)
-    """
-    influence, cycle = coupling(problem), sought(single_node_cycle, problem, tolerances=tolerances)
-    if isinstance(cycle, Missing):
-        rest = _status(problem, load_factor, influence, nan, tolerances)
-        return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {cycle.reason}")
-    return _status(problem, load_factor, influence, cycle.load_factor, tolerances)
-
-
-def _status(
-    problem: Problem, load_factor: float, influence: Coupling, alone: float, tolerances: Tolerances
-) -> GuaranteeStatus:
-    """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
-    if problem.is_domain and load_factor > 0.0:
-        return GuaranteeStatus("evidence", ANY_ORDER, influence.ratio, alone, nan)
-    argument = complete_argument(problem, tolerances)
-    if argument is not None and argument.keeps_closed:
-        return GuaranteeStatus("proved", argument.reason, influence.ratio, alone, nan)
-    if load_factor == 0.0:
-        return GuaranteeStatus("evidence", "there is nothing to guarantee", influence.ratio, alone, nan)
-    reached = load_factor * (1 - tolerances.feasibility)
-    if argument is not None and argument.drift_bound >= reached:
-        stays_closed = sought(lift_off_bound, problem, enough=load_factor, tolerances=tolerances)
-        if isinstance(stays_closed, Missing):
-            caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
-            return GuaranteeStatus("single-node-excluded", caveat, influence.ratio, alone, nan)
-        if stays_closed >= reached:
-            return GuaranteeStatus("proved", argument.reason, influence.ratio, alone, stays_closed)
-        caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
-        text = f"{argument.reason}, but {caveat}"
-        return GuaranteeStatus("single-node-excluded", text, influence.ratio, alone, stays_closed)
-    return _without_proof(reached, influence, alone)
-
-
 class Argument(NamedTuple):
     """A proof that holds up to the first collapse.
 
@@ -134,28 +81,101 @@ class Argument(NamedTuple):
     drift_bound: float = inf
 
 
-def complete_argument(problem: Problem, tolerances: Tolerances = DEFAULT) -> Argument | None:
-    """The proof that every state shakes down up to λ_1 while all nodes stay closed; None where there is none.
+class Evidence:
+    """What the guarantee of a first collapse rests on, each part worked out when first read, and once.
 
-    Without coupling it holds for every path inside a load domain; the others follow a loop.
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    load_factor
+        Its first collapse λ_1.
+    tolerances
+        A bound that misses λ_1 by no more than ``feasibility`` reaches it: the claim is
+        about load factors below λ_1.
     """
-    if not problem.B.any():
-        reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
-        return Argument("Melan", reason, keeps_closed=True)
-    if problem.is_domain:
+
+    def __init__(self, problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> None:
+        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
+
+    @cached_property
+    def argument(self) -> Argument | None:
+        """The proof that every state shakes down up to λ_1 while all nodes stay closed; None without one.
+
+        Without coupling it holds for every path inside a load domain; the others follow a loop.
+        """
+        problem = self.problem
+        if not problem.B.any():
+            reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
+            return Argument("Melan", reason, keeps_closed=True)
+        if problem.is_domain:
+            return None
+        ratio, bound = coupling(problem).ratio, coupling(problem).bound
+        if bound < 1.0:
+            reason = f"coupling ratio {ratio:.6g} below 1: the first collapse is the limit"
+            return Argument("first collapse", reason)
+        if problem.n == 2 and self.unique:
+            return Argument("two nodes", "two nodes below the friction thresholds (thesis §4.4)")
+        if difference_gauge(problem) is not None:
+            drift_bound = _drift_bound(problem) if rigid_slips(problem).pinned else inf
+            reason = "no slip raises the differences between the nodes: the first collapse is the limit"
+            return Argument("differences", reason, drift_bound=drift_bound)
         return None
-    ratio, bound = coupling(problem).ratio, coupling(problem).bound
-    if bound < 1.0:
-        reason = f"coupling ratio {ratio:.6g} below 1: the first collapse is the limit"
-        return Argument("first collapse", reason)
-    unique = sought(unique_in_contact, problem, tolerances=tolerances) if problem.n == 2 else None
-    if unique:
-        return Argument("two nodes", "two nodes below the friction thresholds (thesis §4.4)")
-    if difference_gauge(problem) is not None:
-        drift_bound = _drift_bound(problem) if rigid_slips(problem).pinned else inf
-        reason = "no slip raises the differences between the nodes: the first collapse is the limit"
-        return Argument("differences", reason, drift_bound=drift_bound)
-    return None
+
+    @cached_property
+    def unique(self) -> Uniqueness | Missing:
+        """Whether the motion in contact is unique."""
+        return sought(unique_in_contact, self.problem, tolerances=self.tolerances)
+
+    @cached_property
+    def lift_off(self) -> float | Missing:
+        """Below this load factor no admissible slip lifts a node off."""
+        return sought(lift_off_bound, self.problem, self.load_factor, tolerances=self.tolerances)
+
+    @cached_property
+    def alone(self) -> SingleNodeCycle | Missing:
+        """Below its load factor no node cycles alone."""
+        return sought(single_node_cycle, self.problem, tolerances=self.tolerances)
+
+
+def guarantee_status(known: Evidence) -> GuaranteeStatus:
+    """What is proved about shakedown from every initial state below the first collapse.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> status = guarantee_status(Evidence(shakedown.example("three-node"), 3.096))
+    >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
+    ('evidence', 1.039, 2.4442)
+    """
+    if isinstance(known.alone, Missing):
+        rest = _status(known, nan)
+        return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {known.alone.reason}")
+    return _status(known, known.alone.load_factor)
+
+
+def _status(known: Evidence, alone: float) -> GuaranteeStatus:
+    """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
+    load_factor, ratio = known.load_factor, coupling(known.problem).ratio
+    if known.problem.is_domain and load_factor > 0.0:
+        return GuaranteeStatus("evidence", ANY_ORDER, ratio, alone, nan)
+    argument = known.argument
+    if argument is not None and argument.keeps_closed:
+        return GuaranteeStatus("proved", argument.reason, ratio, alone, nan)
+    if load_factor == 0.0:
+        return GuaranteeStatus("evidence", "there is nothing to guarantee", ratio, alone, nan)
+    reached = load_factor * (1 - known.tolerances.feasibility)
+    if argument is not None and argument.drift_bound >= reached:
+        stays_closed = known.lift_off
+        if isinstance(stays_closed, Missing):
+            caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
+            return GuaranteeStatus("single-node-excluded", caveat, ratio, alone, nan)
+        if stays_closed >= reached:
+            return GuaranteeStatus("proved", argument.reason, ratio, alone, stays_closed)
+        caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
+        text = f"{argument.reason}, but {caveat}"
+        return GuaranteeStatus("single-node-excluded", text, ratio, alone, stays_closed)
+    return _without_proof(reached, coupling(known.problem), alone)
 
 
 def _drift_bound(problem: Problem) -> float:

@@ -11,10 +11,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.planar.collapse.lift_off import lift_off_bound
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
-from shakedown.planar.collapse.proof_status import complete_argument
-from shakedown.planar.uniqueness.in_contact import Uniqueness, unique_in_contact
 from shakedown.planar.universal.swing_bound import SwingBound, swing_bound
 
 
@@ -129,16 +126,14 @@ def universal_bound(
     if lower.load_factor == 0.0:
         reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
         return _without(lower, 0.0, "first collapse", reason)
-    complete = complete_argument(problem, tolerances)
-    if complete is None:
-        known = sought(unique_in_contact, problem, tolerances=tolerances)
-        uniqueness = Uniqueness(None, known.reason) if isinstance(known, Missing) else known
-        if not uniqueness:
-            reason = f"the motion is not proved to be unique: {uniqueness.argument}"
-            return _without(lower, 0.0, "uniqueness", reason)
+    known = lower.evidence
+    complete = known.argument
+    if complete is None and not (unique := known.unique):
+        why = unique.reason if isinstance(unique, Missing) else unique.argument
+        return _without(lower, 0.0, "uniqueness", f"the motion is not proved to be unique: {why}")
     lift: float | Missing = inf
     if complete is None or not complete.keeps_closed:
-        lift = sought(lift_off_bound, problem, lower.load_factor, tolerances=tolerances)
+        lift = known.lift_off
     if isinstance(lift, Missing):
         return _undecided(lower, f"the lift-off bound is missing: {lift.reason}")
     if complete is not None:

@@ -11,7 +11,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.joint.loading import loading
 from shakedown.planar.collapse.lift_off import lift_off_bound
-from shakedown.planar.collapse.proof_status import guarantee_status
+from shakedown.planar.collapse.proof_status import Evidence, guarantee_status
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
@@ -93,7 +93,7 @@ def test_small_and_uncoupled_systems_are_proved(name: str) -> None:
 def test_above_the_friction_thresholds_nothing_is_proved() -> None:
     problem = replace(shakedown.example("two-node"), f=0.9)
     assert not unique_in_contact(problem)
-    assert guarantee_status(problem, 0.5).guarantee == "evidence"
+    assert guarantee_status(Evidence(problem, 0.5)).guarantee == "evidence"
     assert np.isnan(coupling(problem).ratio)
 
 

@@ -11,7 +11,7 @@ from benchmarks.adversary import scaled_to
 from benchmarks.collapse_adversary import stiffness
 from benchmarks.problems import in_units
 from benchmarks.universal_adversary import loaded
-from shakedown.planar.collapse.proof_status import complete_argument
+from shakedown.planar.collapse.proof_status import Evidence
 from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.difference_gauge import difference_gauge
 
@@ -94,7 +94,7 @@ def test_below_the_first_collapse_every_state_shakes_down(seed: int) -> None:
 def test_the_drift_bound_is_never_below_the_upper_bound() -> None:
     for seed in range(4):
         problem = floating(seed)
-        drift = complete_argument(problem).drift_bound
+        drift = Evidence(problem, 1.0).argument.drift_bound
         assert shakedown.upper_bound(problem).load_factor <= drift * (1 + 1e-9) < np.inf
 
 
@@ -112,7 +112,7 @@ def test_units_and_directions_do_not_matter() -> None:
         p_w=problem.p_w,
     )
     assert difference_gauge(turned).ratio == pytest.approx(difference_gauge(problem).ratio, rel=1e-9)
-    here, there = (complete_argument(joint).drift_bound for joint in (problem, turned))
+    here, there = (Evidence(joint, 1.0).argument.drift_bound for joint in (problem, turned))
     assert there == pytest.approx(here, rel=1e-9)
     here, there = (shakedown.universal_bound(joint) for joint in (problem, turned))
     assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
