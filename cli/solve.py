@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.evidence import Missing, present, sought
+from shakedown.ground.evidence import Missing
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
-from shakedown.report.json_documents import (
-    bounds_document,
-    proved_document,
-    quick_document,
-)
+from shakedown.report.json_documents import assessment_document, quick_document
 from shakedown.report.node_words import node_in_words
 from shakedown.report.words import (
     bounds_in_words,
@@ -25,6 +21,9 @@ from shakedown.report.words import (
     down,
     friction_in_words,
     hints_in_words,
+    numbers_in_words,
+    quickly_in_words,
+    said_as_given_in_words,
     up,
 )
 from shakedown.report.zone_words import open_in_words, zone_in_words
@@ -80,35 +79,34 @@ def solve(
     open_nodes: tuple[int, ...] | Literal["auto"],
     as_json: bool,
 ) -> None:
-    """Bounds on the load factor of FILE, safe slip, friction thresholds."""
+    """Up to which load factor FILE shakes down: proved from every state, from this one, impossible above.
+
+    Then what the load as given (λ = 1) comes to where these decide, and every limit with its evidence.
+    """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     state = initial_state(problem, 0.0, initial)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
         energy = shakedown.energy_bound(problem, state, distance, open_nodes=upper.open_nodes)
-        _say_quickly(problem, energy, upper, as_json)
+        if as_json:
+            echo_json(quick_document(problem, energy, upper))
+        else:
+            say(_quick_text(problem, energy, upper))
         _leave(context, upper, energy)
     if problem.n >= ANNOUNCED_FROM:
         click.echo(
             f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
             err=True,
         )
-    bounds = shakedown.shakedown_bounds(problem, open_nodes=open_nodes)
-    energy = shakedown.energy_bound(problem, state, distance, open_nodes=bounds.upper.open_nodes)
-    universal = shakedown.universal_bound(problem, first_collapse=bounds.lower)
-    box = shakedown.box_bound(problem, state)
-    limits = shakedown.friction_thresholds(problem)
-    curve = None
-    if bounds.have_gap and problem.n <= CURVE_UP_TO and not problem.is_domain:
-        curve = sought(shakedown.guarantee_curve, problem, CURVE_RADII, centre=bounds.upper.slip)
+    found = shakedown.assess(problem, state, distance=distance, open_nodes=open_nodes)
+    limits = found.details
+    curve = limits.curve(CURVE_RADII, limits.upper.slip) if problem.n <= CURVE_UP_TO else None
     if as_json:
-        known = None if curve is None else present(curve)
-        more = {"friction": limits.to_dict(), "guarantee_curve": known and known.to_dict()}
-        echo_json(bounds_document(problem, bounds) | proved_document(energy, universal, box) | more)
+        echo_json(assessment_document(found, curve))
     else:
-        say(_text(problem, Proved(energy, universal, box), bounds, limits, curve))
-    _leave(context, bounds.lower, bounds.upper, energy, universal)
+        say(_text(found, curve))
+    _leave(context, limits.lower, limits.upper, limits.energy, limits.universal)
 
 
 def _leave(
@@ -124,54 +122,36 @@ def _leave(
     context.exit(1 if left else 0)
 
 
-def _say_quickly(
-    problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound, as_json: bool
-) -> None:
+def _quick_text(problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound) -> str:
     """What one linear and one cone program tell."""
-    if as_json:
-        echo_json(quick_document(problem, energy, upper))
-        return
     lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(energy, None, upper, problem)]
+    lines += [paragraph(sentence) for sentence in quickly_in_words(energy, upper, problem)]
     if upper.open_nodes:
         lines += [paragraph(sentence) for sentence in zone_in_words(upper, problem)]
     elif upper.status != "optimal":
         lines += [paragraph(f"{upper.status}: {upper.reason}.")]
-    say("\n".join([*lines, "", node_table(problem, _safe_columns(problem, upper))]))
+    return "\n".join([*lines, "", node_table(problem, _safe_columns(problem, upper))])
 
 
-class Proved(NamedTuple):
-    """What is proved, from one state and from every one."""
-
-    energy: shakedown.EnergyBound
-    universal: shakedown.UniversalBound
-    box: shakedown.BoxBound
-
-
-def _text(
-    problem: Problem,
-    proved: Proved,
-    bounds: shakedown.ShakedownBounds,
-    limits: shakedown.FrictionThresholds,
-    curve: shakedown.GuaranteeCurve | Missing | None,
-) -> str:
-    upper, lower = bounds.upper, bounds.lower
-    lines = [headline(problem), ""]
-    certain = certain_in_words(proved.energy, proved.universal, upper, problem, proved.box)
-    lines += [paragraph(sentence) for sentence in certain]
+def _text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
+    limits, problem = found.details, found.problem
+    lines = [headline(problem), "", listing(numbers_in_words(found)), ""]
+    lines += [paragraph(said_as_given_in_words(found)), ""]
+    lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
-    if problem.initial_slip is not None and not proved.energy.initial_slip.any():
+    if problem.initial_slip is not None and not limits.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
-    lines += ["", listing(_facts(bounds, proved)), ""]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(bounds, *proved)]
+    lines += ["", listing(_facts(found)), ""]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
     if isinstance(curve, Missing):
         lines += [paragraph(f"The guarantee curve is missing: {curve.reason}.")]
     elif curve is not None:
         lines += [paragraph(curve_in_words(curve, problem))]
-    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits)]
-    thresholds = [number(each, 5) for each in limits.single_node]
-    safe, active = _safe_columns(problem, upper).items()
-    witness = with_unit("witness", length_unit(problem)), [number(slip) for slip in lower.slip]
+    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
+    thresholds = [number(each, 5) for each in limits.friction.single_node]
+    safe, active = _safe_columns(problem, limits.upper).items()
+    slips = [number(slip) for slip in limits.lower.slip]
+    witness = with_unit("witness", length_unit(problem)), slips
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
     return "\n".join([*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)])
 
@@ -183,10 +163,11 @@ def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, li
     return {heading: [number(slip) for slip in upper.slip], "active at λ_max": sides}
 
 
-def _facts(bounds: shakedown.ShakedownBounds, proved: Proved) -> list[tuple[str, str, str]]:
+def _facts(found: shakedown.Assessment) -> list[tuple[str, str, str]]:
     """(name, value, remark) of every number that stands for the whole joint."""
-    lower, upper = bounds.lower, bounds.upper
-    energy, universal, box = proved
+    limits = found.details
+    lower, upper = limits.lower, limits.upper
+    energy, universal, box = limits.energy, limits.universal, limits.box
     exactly = energy.certified
     certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
     least = upper.least_load_factor

@@ -115,18 +115,15 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [_kind_of_findings(result)]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    proved = certain_in_words(result.energy, result.universal, result.bounds.upper, problem, result.box)
-    lines += [
-        paragraph(sentence)
-        for sentence in (as_given_in_words(result.as_given, length, problem, result.universal), *proved)
-    ]
+    limits = result.limits
+    answer = as_given_in_words(result.as_given, length, problem, limits.universal)
+    lines += [paragraph(sentence) for sentence in (answer, *certain_in_words(limits))]
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
-    meaning = bounds_in_words(result.bounds, result.energy, result.universal, result.box)
-    lines += [paragraph(sentence) for sentence in meaning]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient, problem))]
-    lines += [paragraph(sentence) for sentence in friction_in_words(problem, result.friction)]
+    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [
         [

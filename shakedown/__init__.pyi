@@ -1,8 +1,10 @@
 """The public names, each loaded when it is first used; docs/names.md lists those of the rooms."""
 
 from . import plot as plot
+from .assessment.assess import Assessment as Assessment
+from .assessment.assess import assess as assess
+from .assessment.every_limit import shakedown_bounds as shakedown_bounds
 from .assessment.shakedown_bounds import ShakedownBounds as ShakedownBounds
-from .assessment.shakedown_bounds import shakedown_bounds as shakedown_bounds
 from .assessment.transient_limit import TransientLimit as TransientLimit
 from .assessment.transient_limit import transient_limit as transient_limit
 from .bounds.energy.energy_ball import EnergyBall as EnergyBall

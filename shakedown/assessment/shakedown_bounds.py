@@ -1,18 +1,13 @@
 """Both bounds of the load factor."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
-from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
-from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.bounds.upper import UpperBound
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_plane
-from shakedown.joint.constraints import constraints, through_transient
-from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.planar.collapse.lower import LowerBound, lower_bound
+from shakedown.planar.collapse.lower import LowerBound
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,46 +41,3 @@ class ShakedownBounds(Result):
         if self.upper.open_nodes:
             return False
         return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))
-
-
-@checked
-def shakedown_bounds(
-    problem: Problem,
-    *,
-    open_nodes: Iterable[int] | Literal["auto"] = (),
-    certify: bool | None = None,
-    tolerances: Tolerances = DEFAULT,
-) -> ShakedownBounds:
-    """Lower and upper bound of the load factor.
-
-    Parameters
-    ----------
-    problem
-        The contact and its loading loop.
-    open_nodes
-        The nodes that stay open, for the upper bound (:func:`upper_bound`).
-    certify
-        Whether to check both in exact arithmetic; by default each where that is quick.
-    tolerances
-        The tolerances that decide.
-
-    Raises
-    ------
-    SolverError
-        If a linear program ends without an answer.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
-    >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
-    (0.657373, 0.739146)
-    """
-    require_plane("bounds", problem)
-    upper = upper_bound(problem, open_nodes=open_nodes, certify=certify, tolerances=tolerances)
-    exact = problem.n <= LOWER_CERTIFIED_UP_TO if certify is None else certify
-    lower = lower_bound(problem, certify=exact, tolerances=tolerances)
-    before = None
-    if not upper.open_nodes and through_transient(problem) is not constraints(problem):
-        before = upper_bound(problem, transient=True, tolerances=tolerances)
-    return ShakedownBounds(lower, upper, tolerances, before)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
@@ -24,6 +24,11 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermState, long_term_state
 
+if TYPE_CHECKING:
+    from shakedown.bounds.upper import UpperBound
+
+SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
+SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends
 BELOW = (
     0.0,
     1e-6,
@@ -112,7 +117,7 @@ def transient_limit(
     *,
     open_nodes: Iterable[int] = (),
     largest: float | None = None,
-    steps: int = 40,
+    steps: int = SCANNED,
     accuracy: float = 1e-9,
     tolerances: Tolerances = DEFAULT,
 ) -> TransientLimit:
@@ -137,7 +142,7 @@ def transient_limit(
         Upper end of the scan; by default a little above λ_max (that of the zone, with
         nodes open), where there is one, beyond which nothing shakes down.
     steps
-        Number of load factors scanned, beside λ = 0.
+        Number of load factors scanned, beside λ = 0. ``verify`` and ``sweep`` scan as many.
     accuracy
         Width of the final interval, relative to ``largest``.
     tolerances
@@ -239,14 +244,20 @@ class _Histories:
         return None
 
 
+def scan_end(upper: "UpperBound") -> float | None:
+    """A little more than λ_max, so that the scan ends above it; None where that is no positive number."""
+    largest = SCAN_ABOVE * upper.load_factor
+    return largest if 0 < largest < np.inf else None
+
+
 def _top(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
-    """A little more than the upper bound, so that the scan ends above it."""
+    """Where the scan ends by default."""
     from shakedown.bounds.upper import upper_bound  # LPs are needed only here
 
     upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
-    if upper.status != "optimal":
+    if upper.status != Status.OPTIMAL:
         raise UsageError(f"largest: needed because the upper bound is {upper.status}, found none")
-    return 1.05 * upper.load_factor
+    return SCAN_ABOVE * upper.load_factor
 
 
 def _cycles(state: LongTermState) -> bool:

@@ -1,4 +1,4 @@
-"""How a program ended, and what becomes of a joint: the one set of words for each."""
+"""How a program ended, what becomes of a joint, what is said of it: the one set of words for each."""
 
 from enum import StrEnum
 
@@ -45,3 +45,19 @@ class Outcome(StrEnum):
     RATCHETTING = "ratchetting"
     SEPARATION = "separation"
     UNDECIDED = "undecided"
+
+
+class Said(StrEnum):
+    """What the bounds alone say of the loading as given, without a simulation.
+
+    SHAKEDOWN
+        It is proved to shake down from the state asked about.
+    IMPOSSIBLE
+        With all nodes in contact it cannot shake down.
+    OPEN
+        They do not decide: a simulation does.
+    """
+
+    SHAKEDOWN = "shakedown"
+    IMPOSSIBLE = "impossible-in-contact"
+    OPEN = "open"

@@ -66,11 +66,11 @@ def margin_in_words(v: Verification) -> str:
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
     limits = []
-    here, known = v.from_state, v.universal.load_factor
-    if not v.energy.open_nodes and here.least_load_factor <= 1:  # of a zone: from another state
+    here, known = v.limits.from_state, v.limits.universal.load_factor
+    if not v.limits.energy.open_nodes and here.least_load_factor <= 1:  # of a zone: from another state
         limits.append((here.load_factor, here.symbol, "proved"))
     if known > 0 and all(known > value for value, _, _ in limits):  # the larger of what is proved
-        state = "closed and admissible" + " after the transient" * v.universal.after_transient
+        state = "closed and admissible" + " after the transient" * v.limits.universal.after_transient
         limits = [(known, "λ_U", f"proved from every state, {state}")]
     if v.transient is not None and v.transient.monotone:
         limits.append(
@@ -101,7 +101,7 @@ def _paths_in_words(problem: Problem) -> str:
 
 def limits_in_words(v: Verification) -> list[str]:
     """For which zone, loads and initial states the answer holds, and what is assumed."""
-    problem, upper, asked = v.problem, v.bounds.upper, v.settings
+    problem, upper, asked = v.problem, v.limits.upper, v.settings
     zone = "Zone: the bounds are about the joint with all nodes in contact."
     if upper.open_nodes:
         opened = open_in_words(upper.open_nodes, v.problem)

@@ -18,6 +18,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.planar.enumeration.critical import subset_count
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
 from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
@@ -133,9 +134,9 @@ def _context(v: Verification) -> dict[str, Any]:
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
-        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.universal),
+        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.limits.universal),
         "margin": margin_in_words(v),
-        "certain": certain_in_words(v.energy, v.universal, v.bounds.upper, problem, v.box),
+        "certain": certain_in_words(v.limits),
         "verdict": roads_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
@@ -143,7 +144,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "scale": scale_picture(v),
         "problem_pictures": problem_pictures(problem),
         "stiffness": Table(
-            ["checked", "found", "result"], stiffness_rows(problem, v.bounds.lower.coupling_ratio), (0, 1, 2)
+            ["checked", "found", "result"], stiffness_rows(problem, v.limits.lower.coupling_ratio), (0, 1, 2)
         ),
         "loading": Table(["loading", ""], loading_rows(problem), (0, 1)),
         "loads": Table(node_load_head(problem), node_load_rows(problem), ()),
@@ -152,18 +153,18 @@ def _context(v: Verification) -> dict[str, Any]:
         "notes": [*hints_in_words(problem), *v.notes],
         "bounds": bounds_table(v),
         "meaning": [
-            *bounds_in_words(v.bounds, v.energy, v.universal, v.box),
+            *bounds_in_words(v.limits),
             *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
         ],
         "guarantee": guarantee_picture(v),
-        "friction": friction_in_words(v.problem, v.friction),
+        "friction": friction_in_words(v.problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,
         "run_pictures": run_pictures(v),
         "state_pictures": state_pictures(v),
         "no_pictures": no_pictures(v),
         "nodes": nodes_table(v),
-        "critical": critical_in_words(v.critical, v.subsets, v.bounds),
+        "critical": critical_in_words(v.critical, subset_count(problem.n), v.limits.bounds),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
     }
@@ -195,9 +196,9 @@ RUNS_NOTE = (
 
 def _tiles(v: Verification) -> list[tuple[str, str, str]]:
     """The limits around λ = 1: name, value, what it is."""
-    opened = bool(v.bounds.upper.open_nodes)
+    opened = bool(v.limits.upper.open_nodes)
     meaning = {
-        v.from_state.symbol: "proved" + (", of the zone" if opened else " from this state"),
+        v.limits.from_state.symbol: "proved" + (", of the zone" if opened else " from this state"),
         "λ_T": "from this state, simulated" + ", proved there" * transient_is_proved(v),
         "λ_max": "safe state exists" + ", of the zone" * opened,
         "λ_U": "proved from every state",

@@ -6,17 +6,17 @@ The words of one result are those of its ``to_dict``; here they are put together
 import json
 from typing import TYPE_CHECKING, Any
 
+from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain as plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
-    from shakedown.assessment.shakedown_bounds import ShakedownBounds
+    from shakedown.assessment.assess import Assessment
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.long_term.simulation import Simulation
-    from shakedown.planar.collapse.box_bound import BoxBound
-    from shakedown.planar.universal.universal_bound import UniversalBound
+    from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
     from shakedown.verification.verify import Verification
 
 
@@ -36,20 +36,28 @@ def problem_document(problem: Problem) -> dict[str, Any]:
     return problem.to_dict()
 
 
-def bounds_document(problem: Problem, bounds: "ShakedownBounds") -> dict[str, Any]:
-    """Both bounds as ``shakedown-bounds solve --json`` writes them (without the friction part)."""
-    return {"problem": problem.to_dict(), "pinned": list(bounds.lower.pinned)} | bounds.to_dict()
+def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | None") -> dict[str, Any]:
+    """What ``shakedown-bounds solve --json`` writes."""
+    limits = found.details
+    return plain(
+        {
+            "problem": found.problem,
+            "pinned": limits.lower.pinned,
+            "assessment": found,
+            **limits.bounds.to_dict(),
+            "energy": limits.energy,
+            "box": limits.box,
+            **limits.universal.document(),
+            "friction": limits.friction,
+            "guarantee_curve": present(curve),
+        }
+    )
 
 
 def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound") -> dict[str, Any]:
     """What ``shakedown-bounds solve --quick --json`` writes."""
     about = {"problem": problem.to_dict(), "pinned": list(upper.pinned)}
     return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}
-
-
-def proved_document(energy: "EnergyBound", universal: "UniversalBound", box: "BoxBound") -> dict[str, Any]:
-    """What is proved from one state (energy and box) and from every one, as ``solve --json`` writes it."""
-    return {"energy": energy.to_dict(), "box": box.to_dict()} | plain(universal.document())
 
 
 def verification_document(verification: "Verification") -> dict[str, Any]:

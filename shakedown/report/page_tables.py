@@ -13,7 +13,8 @@ from shakedown.long_term.simulation import Simulation
 from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words import down, start_in_words, up
-from shakedown.verification.verify import Run, Verification
+from shakedown.verification.runs import Run
+from shakedown.verification.verify import Verification
 
 
 @dataclass(frozen=True)
@@ -27,20 +28,21 @@ class Table:
 
 def bounds_table(v: Verification) -> Table:
     """Every limit of the load factor; λ_1 and λ_max on both roads."""
-    upper, transient = v.bounds.upper.load_factor, v.transient
+    upper, transient = v.limits.upper.load_factor, v.transient
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
-    least = f" from {up(v.energy.least_load_factor, 4)} on" if v.energy.least_load_factor > 0 else ""
+    begins = v.limits.energy.least_load_factor
+    least = f" from {up(begins, 4)} on" if begins > 0 else ""
     pairs = (
-        ("λ_1, lower bound: first collapse", v.bounds.lower.load_factor, v.second_lower.load_factor),
-        (_name_of_largest(v), upper, v.second_upper.load_factor),
+        ("λ_1, lower bound: first collapse", v.limits.lower.load_factor, v.second.lower.load_factor),
+        (_name_of_largest(v), upper, v.second.upper.load_factor),
     )
     proved = [
         (
             "λ_U, proved whatever slip is locked in, all nodes closed" + _over(v),
-            _bound(v.universal.load_factor),
+            _bound(v.limits.universal.load_factor),
         ),
-        (f"λ_E, proved from this state{least}", _bound(v.energy.load_factor)),
-        ("λ_box, proved from this state by a box", _bound(v.box.load_factor)),
+        (f"λ_E, proved from this state{least}", _bound(v.limits.energy.load_factor)),
+        ("λ_box, proved from this state by a box", _bound(v.limits.box.load_factor)),
         (
             "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(transient.load_factor),
@@ -55,7 +57,7 @@ def bounds_table(v: Verification) -> Table:
 
 def _over(v: Verification) -> str:
     """What λ_U also asks for where there are transient load steps."""
-    return ", transient over" * v.universal.after_transient
+    return ", transient over" * v.limits.universal.after_transient
 
 
 def _bound(value: float, rounded: Callable[[float, int], str] = down) -> str:
@@ -64,7 +66,7 @@ def _bound(value: float, rounded: Callable[[float, int], str] = down) -> str:
 
 
 def _name_of_largest(v: Verification) -> str:
-    opened = v.bounds.upper.open_nodes
+    opened = v.limits.upper.open_nodes
     if opened:
         return f"λ_max of the zone: a safe slip exists with {open_in_words(opened, v.problem)} open"
     return "λ_max, upper bound: a safe slip exists"
@@ -89,12 +91,12 @@ def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
 
     Of λ_E and λ_box the larger.
     """
-    largest = {"λ_max": v.bounds.upper.load_factor}
+    largest = {"λ_max": v.limits.upper.load_factor}
     others = {
-        v.from_state.symbol: v.from_state.load_factor,
+        v.limits.from_state.symbol: v.limits.from_state.load_factor,
         "λ_T": np.nan if v.transient is None else v.transient.load_factor,
-        "λ_U": v.universal.load_factor,
-        "λ_1": v.bounds.lower.load_factor,
+        "λ_U": v.limits.universal.load_factor,
+        "λ_1": v.limits.lower.load_factor,
     }
     down_to = {name: float(down(value, digits)) for name, value in others.items()}
     return down_to | {name: float(up(value, digits)) for name, value in largest.items()}
@@ -149,7 +151,7 @@ def remarks(run: Simulation) -> str:
 
 def nodes_table(v: Verification) -> Table:
     """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
-    problem, upper, lower = v.problem, v.bounds.upper, v.bounds.lower
+    problem, upper, lower = v.problem, v.limits.upper, v.limits.lower
     force, length = units_of(problem)
     run, none = v.as_given.simulation, resolution(problem, 1.0)
     state = run.long_term
@@ -170,7 +172,7 @@ def nodes_table(v: Verification) -> Table:
                 str(j),
                 *([] if problem.label is None else [problem.label[j]]),
                 *(number(upper.slip[j]), number(lower.slip[j]), active),
-                *(number(v.friction.single_node[j], 5), number(slips[j], 4), number(works[j], 4)),
+                *(number(v.limits.friction.single_node[j], 5), number(slips[j], 4), number(works[j], 4)),
             ]
         )
     return Table(head, rows, words=(*range(1, 1 + len(labels)), 3 + len(labels)))

@@ -15,7 +15,8 @@ from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
-from shakedown.verification.verify import Run, Verification
+from shakedown.verification.runs import Run
+from shakedown.verification.verify import Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
@@ -35,10 +36,11 @@ WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
 
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1."""
-    upper = v.bounds.upper
+    upper = v.limits.upper
     marks = limits_on_page(v, 4)
-    known = v.from_state
-    here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in (known.load_factor, v.universal.load_factor))
+    known = v.limits.from_state
+    both = known.load_factor, v.limits.universal.load_factor
+    here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in both)
     proved = (0.0, everywhere) if everywhere >= here else (known.least_load_factor, here)
     bands = {"proved": proved}
     if np.isfinite(upper.load_factor) and not upper.open_nodes:
@@ -101,7 +103,7 @@ def guarantee_picture(v: Verification) -> Picture | None:
         f"slip, {unit}. {stays}"
     )
     alt = "First collapse λ_1(R) against the radius R of the box of initial states"
-    return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.bounds)))
+    return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.limits.bounds)))
 
 
 class Group(NamedTuple):
@@ -170,7 +172,7 @@ def _final_slip(v: Verification, group: Group, axes: Axes) -> None:
     slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
     plot.slip_along(slips, v.problem, what="final slip", styles=group.styles, ax=axes)
     if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
-        safe = float(np.nanmax(np.abs(v.bounds.upper.slip), initial=0.0))
+        safe = float(np.nanmax(np.abs(v.limits.upper.slip), initial=0.0))
         reach = (
             safe if safe > none else max(scales(v.problem, run.load_factor).length for run in runs.values())
         )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.shown_values import down as down
 from shakedown.ground.shown_values import up as up
-from shakedown.ground.status import Outcome, Status
+from shakedown.ground.status import Outcome, Said, Status
 from shakedown.joint.loading import loading
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import loads_in_words as loads_in_words
@@ -18,9 +19,10 @@ from shakedown.joint.units import units_of, work_unit
 from shakedown.report.node_words import node_in_words as node_in_words
 from shakedown.report.node_words import pinned_in_words, slipping_nodes
 from shakedown.report.zone_words import open_in_words, zone_in_words
-from shakedown.verification.from_state import box_proves_more
 
 if TYPE_CHECKING:
+    from shakedown.assessment.assess import Assessment
+    from shakedown.assessment.every_limit import JointLimits
     from shakedown.assessment.shakedown_bounds import LowerBound, ShakedownBounds, UpperBound
     from shakedown.assessment.transient_limit import TransientLimit
     from shakedown.bounds.energy.energy_bound import EnergyBound
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from shakedown.planar.friction.thresholds import FrictionThresholds, Threshold
     from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
     from shakedown.planar.universal.universal_bound import UniversalBound
-    from shakedown.verification.verify import Run
+    from shakedown.verification.runs import Run
 
 
 LARGEST_USUAL_FRICTION = 5.0
@@ -56,79 +58,129 @@ ONE_PATH = (
 )
 
 
-def bounds_in_words(
-    bounds: ShakedownBounds,
-    energy: EnergyBound | None = None,
-    universal: UniversalBound | None = None,
-    box: BoxBound | None = None,
-) -> list[str]:
+def bounds_in_words(limits: JointLimits) -> list[str]:
     """What a user can rely on below, between and above the bounds, and where λ = 1 lies.
 
     Every sentence is about the joint with all nodes in contact, or names the open ones.
-    With the energy bound, the box bound and the universal bound it is said on which side of them the
-    loading as given lies.
 
     Examples
     --------
     >>> import shakedown
-    >>> for line in bounds_in_words(shakedown.shakedown_bounds(shakedown.example("uncoupled"))):
+    >>> for line in bounds_in_words(shakedown.assess(shakedown.example("uncoupled")).details):
     ...     print(line)
     Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
     Above λ_max = 0.6465541 it cannot shake down with all nodes in contact.
     The loading as given (λ = 1) lies at or above λ_max.
     """
-    lower, upper = bounds.lower, bounds.upper
-    reservations = _reservations(bounds, energy, universal)
+    lower, upper = limits.lower, limits.upper
+    reservations = _reservations(limits)
     if upper.open_nodes:
-        return [_closed(lower, universal), *zone_in_words(upper, lower.problem), *reservations]
+        return [_closed(limits), *zone_in_words(upper, limits.problem), *reservations]
     if upper.status == Status.INFEASIBLE:
         return [f"No load factor is safe with all nodes in contact: {upper.reason}.", *reservations]
-    if _is_constant(lower.problem):
+    if _is_constant(limits.problem):
         return [_constant(lower, upper), *reservations]
     if lower.status == Status.INFEASIBLE:
-        return [
-            *_from_least(upper, lower.problem),
-            _as_given(bounds, energy, universal, box),
-            *reservations,
-        ]
-    gap = bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
-    between = [_between(bounds)] if gap else []
-    given = _as_given(bounds, energy, universal, box)
-    return [_below(lower, universal), *between, _above(upper, lower.problem), given, *reservations]
+        return [*_from_least(upper, limits.problem), _as_given(limits), *reservations]
+    gap = limits.bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
+    between = [_between(limits)] if gap else []
+    return [_below(limits), *between, _above(upper, limits.problem), _as_given(limits), *reservations]
 
 
-def certain_in_words(
-    energy: EnergyBound,
-    universal: UniversalBound | None,
-    upper: UpperBound,
-    problem: Problem | None = None,
-    box: BoxBound | None = None,
-) -> list[str]:
-    """What is certain, first of all: proved from this state, proved from every state, excluded.
-
-    With the problem its open nodes are called by their labels, and of a load domain it is said
-    that this holds for every path; with the box bound the larger of it and the energy bound is what is
-    proved from this state. Where it is not clear whether the joint can move as a whole, that is said.
+def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
+    """(name, value, remark) of the three numbers of a joint; each rounded so that it stays true.
 
     Examples
     --------
     >>> import shakedown
-    >>> joint = shakedown.example("two-node")
-    >>> energy, universal = shakedown.energy_bound(joint), shakedown.universal_bound(joint)
-    >>> for line in certain_in_words(energy, universal, shakedown.upper_bound(joint)):
-    ...     print(line)
-    From slip zero the joint is proved to shake down up to λ_E = 0.6619611; from every initial
-    state, closed and admissible, up to λ_U = 0.6573734 (first collapse); with all nodes in contact it
-    cannot above λ_max = 0.7391456.
+    >>> for line in numbers_in_words(shakedown.assess(shakedown.example("two-node"))):
+    ...     print(*line, sep=" | ")
+    proved from every state | λ = 0.6573734 | all nodes closed
+    proved from this state | λ = 0.7315934 | slip zero
+    impossible above | λ = 0.7391456 | with all nodes in contact
     """
-    parts = [_proved_from_here(energy, box, problem)]
-    if universal is not None:
-        parts.append(_proved_from_everywhere(universal))
+    limits = found.details
+    over = ", transient over" * limits.universal.after_transient
+    return [
+        ("proved from every state", _number(found.proved_from_every_state, down), f"all nodes closed{over}"),
+        ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
+        ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
+    ]
+
+
+def _where_impossible(limits: JointLimits) -> str:
+    """What is excluded above λ_max."""
+    if limits.open_nodes:
+        return f"not known: {_open(limits)}"
+    every = limits.upper.status == Status.UNBOUNDED
+    return "some slip is safe at every λ" if every else "with all nodes in contact"
+
+
+def _this_state(limits: JointLimits) -> str:
+    """The state that is asked about."""
+    slip = np.delete(limits.energy.initial_slip, limits.open_nodes)
+    start = "the given slip" if slip.any() else "slip zero"
+    return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
+
+
+def _open(limits: JointLimits) -> str:
+    return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
+
+
+def _number(value: float, rounded: Callable[[float], str]) -> str:
+    """A load factor as one of the three numbers: what there is none of, and what has no end, in words."""
+    if np.isnan(value):
+        return "open"
+    if np.isinf(value):
+        return "any λ" if rounded is down else "none"
+    return f"λ = {rounded(value)}" if value > 0 or rounded is up else "none"
+
+
+def said_as_given_in_words(found: Assessment) -> str:
+    """What becomes of the loading as given (λ = 1), where the bounds decide it.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> said_as_given_in_words(shakedown.assess(shakedown.example("block-9")))
+    'The loading as given (λ = 1): shakes down, proved from this state.'
+    """
+    given = "The loading as given (λ = 1)"
+    if found.said_as_given == Said.SHAKEDOWN:
+        return f"{given}: shakes down, proved from this state."
+    if found.said_as_given == Said.IMPOSSIBLE:
+        return f"{given}: cannot shake down with all nodes in contact."
+    return f"{given}: the bounds do not decide; run simulate."
+
+
+def certain_in_words(limits: JointLimits) -> list[str]:
+    """What is certain, first of all: proved from this state, proved from every state, excluded.
+
+    Of a load domain it is said that this holds for every path, and where it is not clear whether the
+    joint can move as a whole, that is said.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for line in certain_in_words(shakedown.assess(shakedown.example("two-node")).details):
+    ...     print(line)
+    From slip zero the joint is proved to shake down up to λ = 0.7315934 (by the box of slips that it
+    cannot leave; by energy up to λ_E = 0.6619611); from every initial state, closed and admissible,
+    up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
+    """
+    here = _proved_from_here(limits.energy, limits.box, limits.problem)
+    return _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
+
+
+def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:
+    """What is certain by λ_E and λ_max alone."""
+    return _certain([_proved_from_here(energy, None, problem)], upper, problem)
+
+
+def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
     sentence = "; ".join(part for part in parts if part)
-    if problem is None:
-        return [sentence + "."]
     doubt = rigid_slips(problem).doubt
     about = [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
     return [sentence + ".", *about, *([LOAD_DOMAIN] if problem.is_domain else [])]
@@ -250,7 +302,7 @@ def _admissible(universal: UniversalBound | None) -> str:
     return "closed and admissible" + " after the transient" * over
 
 
-def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem | None) -> str:
+def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem) -> str:
     closed = np.delete(energy.initial_slip, energy.open_nodes)
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
@@ -290,14 +342,15 @@ def _proved_from_everywhere(universal: UniversalBound) -> str:
     return f"from every initial state, {_admissible(universal)}, up to {number} ({how})"
 
 
-def _closed(lower: LowerBound, universal: UniversalBound | None) -> str:
+def _closed(limits: JointLimits) -> str:
     """What holds with all nodes closed, where the upper bound is that of a zone."""
-    if lower.status == Status.INFEASIBLE:
+    if limits.lower.status == Status.INFEASIBLE:
         return "With all nodes in contact no slip is safe under the mean load alone."
-    return _below(lower, universal)
+    return _below(limits)
 
 
-def _below(lower: LowerBound, universal: UniversalBound | None) -> str:
+def _below(limits: JointLimits) -> str:
+    lower, universal = limits.lower, limits.universal
     if lower.load_factor == 0:
         return f"λ_1 = 0, so no load factor is safe from every initial state: {lower.reason}."
     where = f"Below λ_1 = {down(lower.load_factor)}"
@@ -360,24 +413,24 @@ def _constant(lower: LowerBound, upper: UpperBound) -> str:
     return f"{said}."
 
 
-def _between(bounds: ShakedownBounds) -> str:
-    lower, upper, before = bounds.lower, bounds.upper, bounds.through_transient
+def _between(limits: JointLimits) -> str:
+    lower, upper, before = limits.lower, limits.upper, limits.through_transient
     finite, domain = upper.status == Status.OPTIMAL, lower.problem.is_domain
     where, safe = ("Between λ_1 and λ_max", "the") if finite else ("Above λ_1", "a")
     node = node_in_words(lower.problem, lower.node)
     what = "the initial state" if before is None else "the slip that is locked in when the transient is over"
     every, usual = (", on every path", ", with the corners in their order") if domain else ("", "")
-    lasting = "" if before is None else f"; {_through_transient(before, bounds)}"
+    lasting = "" if before is None else f"; {_through_transient(before, limits)}"
     return (
         f"{where} {what} decides: from {safe} safe slip the joint shakes down{every}; from the witness, "
         f"where {node} has lost its range of safe slips, it usually does not{usual}{lasting}."
     )
 
 
-def _through_transient(before: UpperBound, bounds: ShakedownBounds) -> str:
+def _through_transient(before: UpperBound, limits: JointLimits) -> str:
     """What transient load steps leave of the safe slips that are locked in before them."""
-    near = 1 - bounds.tolerances.feasibility
-    first, last = bounds.lower.load_factor, bounds.upper.load_factor
+    near = 1 - limits.tolerances.feasibility
+    first, last = limits.lower.load_factor, limits.upper.load_factor
     low, high = before.least_load_factor, before.load_factor
     if before.status == Status.INFEASIBLE or high * near <= first:
         return "the transient load steps move every safe slip that is locked in before them"
@@ -398,17 +451,12 @@ def _above(upper: UpperBound, problem: Problem) -> str:
     return f"Above λ_max = {up(upper.load_factor)} it cannot shake down{often} with all nodes in contact."
 
 
-def _as_given(
-    bounds: ShakedownBounds,
-    energy: EnergyBound | None,
-    universal: UniversalBound | None,
-    box: BoxBound | None,
-) -> str:
-    lower, upper = bounds.lower, bounds.upper
+def _as_given(limits: JointLimits) -> str:
+    lower, upper = limits.lower, limits.upper
     if upper.least_load_factor > 1:
         place = "below λ_lo"
     elif lower.load_factor > 1:
-        place = _below_collapse(lower, energy, universal, box)
+        place = _below_collapse(limits)
     elif upper.load_factor <= 1:
         place = "at or above λ_max"
     else:
@@ -416,28 +464,24 @@ def _as_given(
         place = f"between λ_1 and {beyond}"
         if lower.status == Status.INFEASIBLE:
             place = "where safe slips exist"
-        place += _against_energy(energy, box)
+        place += _against_energy(limits)
     return f"The loading as given (λ = 1) lies {place}."
 
 
-def _below_collapse(
-    lower: LowerBound,
-    energy: EnergyBound | None,
-    universal: UniversalBound | None,
-    box: BoxBound | None,
-) -> str:
+def _below_collapse(limits: JointLimits) -> str:
     """Where the loading as given lies below λ_1: what is proved of it."""
-    known = _proved_up_to(universal)
+    known = _proved_up_to(limits.universal)
     if known > 1:
-        return "below λ_U: proved from every initial state that is " + _admissible(universal)
-    if lower.guarantee == "proved":
+        return "below λ_U: proved from every initial state that is " + _admissible(limits.universal)
+    if limits.lower.guarantee == "proved":
         return "below λ_1"
-    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(energy, box)
+    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(limits)
 
 
-def _against_energy(energy: EnergyBound | None, box: BoxBound | None) -> str:
+def _against_energy(limits: JointLimits) -> str:
     """Whether the loading as given is proved from this state, where every state does not do the same."""
-    if energy is None or energy.open_nodes:
+    energy, box = limits.energy, limits.box
+    if energy.open_nodes:
         return ""
     start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
     if box_proves_more(box, energy) and box.load_factor > 1:
@@ -447,14 +491,12 @@ def _against_energy(energy: EnergyBound | None, box: BoxBound | None) -> str:
     return f"; from {start} shakedown is not proved there"
 
 
-def _reservations(
-    bounds: ShakedownBounds, energy: EnergyBound | None, universal: UniversalBound | None
-) -> list[str]:
+def _reservations(limits: JointLimits) -> list[str]:
     """What keeps a number from being certified or fully accurate, where something does."""
-    sentences = [f"{missing} (no number is touched by it)." for missing in _missing(bounds, universal)]
-    if energy is not None and energy.uncertified:
-        sentences.append(f"λ_E is not certified: {energy.uncertified}.")
-    for name, bound in (("λ_1", bounds.lower), ("λ_max", bounds.upper)):
+    sentences = [f"{missing} (no number is touched by it)." for missing in _missing(limits)]
+    if limits.energy.uncertified:
+        sentences.append(f"λ_E is not certified: {limits.energy.uncertified}.")
+    for name, bound in (("λ_1", limits.lower), ("λ_max", limits.upper)):
         if bound.uncertified:
             sentences.append(f"{name} is not certified: {bound.uncertified}.")
         if bound.reduced_accuracy:
@@ -464,13 +506,12 @@ def _reservations(
     return sentences
 
 
-def _missing(bounds: ShakedownBounds, universal: UniversalBound | None) -> Iterator[str]:
+def _missing(limits: JointLimits) -> Iterator[str]:
     """Evidence that a solver failed to give, and why."""
-    yield from (f"λ_max: no {missing}" for missing in bounds.upper.missing)
-    if universal is None:
-        return
-    if universal.swing is not None and universal.swing.uncertified:
-        yield f"λ_U: no certificate of the swing bound: {universal.swing.uncertified}"
+    yield from (f"λ_max: no {missing}" for missing in limits.upper.missing)
+    swing = limits.universal.swing
+    if swing is not None and swing.uncertified:
+        yield f"λ_U: no certificate of the swing bound: {swing.uncertified}"
 
 
 def coupling_in_words(ratio: float) -> str:

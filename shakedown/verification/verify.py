@@ -1,42 +1,30 @@
 """Predicted against simulated: does time integration agree with the bounds?"""
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeVar
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeVar
 
-import numpy as np
-
-from shakedown.assessment.shakedown_bounds import ShakedownBounds, shakedown_bounds
-from shakedown.assessment.transient_limit import TransientLimit, transient_limit
-from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.bounds.interior_point import ConicBound
-from shakedown.bounds.upper import UpperBound
+from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, present, sought
-from shakedown.ground.shown_values import plain, short
-from shakedown.ground.status import Outcome
+from shakedown.ground.evidence import Missing, present
+from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.simulation import Simulation, simulate
-from shakedown.planar.collapse.box_bound import BoxBound, box_bound
-from shakedown.planar.collapse.lower import LowerBound
+from shakedown.long_term.simulation import simulate
 from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
-from shakedown.planar.friction.thresholds import FrictionThresholds, friction_thresholds
-from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
-from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
-from shakedown.verification.from_state import FromState, from_state
+from shakedown.planar.friction.thresholds import FrictionThresholds
+from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.verification.open_ends import open_ends
-from shakedown.verification.plan import AS_GIVEN, BELOW, Case, Known, planned_cases
-from shakedown.verification.second_road import road_findings, second_road
+from shakedown.verification.plan import planned_cases
+from shakedown.verification.runs import Run, disagreements, open_questions, run_of
+from shakedown.verification.second_road import SecondRoad, road_findings, second_road
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
-SCANNED = 20  # load factors scanned for the transient limit
-SCAN_ABOVE = 1.05  # where their range ends, relative to λ_max
-PHASES = 8  # pieces of work beside the simulations
 
 T = TypeVar("T")
 
@@ -60,89 +48,17 @@ class Settings:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Result):
-    """One simulation, with what was predicted for it.
-
-    Attributes
-    ----------
-    case
-        What was to be simulated, and what is predicted for it.
-    agrees
-        True, False, or None where nothing was predicted or the simulation is undecided.
-    simulation, seconds
-        What came out, and the time it took [s].
-    """
-
-    case: Case
-    agrees: bool | None
-    simulation: Simulation
-    seconds: float = field(compare=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """What was predicted, and the words of the simulation."""
-        words = ("region", "initial", "predicted", "agrees", "seconds")
-        about = {word: plain(getattr(self, word)) for word in words}
-        about |= {"initially_open": plain(self.open_nodes), "after_transient": self.case.after_transient}
-        return about | self.simulation.to_dict()
-
-    def columns(self) -> dict[str, Any]:
-        """Those of the simulation."""
-        return self.simulation.columns()
-
-    def _shown(self) -> Iterator[tuple[str, str]]:
-        found = self.simulation
-        yield from (("load_factor", short(found.load_factor)), ("outcome", short(found.outcome)))
-        for word in ("initial", "predicted", "agrees", "simulation"):
-            yield word, short(getattr(self, word))
-
-    @property
-    def region(self) -> str:
-        """Where the load factor lies."""
-        return self.case.region
-
-    @property
-    def initial(self) -> str:
-        """Name of the initial state."""
-        return self.case.initial
-
-    @property
-    def predicted(self) -> str:
-        """ "shakedown", "slips or opens", or "either" where nothing is predicted."""
-        return self.case.predicted
-
-    @property
-    def open_nodes(self) -> tuple[int, ...]:
-        """The nodes that are open at the start."""
-        return self.case.open_nodes
-
-
-@dataclass(frozen=True, eq=False, repr=False)
 class Verification(Result):
     """Result of :func:`verify`.
 
     Attributes
     ----------
-    problem
-        The joint.
-    energy
-        λ_E: up to where shakedown is proved from the first given state, or from slip zero.
-    box
-        Up to where the box bound proves it from that state (:func:`box_bound`).
-    universal
-        λ_U: up to where it is proved from every initial state.
-    bounds
-        Both bounds, by linear programming (HiGHS).
-    second_lower, second_upper
+    assessment
+        The limits that are verified, from the first given state, or from slip zero.
+    second
         Both bounds once more, by an interior-point method (Clarabel).
     critical
         All (n+1)-subsets, or None where there are more than the budget allows.
-    subsets
-        Their number.
-    friction
-        Friction thresholds.
-    transient
-        Up to where the history from the first given state, or from zero slip,
-        shakes down; None where λ_max is not finite and positive.
     curve
         λ_1(R) for initial states near the safe slip, or None where there is no
         gap between the bounds to close, and for a load domain.
@@ -161,17 +77,9 @@ class Verification(Result):
         How it was made.
     """
 
-    problem: Problem
-    energy: EnergyBound
-    box: BoxBound
-    universal: UniversalBound
-    bounds: ShakedownBounds
-    second_lower: ConicBound
-    second_upper: ConicBound
+    assessment: Assessment
+    second: SecondRoad
     critical: CriticalLoadFactors | None
-    subsets: int
-    friction: FrictionThresholds
-    transient: TransientLimit | None
     curve: GuaranteeCurve | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
@@ -181,24 +89,24 @@ class Verification(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shakedown-bounds verify --json`` writes."""
-        counted = {} if self.critical is None else self.critical.to_dict()
-        second = {"lower": self.second_lower, "upper": self.second_upper}
+        limits, counted = self.limits, {} if self.critical is None else self.critical.to_dict()
+        second = {"lower": self.second.lower, "upper": self.second.upper}
         document = {
             "problem": self.problem,
-            **self.bounds.to_dict(),
-            "energy": self.energy,
-            "box": self.box,
-            **self.universal.document(),
+            **limits.bounds.to_dict(),
+            "energy": limits.energy,
+            "box": limits.box,
+            **limits.universal.document(),
             "agrees": self.agrees,
             "disagreements": self.disagreements,
             "open_questions": self.open_questions,
             "notes": self.notes,
             "second_road": {
-                "solver": self.second_upper.solver,
+                "solver": self.second.upper.solver,
                 **{k: {"status": v.status, "load_factor": v.load_factor} for k, v in second.items()},
             },
-            "critical": {"total": self.subsets, **counted},
-            "friction": self.friction,
+            "critical": {"total": subset_count(self.problem.n), **counted},
+            "friction": limits.friction,
             "transient": self.transient,
             "guarantee_curve": self.curve,
             "runs": self.runs,
@@ -218,16 +126,26 @@ class Verification(Result):
         return columns
 
     @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.assessment.problem
+
+    @property
+    def limits(self) -> JointLimits:
+        """Every limit of the joint."""
+        return self.assessment.details
+
+    @property
+    def transient(self) -> TransientLimit | None:
+        """λ_T; None where λ_max is not finite and positive, or where it is missing (``notes``)."""
+        return present(self.limits.transient)
+
+    @property
     def as_given(self) -> Run:
         """The loading as given (λ = 1) from the first given state, or from slip zero."""
         name = "zero" if self.problem.initial_slip is None else "given 0"
         found = [run for run in self.runs if run.simulation.load_factor == AS_GIVEN and run.initial == name]
         return found[0]
-
-    @property
-    def from_state(self) -> FromState:
-        """What is proved from the first given state, or from slip zero: the larger of both bounds."""
-        return from_state(self.energy, self.box)
 
     @property
     def agrees(self) -> bool:
@@ -304,57 +222,60 @@ def verify(
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)
-    bounds = shakedown_bounds(problem, open_nodes=open_nodes, tolerances=tolerances)
-    lower, upper = bounds.lower, bounds.upper
-    universal = universal_bound(problem, first_collapse=lower, tolerances=tolerances)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    energy = energy_bound(problem, start, open_nodes=upper.open_nodes, tolerances=tolerances)
-    box = box_bound(problem, start, tolerances=tolerances)
-    known = Known(bounds, universal, energy, box)
-    cases = list(planned_cases(problem, known, load_factors, random_states, seed, tolerances))
+    found = assess(problem, start, open_nodes=open_nodes, tolerances=tolerances)
+    limits = found.details
+    cases = list(planned_cases(limits, load_factors, random_states, seed))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
-    work = _Work(len(cases) + PHASES, progress)
-    work.done(bounds)
-    work.done(universal)
-    work.done(energy)
-    runs = tuple(work.done(_run(problem, case, cycles, method, tolerances)) for case in cases)
-    second = work.done(second_road(problem, bounds, tolerances))
-    roads = list(road_findings(bounds, second, tolerances))
-    curve, transient = _curve(problem, bounds, tolerances), _transient(problem, upper, tolerances)
-    missing = [
-        f"{name} is missing: {found.reason}"
-        for name, found in (("the guarantee curve", curve), ("λ_T", transient))
-        if isinstance(found, Missing)
-    ]
-    subsets = subset_count(problem.n)
+    work = _Work(len(cases) + len(_Beside._fields), progress)
+    runs = tuple(work.done(run_of(problem, case, cycles, method, tolerances)) for case in cases)
+    beside = _beside(limits, budget, work)
+    roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(
-        problem=problem,
-        energy=energy,
-        box=box,
-        curve=work.done(present(curve)),
-        universal=universal,
-        bounds=bounds,
-        second_lower=second.lower,
-        second_upper=second.upper,
-        critical=work.done(critical_load_factors(problem) if subsets <= budget else None),
-        subsets=subsets,
-        friction=work.done(friction_thresholds(problem, tolerances=tolerances)),
-        transient=work.done(present(transient)),
+        assessment=found,
+        second=beside.second,
+        critical=beside.critical,
+        curve=present(beside.curve),
         runs=runs,
-        disagreements=(*(text for agrees, text in roads if agrees is False), *_disagreements(runs, lower)),
-        open_questions=(*open_ends(lower, upper, energy, universal), *_open_questions(runs)),
-        notes=(*(text for agrees, text in roads if agrees is None), *missing),
+        disagreements=(
+            *(text for agrees, text in roads if agrees is False),
+            *disagreements(runs, limits.lower),
+        ),
+        open_questions=(
+            *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
+            *open_questions(runs),
+        ),
+        notes=(*(text for agrees, text in roads if agrees is None), *beside.missing()),
         settings=Settings(random_states, seed, cycles, method),
     )
 
 
-def _curve(
-    problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances
-) -> GuaranteeCurve | Missing | None:
-    """λ_1(R); None where there is no gap between the bounds to close."""
-    if not bounds.have_gap or problem.is_domain:
-        return None
-    return sought(guarantee_curve, problem, CURVE_RADII, tolerances=tolerances)
+class _Beside(NamedTuple):
+    """What a verification asks for beside its simulations."""
+
+    second: SecondRoad
+    curve: GuaranteeCurve | Missing | None
+    critical: CriticalLoadFactors | None
+    friction: FrictionThresholds
+    transient: TransientLimit | Missing | None
+
+    def missing(self) -> Iterator[str]:
+        """One sentence for each piece of evidence whose solver came to no end."""
+        for name, found in (("the guarantee curve", self.curve), ("λ_T", self.transient)):
+            if isinstance(found, Missing):
+                yield f"{name} is missing: {found.reason}"
+
+
+def _beside(limits: JointLimits, budget: int, work: "_Work") -> _Beside:
+    problem = limits.problem
+    few = subset_count(problem.n) <= budget
+    return _Beside(
+        second=work.done(second_road(problem, limits.bounds, limits.tolerances)),
+        curve=work.done(limits.curve(CURVE_RADII)),
+        critical=work.done(critical_load_factors(problem) if few else None),
+        friction=work.done(limits.friction),
+        transient=work.done(limits.transient),
+    )
 
 
 def _check(random_states: int, seed: int) -> None:
@@ -378,61 +299,3 @@ class _Work:
         if self.progress is not None:
             self.progress(self.count, self.pieces)
         return result
-
-
-def _transient(
-    problem: Problem, upper: UpperBound, tolerances: Tolerances
-) -> TransientLimit | Missing | None:
-    if not 0 < upper.load_factor < np.inf:
-        return None
-    start = None if problem.initial_slip is None else problem.initial_slip[0]
-    largest = SCAN_ABOVE * upper.load_factor
-    return sought(
-        transient_limit, problem, start, largest=largest, steps=SCANNED, accuracy=1e-6, tolerances=tolerances
-    )
-
-
-def _run(problem: Problem, case: Case, cycles: int, method: str, tolerances: Tolerances) -> Run:
-    began = time.perf_counter()
-    if case.after_transient:
-        problem = replace(problem, q_transient=None, p_transient=None)
-    simulation = simulate(
-        problem,
-        case.load_factor,
-        case.start,
-        open_nodes=case.open_nodes,
-        cycles=cycles,
-        method=method,
-        record=problem.n <= 2,
-        tolerances=tolerances,
-    )
-    seconds = time.perf_counter() - began
-    agrees = _agreement(case.predicted, simulation, case.open_nodes)
-    return Run(case, agrees, simulation, seconds)
-
-
-def _agreement(predicted: str, run: Simulation, open_nodes: tuple[int, ...] = ()) -> bool | None:
-    """The bounds speak of shakedown with all nodes closed, or exactly these open."""
-    if predicted == "either" or run.outcome == Outcome.UNDECIDED:
-        return None
-    kept = run.outcome == Outcome.SHAKEDOWN and run.open_nodes == open_nodes
-    return kept == (predicted == "shakedown")
-
-
-def _disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
-    for run in runs:
-        if run.agrees is not False:
-            continue
-        text = (
-            f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
-            f"predicted {run.predicted}, simulated {run.simulation.outcome}"
-        )
-        if run.region == BELOW and lower.guarantee != "proved":
-            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
-        yield text
-
-
-def _open_questions(runs: Sequence[Run]) -> Iterator[str]:
-    for run in runs:
-        if run.simulation.outcome == Outcome.UNDECIDED:
-            yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"

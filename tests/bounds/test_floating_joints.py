@@ -22,7 +22,7 @@ from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.report.json_documents import bounds_document
+from shakedown.report.json_documents import assessment_document
 from shakedown.report.words import hints_in_words
 
 SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
@@ -233,8 +233,7 @@ def test_a_body_that_can_move_only_rigidly_in_a_zone_keeps_its_gap() -> None:
 
 def test_what_is_pinned_is_written_and_said() -> None:
     problem = two_bodies()
-    bounds = shakedown.shakedown_bounds(problem)
-    document = bounds_document(problem, bounds)
+    document = assessment_document(shakedown.assess(problem), None)
     assert document["pinned"] == document["lower"]["pinned"] == document["upper"]["pinned"]
     assert len(document["pinned"]) == 2
     said = [hint for hint in hints_in_words(problem) if "can move as a whole" in hint]

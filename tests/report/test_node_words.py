@@ -13,9 +13,8 @@ from shakedown.report.words import bounds_in_words
 NAMED = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
 
 
-def said(problem, energy: bool = True) -> str:
-    bound = shakedown.energy_bound(problem) if energy else None
-    return " ".join(bounds_in_words(shakedown.shakedown_bounds(problem), bound))
+def said(problem) -> str:
+    return " ".join(bounds_in_words(shakedown.assess(problem, open_nodes=()).details))
 
 
 def test_a_node_is_called_the_same_everywhere():
@@ -54,17 +53,19 @@ def scaled(factor: float):
 @pytest.mark.parametrize(
     ("factor", "words"),
     [
-        (0.5, "lies below λ_1."),
-        (
-            0.659,
-            "lies between λ_1 and λ_max, and below λ_E: from slip zero the joint is proved to shake down.",
-        ),
-        (0.7, "lies between λ_1 and λ_max; from slip zero shakedown is not proved there."),
+        (0.5, "lies below λ_U: proved from every initial state that is closed and admissible."),
+        (0.7, "lies between λ_1 and λ_max; from slip zero the joint is proved to shake down there."),
+        (0.735, "lies between λ_1 and λ_max; from slip zero shakedown is not proved there."),
         (0.8, "lies at or above λ_max."),
     ],
 )
 def test_the_loading_as_given_lies_where_it_lies(factor, words):
     assert words in said(scaled(factor))
+
+
+def test_where_only_the_energy_proves_the_loading_as_given_it_is_said_so():
+    words = "lies between λ_U and λ_1, and below λ_E: from slip zero the joint is proved to shake down."
+    assert words in said(shakedown.example("three-node"))
 
 
 def test_an_unlimited_upper_bound_is_no_end_of_an_interval():

@@ -27,6 +27,7 @@ from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
 from shakedown.report.verification_figures import _by_load_factor, _final_slip, run_pictures
 from shakedown.verification.verify import Verification
+from tests.altered import with_limits
 
 SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
 VOID = {"meta", "input", "link", "br", "img", "use", "path", "circle", "image", "rect"}
@@ -255,7 +256,7 @@ def test_a_source_of_another_make_is_shown_as_it_is(source):
 def test_the_configuration_of_an_import_is_shown_as_its_text(block):
     kept = {"name": "joint.toml", "text": '[model]\nname = "<b>"\r\nx = 1'}
     problem = replace(block.problem, source=json.dumps({"configuration": kept}))
-    text = render(replace(block, problem=problem))
+    text = render(with_limits(block, problem=problem))
     assert "Configuration of the import: joint.toml" in text
     assert "[model]\nname = &#34;&lt;b&gt;&#34;\nx = 1</pre>" in text
     assert "\\n" not in configuration(problem)[1]
@@ -356,7 +357,7 @@ def test_slips_of_zero_are_drawn_on_the_scale_of_the_safe_slip(block):
     assert not block.as_given.simulation.slip_per_cycle.any()
     (group,) = _by_load_factor([block.as_given])
     _final_slip(block, group, axes)
-    safe = np.abs(block.bounds.upper.slip).max()
+    safe = np.abs(block.limits.upper.slip).max()
     assert axes.get_ylim() == pytest.approx((-safe, safe))
     assert not axes.lines[0].get_ydata().any()
 
@@ -388,11 +389,11 @@ def test_pages_are_small(block_page):
 def test_no_limit_on_the_page_is_rounded_to_the_unsafe_side(two):
     for name, value in limits_on_page(two, 4).items():
         exact = {
-            "λ_box": two.box.load_factor,
+            "λ_box": two.limits.box.load_factor,
             "λ_T": two.transient.load_factor,
-            "λ_U": two.universal.load_factor,
-            "λ_1": two.bounds.lower.load_factor,
-            "λ_max": two.bounds.upper.load_factor,
+            "λ_U": two.limits.universal.load_factor,
+            "λ_1": two.limits.lower.load_factor,
+            "λ_max": two.limits.upper.load_factor,
         }[name]
         assert (value >= exact) if name == "λ_max" else (value <= exact)
         assert value == pytest.approx(exact, rel=1e-3)

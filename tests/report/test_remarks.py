@@ -14,10 +14,11 @@ from shakedown.report.page_tables import remarks
 from shakedown.report.words import (
     as_given_in_words,
     bounds_in_words,
-    certain_in_words,
     critical_in_words,
+    quickly_in_words,
     transient_in_words,
 )
+from tests.altered import with_limits
 
 
 def test_jumps_open_nodes_and_proof_are_told():
@@ -51,7 +52,7 @@ def sliding() -> shakedown.Problem:
 
 def test_a_body_that_slides_away_is_a_negative_answer() -> None:
     v = shakedown.verify(sliding(), load_factors=[1.0], random_states=0)
-    said = as_given_in_words(v.as_given, "mm", v.problem, v.universal)
+    said = as_given_in_words(v.as_given, "mm", v.problem, v.limits.universal)
     assert "the joint does not hold: the body slides away (gross slip) " in said
     assert "undecided" not in said
     assert banner_class(v) == "disagree"
@@ -76,15 +77,16 @@ def test_the_verdict_counts_every_finding_that_stands_below_it() -> None:
 def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> None:
     joint = half_load()
     v = shakedown.verify(joint, load_factors=[1.0], random_states=0)
-    said = as_given_in_words(v.as_given, "", joint, v.universal)
+    said = as_given_in_words(v.as_given, "", joint, v.limits.universal)
     assert "proved, and so it is from every initial state that is closed and admissible" in said
     assert "off from its slip at rest by" in said
     assert "in the energy norm" in said
-    assert "lies below λ_U" in " ".join(bounds_in_words(v.bounds, v.energy, v.universal))
-    wider = replace(v, universal=replace(v.universal, load_factor=2 * v.from_state.load_factor))
+    assert "lies below λ_U" in " ".join(bounds_in_words(v.limits))
+    larger = replace(v.limits.universal, load_factor=2 * v.limits.from_state.load_factor)
+    wider = with_limits(v, universal=larger)
     assert "λ_U" in margin_in_words(wider)
-    assert v.from_state.symbol not in margin_in_words(wider)
-    assert v.from_state.symbol in margin_in_words(v)
+    assert v.limits.from_state.symbol not in margin_in_words(wider)
+    assert v.limits.from_state.symbol in margin_in_words(v)
 
 
 def half_load() -> shakedown.Problem:
@@ -96,9 +98,9 @@ def half_load() -> shakedown.Problem:
 
 def test_between_proof_and_collapse_nothing_is_called_certain() -> None:
     joint = shakedown.example("three-node")
-    universal, bounds = shakedown.universal_bound(joint), shakedown.shakedown_bounds(joint)
-    first = bounds_in_words(bounds, None, universal)[0]
-    assert first.startswith(f"Between λ_U = {down(universal.load_factor)} and λ_1 = 3.096 ")
+    limits = shakedown.assess(joint).details
+    first = bounds_in_words(limits)[0]
+    assert first.startswith(f"Between λ_U = {down(limits.universal.load_factor)} and λ_1 = 3.096 ")
     assert "not proved that the joint shakes down from every initial state (evidence)" in first
 
 
@@ -147,8 +149,8 @@ def test_what_rests_on_a_stiffness_of_unknown_accuracy_says_so_first():
     energy, upper = shakedown.energy_bound(unclear), shakedown.upper_bound(unclear)
     assert energy.certified is None
     assert "give stiffness_accuracy" in energy.uncertified
-    first, about = certain_in_words(energy, None, upper, unclear)
+    first, about = quickly_in_words(energy, upper, unclear)
     assert "proved" in first
     assert about.startswith("All of this is about the stiffness to its last stored")
     clear = replace(unclear, stiffness_accuracy=1e-7)
-    assert len(certain_in_words(energy, None, upper, clear)) == 1
+    assert len(quickly_in_words(energy, upper, clear)) == 1

@@ -15,16 +15,14 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "planar.collapse.lower.certified_lower",
     "planar.collapse.collapse_programs.starts_safe",
     "planar.collapse.proof_status.single_node_cycle",
-    "planar.collapse.proof_status.lift_off_bound",
-    "planar.collapse.proof_status.unique_in_contact",
     "bounds.energy.energy_bound._certificate",
     "bounds.energy.energy_bound.ExactBall.holds",
     "planar.universal.swing_bound.proved_swing",
     "planar.collapse.box_bound._box_bound",
     "long_term.energy_proof.box_proves",
     "planar.friction.thresholds.wedging_threshold",
-    "verification.verify.guarantee_curve",
-    "verification.verify.transient_limit",
+    "assessment.every_limit.guarantee_curve",
+    "assessment.transient_limit.transient_limit",
     "verification.plan.energy_ball",
     "long_term.energy_proof.energy_ball",
 ]
@@ -56,7 +54,9 @@ def expected():
     return {name: command("solve", name)[0] for name in ("two-node", "three-node", "block-9")}
 
 
-@pytest.mark.parametrize("step", [step for step in OPTIONAL if not step.startswith(("verif", "long_term"))])
+@pytest.mark.parametrize(
+    "step", [step for step in OPTIONAL if not step.startswith(("verif", "long_term", "assess"))]
+)
 @pytest.mark.parametrize("name", ["two-node", "three-node"])
 def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
     monkeypatch.setattr(place(step), fails)
@@ -73,14 +73,11 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
         "bounds.upper.certified_upper",
         "planar.collapse.lower.certified_lower",
         "planar.collapse.proof_status.single_node_cycle",
-        "planar.collapse.proof_status.lift_off_bound",
         "bounds.energy.energy_bound._certificate",
     ],
 )
 def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
     monkeypatch.setattr(place(step), fails)
-    if "lift_off" in step:  # what λ_U proves needs no word about λ_1
-        monkeypatch.setattr(place("planar.universal.universal_bound.lift_off_bound"), fails)
     assert WHY in json.dumps(command("solve", "two-node")[0])
     assert WHY in words("solve", "two-node")
 
@@ -98,9 +95,9 @@ def test_the_certificates_of_the_swing_say_why_they_are_missing(monkeypatch):
 def test_verify_keeps_every_answer(monkeypatch, verified, step):
     monkeypatch.setattr(place(step), fails)
     found = _verified()
-    assert found.bounds.lower.load_factor == pytest.approx(verified.bounds.lower.load_factor, rel=LOOSE)
-    assert found.bounds.upper.load_factor == pytest.approx(verified.bounds.upper.load_factor, rel=LOOSE)
-    assert found.energy.load_factor == pytest.approx(verified.energy.load_factor, rel=LOOSE)
+    assert found.limits.lower.load_factor == pytest.approx(verified.limits.lower.load_factor, rel=LOOSE)
+    assert found.limits.upper.load_factor == pytest.approx(verified.limits.upper.load_factor, rel=LOOSE)
+    assert found.limits.energy.load_factor == pytest.approx(verified.limits.energy.load_factor, rel=LOOSE)
     plain = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in verified.runs}
     here = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in found.runs}
     assert plain.items() >= {k: v for k, v in here.items() if k in plain}.items()
@@ -118,7 +115,7 @@ def _verified():
     )
 
 
-@pytest.mark.parametrize("step", [step for step in OPTIONAL if not step.startswith("verif")])
+@pytest.mark.parametrize("step", [step for step in OPTIONAL if not step.startswith(("verif", "assess"))])
 def test_a_sweep_keeps_every_limit(monkeypatch, step):
     joint, names = shakedown.example("two-node"), ("lower", "universal", "energy", "upper")
     plain = shakedown.sweep(joint, {"f": [0.35]}, bounds=names)
@@ -130,7 +127,7 @@ def test_a_sweep_keeps_every_limit(monkeypatch, step):
 
 @pytest.mark.parametrize(
     "step",
-    ["planar.universal.universal_bound.lift_off_bound", "planar.universal.universal_bound.swing_bound"],
+    ["planar.collapse.proof_status.lift_off_bound", "planar.universal.universal_bound.swing_bound"],
 )
 def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step):
     monkeypatch.setattr(place(step), fails)

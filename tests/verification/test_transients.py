@@ -38,12 +38,12 @@ def test_a_safe_slip_that_the_transient_destroys_is_not_predicted_to_shake_down(
 
 
 def test_the_words_say_what_the_transient_leaves():
-    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(DESTROYED)))
+    text = " ".join(bounds_in_words(shakedown.assess(DESTROYED).details))
     assert "the slip that is locked in when the transient is over decides" in text
     assert "the transient load steps move every safe slip that is locked in before them" in text
-    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(GENTLE)))
+    text = " ".join(bounds_in_words(shakedown.assess(GENTLE).details))
     assert "there are safe slips that the transient load steps do not move either" in text
-    assert "transient" not in " ".join(bounds_in_words(shakedown.shakedown_bounds(TWO)))
+    assert "transient" not in " ".join(bounds_in_words(shakedown.assess(TWO).details))
 
 
 def test_a_gentle_transient_leaves_a_safe_slip_where_it_is():

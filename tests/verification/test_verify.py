@@ -12,7 +12,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.report.words import bounds_in_words, critical_in_words
 from shakedown.verification import second_road as room
-from shakedown.verification.plan import ABOVE, UNSAFE, default_load_factors, region_of
+from shakedown.verification.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
 
 TWO = shakedown.example("two-node")
 SAFE_LATER = Problem(
@@ -39,12 +39,12 @@ SAFE_BETWEEN = Problem(
 
 @pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN])
 def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem: Problem) -> None:
-    bounds = shakedown.shakedown_bounds(problem)
-    factors = default_load_factors(bounds.lower, bounds.upper)
+    limits = shakedown.assess(problem, open_nodes=()).details
+    factors = default_load_factors(limits)
     assert np.isfinite(factors).all()
-    regions = [region_of(factor, bounds.lower, bounds.upper) for factor in factors]
+    regions = [region_of(factor, limits) for factor in factors]
     assert regions[0] == UNSAFE
-    assert (ABOVE in regions) == (bounds.upper.status == "optimal")
+    assert (ABOVE in regions) == (limits.upper.status == "optimal")
     report = shakedown.verify(problem, random_states=1)
     assert report.agrees, report.disagreements
     judged = {run.region for run in report.runs if run.agrees}
@@ -52,14 +52,16 @@ def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem:
 
 
 def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
-    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_LATER)))
+    text = " ".join(bounds_in_words(shakedown.assess(SAFE_LATER).details))
     assert "No load factor is safe" not in text
     assert "Below λ_lo = 0.4166666 " in text
     assert "all nodes in contact" in text
-    text = " ".join(bounds_in_words(shakedown.shakedown_bounds(SAFE_BETWEEN)))
+    text = " ".join(bounds_in_words(shakedown.assess(SAFE_BETWEEN).details))
     assert "from λ_lo up to λ_max = 1.5" in text
     nowhere = replace(shakedown.example("two-node"), p_w=shakedown.example("two-node").p_w - 9000.0)
-    assert bounds_in_words(shakedown.shakedown_bounds(nowhere))[0].startswith("No load factor is safe")
+    assert bounds_in_words(shakedown.assess(nowhere, open_nodes=()).details)[0].startswith(
+        "No load factor is safe"
+    )
 
 
 def second(status: Status, load_factor: float) -> ConicBound:
@@ -153,12 +155,12 @@ def runs_in_box(report):
 )
 def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
     report = shakedown.verify(joint, random_states=0, budget=0)
-    here = report.from_state
-    assert (here.symbol, here.load_factor) == ("λ_box", report.box.load_factor)
-    assert here.load_factor > report.energy.load_factor
+    here = report.limits.from_state
+    assert (here.symbol, here.load_factor) == ("λ_box", report.limits.box.load_factor)
+    assert here.load_factor > report.limits.energy.load_factor
     last = max(runs_in_box(report), key=lambda run: run.case.load_factor)
     assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
-    assert np.array_equal(last.case.start, report.box.initial_slip)
+    assert np.array_equal(last.case.start, report.limits.box.initial_slip)
     assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
     assert report.agrees, report.disagreements
 
@@ -166,7 +168,13 @@ def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> 
 def test_the_box_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
     report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
     predicted = {(r.case.load_factor, r.initial): r.predicted for r in report.runs}
-    assert report.energy.load_factor < 0.7 < report.box.load_factor < 0.735 < report.bounds.upper.load_factor
+    assert (
+        report.limits.energy.load_factor
+        < 0.7
+        < report.limits.box.load_factor
+        < 0.735
+        < report.limits.upper.load_factor
+    )
     assert predicted[0.7, "zero"] == "shakedown"
     assert predicted[0.735, "zero"] == predicted[0.7, "witness"] == predicted[0.7, "random 0"] == "either"
     assert {run.case.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
@@ -177,4 +185,4 @@ def test_where_no_box_is_proved_none_is_planned() -> None:
     for joint in (domain, shakedown.example("three-node"), SAFE_LATER):
         report = shakedown.verify(joint, random_states=0, budget=0)
         assert not runs_in_box(report)
-        assert report.from_state.symbol == "λ_E"
+        assert report.limits.from_state.symbol == "λ_E"

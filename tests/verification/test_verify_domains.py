@@ -21,9 +21,9 @@ def report():
 
 def test_predictions_end_where_every_path_is_proved(report):
     assert report.agrees, report.disagreements
-    assert report.bounds.lower.guarantee == "evidence"
-    proved = report.universal.load_factor
-    assert proved < report.bounds.lower.load_factor
+    assert report.limits.lower.guarantee == "evidence"
+    proved = report.limits.universal.load_factor
+    assert proved < report.limits.lower.load_factor
     for found in report.runs:
         if found.region == "below λ_U":
             assert found.simulation.load_factor < proved
@@ -37,9 +37,9 @@ def test_predictions_end_where_every_path_is_proved(report):
 def test_the_words_say_for_which_paths_they_hold(report):
     text = " ".join(
         [
-            *certain_in_words(report.energy, report.universal, report.bounds.upper, DOMAIN),
-            *bounds_in_words(report.bounds, report.energy, report.universal),
-            as_given_in_words(report.as_given, "", DOMAIN, report.universal),
+            *certain_in_words(report.limits),
+            *bounds_in_words(report.limits),
+            as_given_in_words(report.as_given, "", DOMAIN, report.limits.universal),
             transient_in_words(report.transient, DOMAIN),
             *limits_in_words(report),
         ]

@@ -8,10 +8,11 @@ from command import document, run
 
 import shakedown
 from shakedown import verify
+from shakedown.assessment import every_limit
 from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.report.words import bounds_in_words
 from shakedown.verification import plan
-from shakedown.verification import verify as room
+from shakedown.verification.load_regions import OUTSIDE
 from tests.partly_open import SOME, partly_open
 
 RECEDING = shakedown.example("receding-block")
@@ -21,14 +22,14 @@ RECEDING = shakedown.example("receding-block")
 def test_predictions_of_zones_agree(seed):
     problem = partly_open(seed)
     result = verify(problem, random_states=1)
-    upper = result.bounds.upper
+    upper = result.limits.upper
     assert not result.disagreements
     in_zone = [one for one in result.runs if one.open_nodes]
     if upper.status == "optimal" and upper.open_nodes:
         assert len(in_zone) >= 2
         assert all(one.predicted == "shakedown" and one.agrees for one in in_zone)
         assert all(one.simulation.open_nodes == upper.open_nodes for one in in_zone)
-        beyond = [one for one in result.runs if one.region == plan.OUTSIDE]
+        beyond = [one for one in result.runs if one.region == OUTSIDE]
         assert beyond
         assert {one.predicted for one in beyond if not one.simulation.proved} <= {"either"}
 
@@ -37,32 +38,32 @@ def test_the_receding_block_is_predicted_and_agrees():
     result = verify(RECEDING, random_states=0, load_factors=[0.1, 0.3])
     judged = [(one.initial, one.agrees) for one in result.runs if one.agrees is not None]
     assert judged == [("safe", True)]
-    assert result.second_upper.load_factor == pytest.approx(result.bounds.upper.load_factor, rel=1e-7)
+    assert result.second.upper.load_factor == pytest.approx(result.limits.upper.load_factor, rel=1e-7)
     assert not result.disagreements
 
 
 def test_a_wrong_zone_is_reported_not_believed():
     result = verify(RECEDING, random_states=0, open_nodes=[16])
-    assert result.bounds.upper.status == "infeasible"
+    assert result.limits.upper.status == "infeasible"
     assert all(one.agrees is None for one in result.runs)
     assert "With node 16 (FE 144) open and all others closed no load factor is safe" in " ".join(
-        bounds_in_words(result.bounds)
+        bounds_in_words(result.limits)
     )
 
 
 def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
     """A bound that is too high, and one for nodes that do not stay open: the simulation objects."""
-    honest = room.shakedown_bounds
+    honest = shakedown.upper_bound
 
     def raised(problem, **more):
-        bounds = honest(problem, **more)
-        return replace(bounds, upper=replace(bounds.upper, load_factor=1.3 * bounds.upper.load_factor))
+        upper = honest(problem, **more)
+        return replace(upper, load_factor=1.3 * upper.load_factor)
 
     def slip_of_the_bound(problem, load_factor, **_):
-        upper = honest(problem, open_nodes="auto").upper
+        upper = honest(problem, open_nodes="auto")
         return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
 
-    monkeypatch.setattr(room, "shakedown_bounds", raised)
+    monkeypatch.setattr(every_limit, "upper_bound", raised)
     monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
     result = verify(RECEDING, random_states=0, load_factors=[0.27])
     assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)
@@ -101,7 +102,7 @@ def test_two_nodes_one_of_them_open(tmp_path):
     code, out, err = run("verify", "pair.npz", "-o", "r.html", cwd=tmp_path)
     assert code == 0, err
     assert "With node 1 open and all others closed" in " ".join(out.split())
-    assert np.isfinite(verify(joint).bounds.upper.load_factor)
+    assert np.isfinite(verify(joint).limits.upper.load_factor)
 
 
 @pytest.mark.parametrize("seed", SOME)
@@ -117,4 +118,4 @@ def test_both_roads_find_the_same_load_factor_of_a_zone(seed):
 def test_the_classical_contacts_are_verified(name):
     result = verify(shakedown.example(name), random_states=1)
     assert result.agrees, result.disagreements
-    assert result.bounds.upper.open_nodes == ((0, 1, 2, 10, 11, 12) if name == "cylinder-on-flat" else ())
+    assert result.limits.upper.open_nodes == ((0, 1, 2, 10, 11, 12) if name == "cylinder-on-flat" else ())

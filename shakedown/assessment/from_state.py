@@ -1,12 +1,20 @@
-"""What is proved from one state: the larger of energy and box bound."""
+"""What is proved from one state: the larger of energy and box bound, and of every state where it is one."""
 
 from typing import TYPE_CHECKING, NamedTuple, TypeGuard
 
 import numpy as np
 
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.problem import Problem
+
 if TYPE_CHECKING:
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.planar.collapse.box_bound import BoxBound
+
+
+ENERGY, BOX = "λ_E", "λ_box"
 
 
 class FromState(NamedTuple):
@@ -39,8 +47,8 @@ def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
     ('λ_box', 0.73159)
     """
     if box_proves_more(box, energy):
-        return FromState("λ_box", box.load_factor, 0.0)
-    return FromState("λ_E", energy.load_factor, energy.least_load_factor)
+        return FromState(BOX, box.load_factor, 0.0)
+    return FromState(ENERGY, energy.load_factor, energy.least_load_factor)
 
 
 def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard[BoxBound]":
@@ -48,3 +56,19 @@ def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard
     if box is None or energy.open_nodes or energy.distance > 0 or np.isnan(box.load_factor):
         return False
     return bool(energy.least_load_factor > 0 or not box.load_factor <= energy.load_factor)
+
+
+def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = DEFAULT) -> float:
+    """Up to which load factor the first load step admits a slip with all nodes closed; 0 where none does.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(admitted_up_to(shakedown.example("two-node"), np.zeros(2)), 4)
+    0.9062
+    """
+    rows, first = constraints(problem), step_loads(problem)[0]
+    if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:
+        return 0.0
+    room, rising = rows.g - rows.G @ slip, first > 0
+    return max(float(np.min(room[rising] / first[rising], initial=np.inf)), 0.0)

@@ -1,0 +1,191 @@
+"""What an engineer asks of a joint: three numbers, and what becomes of it under the load as given."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, isnan, nan
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.from_state import admitted_up_to
+from shakedown.ground.shown_values import plain, short
+from shakedown.ground.status import Outcome, Said, Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked, checked_initial_slip, require_plane
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+AS_GIVEN = 1.0  # the load factor of the loading as given
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(Result):
+    """Up to which load factors a joint is proved to shake down, and above which it cannot.
+
+    The load factor λ multiplies the periodic part of the loading; λ = 1 is the loading as given.
+
+    Attributes
+    ----------
+    details
+        Every limit, with its evidence; each is computed when it is first read.
+    """
+
+    details: JointLimits
+
+    @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.details.problem
+
+    @property
+    def proved_from_every_state(self) -> float:
+        """λ_U: below it shakedown is proved whatever slip is locked in, all nodes closed, transient over.
+
+        Every state is one that the load admits at some instant of the loop. 0 where nothing is proved,
+        inf where every load factor is, NaN where a program of the proof came to no end.
+        """
+        universal = self.details.universal
+        if universal.status == Status.UNDECIDED:
+            return nan
+        return 0.0 if isnan(universal.load_factor) else universal.load_factor
+
+    @property
+    def proved_from_this_state(self) -> float:
+        """Below it shakedown is proved from the state asked about: the largest of what is proved of it.
+
+        λ_E (a ball in the energy norm), λ_box (a box of slips) and, as far as the first load step admits
+        the state, λ_U. Where ``details.open_nodes`` are open it is λ_E, of the state with these open. 0 where
+        nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program came to no end.
+        """
+        known = [self._from_here, self._as_one_of_all]
+        proved = [number for number in known if not isnan(number)]
+        if proved:
+            return max(proved)
+        return nan if Status.UNDECIDED in (self.details.energy.status, self.details.box.status) else 0.0
+
+    @property
+    def _from_here(self) -> float:
+        """What is proved of this very state, where that begins at λ = 0; else NaN."""
+        here = self.details.from_state
+        return nan if here.least_load_factor > 0 else here.load_factor
+
+    @property
+    def _as_one_of_all(self) -> float:
+        """Up to where this state is one of those that λ_U is about; NaN where that is not known."""
+        limits = self.details
+        if limits.open_nodes or limits.distance > 0 or limits.universal.after_transient:
+            return nan
+        every = self.proved_from_every_state
+        return min(every, admitted_up_to(limits.problem, limits.energy.initial_slip, limits.tolerances))
+
+    @property
+    def impossible_above(self) -> float:
+        """λ_max: above it the joint cannot shake down with all nodes in contact.
+
+        inf where a safe slip exists at every load factor, and where the nodes of ``details.open_nodes`` are
+        open: of other zones nothing is said. 0 where no slip is safe at any load factor.
+        """
+        upper = self.details.upper
+        if upper.open_nodes:
+            return inf
+        return 0.0 if upper.status == Status.INFEASIBLE else upper.load_factor
+
+    @property
+    def said_as_given(self) -> Said:
+        """What the bounds say of the loading as given (λ = 1), without a simulation."""
+        limits, here = self.details, self.details.from_state
+        if limits.open_nodes:  # the bounds are about a state with these open
+            return Said.OPEN
+        if self.proved_from_this_state > AS_GIVEN or here.least_load_factor < AS_GIVEN < here.load_factor:
+            return Said.SHAKEDOWN
+        if self.impossible_above < AS_GIVEN or limits.upper.least_load_factor > AS_GIVEN:
+            return Said.IMPOSSIBLE
+        return Said.OPEN
+
+    @cached_property
+    def as_given(self) -> Outcome:
+        """What becomes of the joint under the loading as given, from the initial slip with all nodes closed.
+
+        Where the bounds prove shakedown that is the answer; else it is simulated when first read.
+        """
+        if self.said_as_given == Said.SHAKEDOWN:
+            return Outcome.SHAKEDOWN
+        from shakedown.long_term.find_state import long_term_state  # loads compiled code
+
+        limits = self.details
+        return long_term_state(
+            limits.problem, AS_GIVEN, limits.initial_slip, tolerances=limits.tolerances
+        ).outcome
+
+    def to_dict(self) -> dict[str, Any]:
+        """The three numbers, and what the bounds say of the loading as given; nothing is simulated."""
+        return {word: plain(value) for word, value in self._numbers().items()}
+
+    def columns(self) -> dict[str, Any]:
+        """One row: the words of :meth:`to_dict`."""
+        return {word: [value] for word, value in self._numbers().items()}
+
+    def _numbers(self) -> dict[str, Any]:
+        words = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
+        said = self.said_as_given
+        return {word: getattr(self, word) for word in words} | {
+            "as_given": None if said == Said.OPEN else str(said)
+        }
+
+    def _shown(self) -> Any:
+        for word, value in self._numbers().items():
+            yield word, short(value)
+
+
+@checked
+def assess(
+    problem: Problem,
+    initial_slip: ArrayLike | None = None,
+    *,
+    distance: float = 0.0,
+    open_nodes: Iterable[int] | Literal["auto"] = "auto",
+    certify: bool | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> Assessment:
+    """Up to which load factor a joint shakes down: proved from every state, from this one, impossible above.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    initial_slip : (n,), optional
+        The state that is asked about [length]; zero by default, a joint assembled without locked-in slip.
+    distance
+        How far the state may be from it, in the energy norm [√(force · length)].
+    open_nodes
+        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches them where the mean
+        load opens some, or no slip is safe with all closed.
+    certify
+        Whether to check in exact arithmetic; by default each limit where that is quick.
+    tolerances
+        The tolerances that decide.
+
+    Raises
+    ------
+    UsageError
+        If an argument has the wrong shape or is out of range.
+    SolverError
+        If a linear program ends without an answer, when the limit is read.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> found = shakedown.assess(shakedown.example("two-node"))
+    >>> round(found.proved_from_every_state, 4), round(found.proved_from_this_state, 4)
+    (0.6574, 0.7316)
+    >>> round(found.impossible_above, 4), found.as_given.value
+    (0.7391, 'cyclic-slip')
+    >>> found.details.energy.load_factor < found.details.box.load_factor
+    True
+    """
+    require_plane("assessment", problem)
+    start = None if initial_slip is None else checked_initial_slip(problem, initial_slip)
+    zone = open_nodes if isinstance(open_nodes, str) else tuple(open_nodes)
+    return Assessment(JointLimits(problem, start, distance, zone, certify, tolerances=tolerances))

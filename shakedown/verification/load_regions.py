@@ -1,0 +1,62 @@
+"""In which region of the load factor something lies: what is predicted there follows from it."""
+
+import numpy as np
+
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.ground.status import Status
+
+UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
+PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted
+IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
+
+
+def predicted_below(limits: JointLimits) -> tuple[float, str]:
+    """Up to where every closed state is expected to shake down: λ_1, of a load domain λ_U."""
+    if limits.problem.is_domain:
+        return limits.universal.load_factor, PROVED
+    return limits.lower.load_factor, BELOW
+
+
+def default_load_factors(limits: JointLimits) -> list[float]:
+    """One load factor a little inside every region that exists.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> limits = shakedown.assess(shakedown.example("two-node")).details
+    >>> [round(x, 3) for x in default_load_factors(limits)]
+    [0.625, 0.682, 0.776]
+    """
+    upper, tolerances = limits.upper, limits.tolerances
+    least, last = upper.least_load_factor, upper.load_factor
+    first, _ = predicted_below(limits)
+    if upper.status == Status.INFEASIBLE:
+        return [1.0]
+    if upper.open_nodes:
+        below = [0.95 * first] if 0 < first < np.inf else []
+        inside = [least + 0.5 * (last - least), least + 0.999 * (last - least)]
+        return [*below, *inside, 1.05 * last or 1.0] if last < np.inf else [*below, 1.5 * least or 1.0]
+    if least > 0:  # the mean load alone has no safe slip, and so there is no λ_1
+        factors, first = [0.95 * least], least
+    elif np.isinf(first):  # nothing ever collapses
+        return [1.0, 10.0]
+    else:
+        factors = [0.95 * first] if first > 0 else []
+    if np.isinf(last):
+        return [*factors, 1.5 * first or 1.0]
+    if last > first * (1 + tolerances.second_road):
+        factors.append(first + 0.3 * (last - first))
+    return [*factors, 1.05 * last or 1.0]
+
+
+def region_of(load_factor: float, limits: JointLimits) -> str:
+    """The region that a load factor lies in."""
+    upper = limits.upper
+    first, below = predicted_below(limits)
+    if upper.open_nodes and not load_factor < first:
+        return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
+    if upper.status == Status.INFEASIBLE or load_factor > upper.load_factor:
+        return ABOVE
+    if load_factor < upper.least_load_factor:
+        return UNSAFE
+    return below if load_factor < first else BETWEEN

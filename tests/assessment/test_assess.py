@@ -1,0 +1,148 @@
+"""The three numbers of a joint: those of its bounds, each computed once, and what follows from them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import in_units, random_problem
+from shakedown.assessment import every_limit
+from shakedown.assessment.from_state import admitted_up_to
+from shakedown.bounds import upper as upper_room
+from shakedown.ground.evidence import present
+from shakedown.ground.status import Said
+from shakedown.planar.collapse import proof_status
+from tests.joints import any_joint
+
+TWO, THREE, BLOCK = (shakedown.example(name) for name in ("two-node", "three-node", "block-9"))
+RECEDING = shakedown.example("receding-block")
+
+
+@pytest.mark.parametrize("problem", [TWO, THREE, BLOCK])
+def test_the_numbers_are_those_of_the_bounds(problem):
+    found = shakedown.assess(problem)
+    lower, energy = shakedown.lower_bound(problem, certify=True), shakedown.energy_bound(problem)
+    every = shakedown.universal_bound(problem, first_collapse=lower)
+    box, upper = shakedown.box_bound(problem), shakedown.upper_bound(problem)
+    assert found.proved_from_every_state == every.load_factor
+    assert found.proved_from_this_state == np.fmax(energy.load_factor, box.load_factor)
+    assert found.impossible_above == upper.load_factor
+    assert found.details.lower == lower
+
+
+@pytest.mark.parametrize(("friction", "asked"), [(0.35, "lift_off_bound"), (0.9, "unique_in_contact")])
+def test_nothing_is_computed_twice(monkeypatch, friction, asked):
+    counts: dict[str, int] = {}
+
+    def count(room, name):
+        real = getattr(room, name)
+
+        def counted(*given, **named):
+            counts[name] = counts.get(name, 0) + 1
+            return real(*given, **named)
+
+        monkeypatch.setattr(room, name, counted)
+
+    for name in ("lower_bound", "upper_bound", "universal_bound", "energy_bound", "box_bound"):
+        count(every_limit, name)
+    for name in ("single_node_cycle", "lift_off_bound", "unique_in_contact"):
+        count(proof_status, name)
+    count(every_limit, "friction_thresholds")
+    count(upper_room, "_solved")
+    found = shakedown.assess(replace(TWO, f=friction))
+    for _ in range(2):
+        found.to_dict()
+        found.details.to_dict()
+        assert found.details.lower.guarantee
+        assert present(found.details.curve([0.5])) is not None
+    assert set(counts) >= {"_solved", "single_node_cycle", asked}
+    assert set(counts.values()) == {1}, counts
+
+
+def test_the_load_as_given_is_followed_only_when_asked_for(monkeypatch):
+    from shakedown.long_term import find_state
+
+    def never(*_, **__):
+        raise AssertionError("simulated")
+
+    monkeypatch.setattr(find_state, "long_term_state", never)
+    proved, cycling = shakedown.assess(BLOCK), shakedown.assess(TWO)
+    assert proved.as_given == shakedown.Outcome.SHAKEDOWN
+    assert (proved.said_as_given, cycling.said_as_given) == (Said.SHAKEDOWN, Said.IMPOSSIBLE)
+    assert cycling.to_dict()["as_given"] == "impossible-in-contact"
+    with pytest.raises(AssertionError, match="simulated"):
+        _ = cycling.as_given
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_proved_and_what_is_impossible_is_so(seed):
+    rng = np.random.default_rng(seed)
+    problem = any_joint(rng)
+    slip = rng.normal(size=problem.n) * (seed % 2)
+    found = shakedown.assess(problem, slip, open_nodes=())
+    every, here, above = (
+        found.proved_from_every_state,
+        found.proved_from_this_state,
+        found.impossible_above,
+    )
+    assert max(every, here) <= above * (1 + 1e-9)
+    if 0 < here < np.inf:
+        for share in (0.5, 0.999):
+            state = shakedown.long_term_state(problem, share * here, slip)
+            assert (state.outcome, state.open_nodes) == (shakedown.Outcome.SHAKEDOWN, ())
+    if above < np.inf:
+        state = shakedown.long_term_state(problem, 1.01 * above + 1e-3, slip)
+        assert state.outcome != shakedown.Outcome.SHAKEDOWN or state.open_nodes
+    assert found.said_as_given != Said.SHAKEDOWN or found.as_given == shakedown.Outcome.SHAKEDOWN
+
+
+def test_units_do_not_matter():
+    for seed in range(3):
+        problem = random_problem(3, seed)
+        scaled = in_units(problem, 2.0**20, 2.0**-9)
+        one, other = shakedown.assess(problem), shakedown.assess(scaled)
+        assert other.said_as_given == one.said_as_given
+        for name in ("proved_from_every_state", "proved_from_this_state", "impossible_above"):
+            assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-9)
+
+
+def test_every_state_is_one_that_the_first_load_admits_after_the_transient():
+    here = admitted_up_to(THREE, np.zeros(3))
+    loop = shakedown.loading(THREE)
+    q, p = loop.at(here)
+    assert np.max(np.abs(q[0]) - THREE.f * p[0]) == pytest.approx(0.0, abs=1e-9 * np.abs(p).max())
+    far = 100.0 * np.ones(3)
+    assert admitted_up_to(THREE, far) == 0.0
+    moved = shakedown.assess(THREE, far)
+    assert moved.proved_from_this_state < moved.proved_from_every_state
+    before = replace(TWO, q_transient=[[15.8, -400.0]], p_transient=[[588.5, 1300.0]])
+    limits = shakedown.assess(before).details
+    larger = np.fmax(limits.energy.load_factor, limits.box.load_factor)
+    assert shakedown.assess(before).proved_from_this_state == larger
+
+
+def test_of_open_nodes_nothing_is_excluded_and_the_bounds_do_not_decide():
+    found = shakedown.assess(RECEDING)
+    assert found.details.open_nodes
+    assert (found.impossible_above, found.said_as_given) == (np.inf, Said.OPEN)
+    closed = shakedown.assess(RECEDING, open_nodes=())
+    assert (closed.impossible_above, closed.said_as_given) == (0.0, Said.IMPOSSIBLE)
+
+
+def test_one_joint_has_one_transient_limit():
+    limits = shakedown.assess(TWO).details
+    verified = shakedown.verify(TWO, load_factors=[1.0], random_states=0).transient
+    swept = shakedown.sweep(TWO, {"f": [0.35]}, bounds=["transient"])
+    finer = shakedown.transient_limit(TWO)
+    assert limits.transient == verified
+    assert swept.transient[0] == pytest.approx(verified.load_factor, rel=1e-14)
+    assert verified.low <= finer.low * (1 + 1e-14)
+    assert finer.high <= verified.high * (1 + 1e-14)
+
+
+def test_an_assessment_shows_its_numbers_and_equals_itself():
+    found = shakedown.assess(TWO)
+    assert "proved_from_every_state=0.657373" in repr(found)
+    assert found == shakedown.assess(TWO)
+    assert found != shakedown.assess(THREE)
