@@ -76,17 +76,17 @@ def searched(problem: shakedown.Problem, case: dict) -> dict | None:
     """The numbers of one joint; None where there is no safe slip under the mean load."""
     began = time.process_time()
     cycle = shakedown.smallest_cycle(problem, states=case["states"], rounds=case["rounds"], seed=case["seed"])
-    if not np.isfinite(cycle.lower.load_factor):
+    if not np.isfinite(cycle.limits.lower.load_factor):
         return None
     return {
         "n": problem.n,
         "coupling_ratio": finite(coupling(problem).ratio),
-        "universal": cycle.universal.load_factor,
-        "first_collapse": cycle.lower.load_factor,
-        "guarantee": cycle.lower.guarantee,
-        "single_node": finite(cycle.lower.single_node_bound),
+        "universal": cycle.limits.universal.load_factor,
+        "first_collapse": cycle.limits.lower.load_factor,
+        "guarantee": cycle.limits.lower.guarantee,
+        "single_node": finite(cycle.limits.lower.single_node_bound),
         "cycle": finite(cycle.load_factor),
-        "upper": finite(cycle.upper.load_factor),
+        "upper": finite(cycle.limits.upper.load_factor),
         "status": cycle.status,
         "period": cycle.period,
         "slipping": list(cycle.slipping_nodes),

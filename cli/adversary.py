@@ -88,9 +88,14 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
             paragraph("The transient load steps of the file were left out: a cycle knows of none."),
             "",
         ]
-    lower, upper = found.lower, found.upper
+    limits = found.limits
+    lower, upper, universal = limits.lower, limits.upper, limits.universal
     facts = [
-        ("from every state λ_U", _defined(found.universal.load_factor, down), found.universal.argument),
+        (
+            "from every state λ_U",
+            _defined(universal.load_factor, down),
+            universal.argument,
+        ),
         ("first collapse λ_1", _defined(lower.load_factor, down), f"guarantee: {lower.guarantee}"),
         ("smallest cycle λ_cycle", up(found.load_factor, 10), _period(found)),
         ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),

@@ -65,7 +65,7 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     --------
     >>> import shakedown
     >>> round(admitted_up_to(shakedown.example("two-node"), np.zeros(2)), 4)
-    0.9062
+    0.9998
     """
     rows, first = constraints(problem), step_loads(problem)[0]
     if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:

@@ -200,7 +200,7 @@ def _enclosed(found: "SmallestCycle") -> Iterator[str]:
 
 def _against_first_collapse(found: "SmallestCycle") -> Iterator[str]:
     """How the smaller of cycle and separation stands to λ_1, where there is one."""
-    limit, first = found.interval[1], found.lower.load_factor
+    limit, first = found.interval[1], found.limits.lower.load_factor
     share = limit / (first or np.nan)
     if not np.isfinite(share):
         return

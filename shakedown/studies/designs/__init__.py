@@ -4,5 +4,5 @@ Reading order: ``parameters`` (named changes of a joint), ``variation`` (a joint
 parameters), ``design_point`` (all limits of one joint), ``diagram`` (limits over one or two parameters,
 and the regions between them), ``sweep`` (all points of a diagram); ``cycle_pattern`` (where a sequence
 of contact states first closes to a cycle), ``attacking_states`` (initial slips to try), ``descent`` (from
-a cycle down to smaller load factors), ``smallest_cycle`` (the search).
+a cycle down to smaller load factors), ``cycle_search`` (the rounds of the search), ``smallest_cycle``.
 """

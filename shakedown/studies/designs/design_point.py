@@ -1,14 +1,15 @@
 """One point of a design: every limit of its load factor, each with how it was found."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isinf, isnan, nan
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
-from shakedown.assessment.transient_limit import TransientLimit, transient_limit
-from shakedown.bounds.energy.energy_bound import energy_bound
-from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.upper import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
@@ -18,9 +19,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.planar.collapse.box_bound import box_bound
-from shakedown.planar.collapse.lower import LowerBound, lower_bound
-from shakedown.planar.universal.universal_bound import universal_bound
 
 SYMBOLS = {
     "lower": "λ_1",
@@ -32,8 +30,7 @@ SYMBOLS = {
 }
 LIMITS = tuple(SYMBOLS)
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
-ABOVE = 1.05  # of λ_max, where the scan for λ_T ends
-QUICK_STEPS, STEPS = 16, 40  # load factors scanned for λ_T
+RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
 
 
@@ -169,22 +166,21 @@ def design_point(
     >>> {name: round(limit.load_factor, 3) for name, limit in point.limits.items()}
     {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
     """
-    asked, limits = set(question.bounds), dict[str, Limit]()
-    first, largest, history, guarantee = None, None, None, ""
-    if asked & {"lower", "universal"}:
-        first, limits["lower"] = _lower(problem, tolerances)
-        guarantee = "" if first is None else first.guarantee
-    if "universal" in asked:
-        limits["universal"] = _universal(problem, first, tolerances)
-    if asked & {"energy", "transient", "upper"}:
-        largest, limits["upper"] = _upper(problem, question, tolerances)
-    open_nodes = () if largest is None else largest.open_nodes
-    if "energy" in asked:
-        limits["energy"] = _energy(problem, open_nodes, question, tolerances)
-    if "box" in asked:
-        limits["box"] = _box(problem, question, tolerances)
-    if "transient" in asked:
-        history, limits["transient"] = _transient(problem, largest, question, tolerances)
+    asked = set(question.bounds)
+    joint = JointLimits(
+        problem,
+        question.initial_slip,
+        zone=question.open_nodes,
+        certify=False,
+        accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
+        tolerances=tolerances,
+    )
+    needed = [name for name in LIMITS if name in asked or asked & RESTS_ON.get(name, set())]
+    found: dict[str, Any] = {name: allowed(getattr, joint, name) for name in needed}
+    limits = {name: _limit(name, found) for name in needed}
+    guarantee = found["lower"].guarantee if found.get("lower") else ""
+    open_nodes = found["upper"].open_nodes if found.get("upper") else ()
+    history = found.get("transient") or None
     known = _Known(limits, guarantee, open_nodes, history, problem.q_transient is not None)
     return DesignPoint(
         values=tuple(map(float, values)),
@@ -196,32 +192,26 @@ def design_point(
     )
 
 
-def _failed(missing: Missing) -> Limit:
-    return Limit(nan, Status.UNDECIDED, missing.reason)
-
-
-def _lower(problem: Problem, tolerances: Tolerances) -> tuple[LowerBound | None, Limit]:
-    lower = allowed(lower_bound, problem, certify=False, tolerances=tolerances)
-    if isinstance(lower, Missing):
-        return None, _failed(lower)
-    return lower, Limit(lower.load_factor, lower.status, lower.reason)
-
-
-def _universal(problem: Problem, first: LowerBound | None, tolerances: Tolerances) -> Limit:
-    if first is None:
+def _limit(name: str, found: Mapping[str, Any]) -> Limit:
+    """A limit with how it was found; what it rests on was found before."""
+    if name == "universal" and isinstance(found["lower"], Missing):
         return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
-    found = allowed(universal_bound, problem, first_collapse=first, certify=False, tolerances=tolerances)
-    if isinstance(found, Missing):
-        return _failed(found)
-    return Limit(found.load_factor, Status(found.status), found.reason)
+    if name == "transient" and (found[name] is None or isinstance(found["upper"], Missing)):
+        return Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
+    result = found[name]
+    if isinstance(result, Missing):
+        return Limit(nan, Status.UNDECIDED, result.reason)
+    if isinstance(result, UpperBound):
+        return _upper(result)
+    if isinstance(result, TransientLimit):
+        return _transient(result)
+    if isinstance(result, EnergyBound) and result.least_load_factor > 0:
+        begins = f"proved only from λ = {result.least_load_factor:.9g} on"
+        return Limit(result.load_factor, Status.UNDECIDED, begins)
+    return Limit(result.load_factor, Status(result.status), result.reason)
 
 
-def _upper(problem: Problem, question: Question, tolerances: Tolerances) -> tuple[UpperBound | None, Limit]:
-    upper = allowed(
-        upper_bound, problem, open_nodes=question.open_nodes, certify=False, tolerances=tolerances
-    )
-    if isinstance(upper, Missing):
-        return None, _failed(upper)
+def _upper(upper: UpperBound) -> Limit:
     remarks = [upper.reason] if upper.reason else []
     if upper.open_nodes:
         remarks.append(
@@ -229,55 +219,18 @@ def _upper(problem: Problem, question: Question, tolerances: Tolerances) -> tupl
         )
     if upper.least_load_factor > 0:
         remarks.append(f"safe slips exist only from λ = {upper.least_load_factor:.9g} on")
-    return upper, Limit(upper.load_factor, upper.status, "; ".join(remarks))
+    return Limit(upper.load_factor, upper.status, "; ".join(remarks))
 
 
-def _energy(
-    problem: Problem, open_nodes: tuple[int, ...], question: Question, tolerances: Tolerances
-) -> Limit:
-    start = question.initial_slip
-    found = allowed(energy_bound, problem, start, open_nodes=open_nodes, certify=False, tolerances=tolerances)
-    if isinstance(found, Missing):
-        return _failed(found)
-    if found.least_load_factor > 0:
-        return Limit(
-            found.load_factor, Status.UNDECIDED, f"proved only from λ = {found.least_load_factor:.9g} on"
-        )
-    return Limit(found.load_factor, found.status, found.reason)
-
-
-def _box(problem: Problem, question: Question, tolerances: Tolerances) -> Limit:
-    found = allowed(box_bound, problem, question.initial_slip, tolerances=tolerances)
-    if isinstance(found, Missing):
-        return _failed(found)
-    return Limit(found.load_factor, found.status, found.reason)
-
-
-def _transient(
-    problem: Problem, largest: UpperBound | None, question: Question, tolerances: Tolerances
-) -> tuple[TransientLimit | None, Limit]:
-    """λ_T, sought up to a little above λ_max."""
-    if largest is None or largest.status != Status.OPTIMAL or not largest.load_factor > 0:
-        return None, Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
-    found = allowed(
-        transient_limit,
-        problem,
-        question.initial_slip,
-        largest=ABOVE * largest.load_factor,
-        steps=QUICK_STEPS if question.quick else STEPS,
-        accuracy=QUICK_ACCURACY if question.quick else ACCURACY,
-        tolerances=tolerances,
-    )
-    if isinstance(found, Missing):
-        return None, _failed(found)
+def _transient(found: TransientLimit) -> Limit:
     proved, cycling = found.interval
     if isnan(found.load_factor):
-        return found, Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
+        return Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
     if isinf(found.high):
         remark = f"every load factor scanned shakes down, up to {found.low:.9g}"
-        return found, Limit(nan, Status.UNDECIDED, remark, proved, cycling)
+        return Limit(nan, Status.UNDECIDED, remark, proved, cycling)
     remark = "" if found.monotone else "outcomes are not monotone in λ"
-    return found, Limit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
+    return Limit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
 
 
 def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:

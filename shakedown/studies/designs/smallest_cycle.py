@@ -3,13 +3,14 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome, Status
@@ -25,19 +26,12 @@ from shakedown.joint.arguments import (
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.many_states import checked_initial_slips, long_term_states
+from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
-from shakedown.planar.collapse.lower import LowerBound, lower_bound
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
-from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+from shakedown.studies.designs.cycle_search import CycleSearch
 from shakedown.studies.designs.descent import (
-    SLIPPING,
-    FoundCycle,
-    FoundSeparation,
     Simulator,
-    descended,
-    lowered,
 )
 
 Progress = Callable[[int, int], None]
@@ -46,8 +40,6 @@ FOUND, NONE_FOUND, CONTRADICTION = "found", "none found", "contradiction"
 ABOVE = 1.01  # of λ_max: there every state slips for ever, or opens
 DEPTHS = (0.02, 0.1, 0.3, 0.6, 0.9)  # how far down towards λ_U the rounds look, one after the other
 PROVED = (0.999, 0.9)  # of λ_U: where nothing may be found
-FOLLOWED = 3  # different cycles of a round that are followed down
-NEAR = 0.25  # share of a round's states about the best cycle
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,12 +72,9 @@ class SmallestCycle(Result):
         The nodes that slip in it.
     state
         The long-term state from ``initial_slip`` at ``load_factor``; None where none was found.
-    universal
-        λ_U, below which shakedown from every state is proved.
-    lower
-        λ_1, with its ``guarantee``.
-    upper
-        λ_max.
+    limits
+        The limits of the joint with all nodes closed and without transient load steps: λ_U, below which
+        shakedown from every state is proved, λ_1, with its ``guarantee``, and λ_max.
     tried_up_to
         The load factor at which the search began.
     below_first_collapse
@@ -117,9 +106,7 @@ class SmallestCycle(Result):
     least_dissipation: float
     slipping_nodes: tuple[int, ...]
     state: LongTermState | None = field(repr=False)
-    universal: UniversalBound = field(repr=False)
-    lower: LowerBound = field(repr=False)
-    upper: UpperBound = field(repr=False)
+    limits: JointLimits = field(repr=False)
     tried_up_to: float
     below_first_collapse: bool
     tries: int
@@ -133,7 +120,7 @@ class SmallestCycle(Result):
 
         From λ_U to the smaller of λ_cycle and the smallest separation.
         """
-        return self.universal.load_factor, min(self.load_factor, self.separation_load_factor)
+        return self.limits.universal.load_factor, min(self.load_factor, self.separation_load_factor)
 
     @property
     def outcome(self) -> Outcome | None:
@@ -147,9 +134,10 @@ class SmallestCycle(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """The cycle as JSON knows it, with the bounds beside it as ``shakedown-bounds solve`` writes them."""
-        lower = {key: getattr(self.lower, key) for key in ("load_factor", "node", "guarantee")}
-        upper = {key: getattr(self.upper, key) for key in ("status", "load_factor")}
-        bounds = {**self.universal.document(), "lower": lower, "upper": upper}
+        limits = self.limits
+        lower = {key: getattr(limits.lower, key) for key in ("load_factor", "node", "guarantee")}
+        upper = {key: getattr(limits.upper, key) for key in ("status", "load_factor")}
+        bounds = {**limits.universal.document(), "lower": lower, "upper": upper}
         return super().to_dict() | {word: plain(bounds[word]) for word in ("universal", "lower", "upper")}
 
 
@@ -223,13 +211,14 @@ def smallest_cycle(
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
     seed = check_seed(seed)
     joint = replace(problem, q_transient=None, p_transient=None)
-    limits = _limits(joint, tolerances)
-    top = _top(joint, limits, largest, tolerances)
-    known = [*_known_slips(joint, limits, tolerances), *_given(joint, initial_slips)]
+    limits = JointLimits(joint, zone=(), certify=False, tolerances=tolerances)
+    top = _top(limits, largest)
+    known = [*_known_slips(limits), *_given(joint, initial_slips)]
     simulator = Simulator(joint, tolerances)
     attack = AttackingStates(joint, np.array(known), np.random.default_rng(seed), tolerances)
-    search = _Search(simulator, attack, accuracy, accuracy * top)
-    floor = limits.proved
+    search = CycleSearch(simulator, attack, accuracy, accuracy * top)
+    proved = limits.universal.load_factor
+    floor = proved if isfinite(proved) else 0.0
     search.try_witness(limits.lower)
     levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
     for done, level in enumerate(levels):
@@ -244,31 +233,12 @@ def smallest_cycle(
     search.lower_separation()
     if progress is not None:
         progress(len(levels), len(levels))
-    return _result(search, limits, top, seed, tolerances)
+    return _result(search, limits, top, seed)
 
 
-class _Limits(NamedTuple):
-    """What is known before the search."""
-
-    lower: LowerBound
-    upper: UpperBound
-    universal: UniversalBound
-
-    @property
-    def proved(self) -> float:
-        """λ_U; 0 where nothing is proved or everything is."""
-        return self.universal.load_factor if isfinite(self.universal.load_factor) else 0.0
-
-
-def _limits(joint: Problem, tolerances: Tolerances) -> _Limits:
-    lower = lower_bound(joint, certify=False, tolerances=tolerances)
-    upper = upper_bound(joint, certify=False, tolerances=tolerances)
-    universal = universal_bound(joint, first_collapse=lower, certify=False, tolerances=tolerances)
-    return _Limits(lower, upper, universal)
-
-
-def _top(joint: Problem, limits: _Limits, largest: float | None, tolerances: Tolerances) -> float:
+def _top(limits: JointLimits, largest: float | None) -> float:
     """Where the search begins."""
+    joint = limits.problem
     if largest is not None:
         if not (is_finite(largest) and largest > 0):
             raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
@@ -278,18 +248,18 @@ def _top(joint: Problem, limits: _Limits, largest: float | None, tolerances: Tol
         if isfinite(found) and found > 0:
             return ABOVE * found
     if limits.upper.status == Status.INFEASIBLE and joint.C is not None:
-        zone = upper_bound(joint, open_nodes="auto", certify=False, tolerances=tolerances).load_factor
+        zone = replace(limits, zone="auto").upper.load_factor
         if isfinite(zone) and zone > 0:
             return ABOVE * zone
     return 1.0
 
 
-def _known_slips(joint: Problem, limits: _Limits, tolerances: Tolerances) -> Iterator[FloatArray]:
+def _known_slips(limits: JointLimits) -> Iterator[FloatArray]:
     """Slips from which a cycle may well begin: of the bounds, and those of the joint itself."""
+    joint, alone, swing = limits.problem, limits.lower.evidence.alone, limits.universal.swing
     yield np.zeros(joint.n)
-    alone = single_node_cycle(joint, tolerances=tolerances)
-    swing = limits.universal.swing
-    found = [limits.lower.slip, limits.upper.slip, alone.slip]
+    found = [limits.lower.slip, limits.upper.slip]
+    found += [] if isinstance(alone, Missing) else [alone.slip]
     found += [] if swing is None else [swing.forward_slip, swing.backward_slip]
     yield from (slip for slip in found if np.isfinite(slip).all())
     if joint.initial_slip is not None:
@@ -300,70 +270,11 @@ def _given(joint: Problem, initial_slips: ArrayLike | None) -> FloatArray:
     return np.empty((0, joint.n)) if initial_slips is None else checked_initial_slips(joint, initial_slips)
 
 
-@dataclass
-class _Search:
-    """The smallest cycle so far, and how others are sought."""
-
-    simulator: Simulator
-    attack: AttackingStates
-    accuracy: float
-    nothing: float
-    best: FoundCycle | None = None
-    apart: FoundSeparation | None = None
-
-    def try_witness(self, lower: LowerBound) -> None:
-        """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
-        if not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
-            return
-        load_factor = max((1.0 + self.accuracy) * lower.load_factor, self.nothing)
-        if self.simulator.separates(load_factor, lower.slip):
-            self.apart = FoundSeparation(load_factor, lower.slip)
-
-    def lower_separation(self) -> None:
-        """Follow the smallest separation down from its own slip."""
-        if self.apart is not None:
-            self.apart = lowered(self.simulator, self.apart, self.nothing)
-
-    def look_at(self, load_factor: float, count: int) -> None:
-        """Simulate a round of states at a load factor, and follow down what cycles."""
-        if self.best is not None and self.best.load_factor <= self.nothing:
-            return
-        near = 0 if self.best is None else int(NEAR * count)
-        starts = self.attack.drawn(load_factor, count - near)
-        if self.best is not None:
-            starts = np.vstack([starts, self.attack.near(self.best.slip, load_factor, near)])
-        ends = long_term_states(
-            self.simulator.problem, load_factor, starts, tolerances=self.simulator.tolerances
-        )
-        self.simulator.count(ends.outcome)
-        self._note_separation(load_factor, starts, ends.outcome == Outcome.SEPARATION)
-        cycling = np.flatnonzero(np.isin(ends.outcome, SLIPPING))
-        strongest = cycling[np.argsort(-ends.dissipation[cycling], kind="stable")]
-        _, first = np.unique(ends.signature[strongest], return_index=True)
-        for k in strongest[np.sort(first)][:FOLLOWED]:
-            cycle = self.simulator.cycle(load_factor, starts[k])
-            if cycle is not None:
-                self._take(descended(self.simulator, cycle, self.accuracy, self.nothing))
-
-    def _note_separation(self, load_factor: float, starts: FloatArray, separated: NDArray[np.bool_]) -> None:
-        """Keep the smallest load factor at which an admissible state separates."""
-        if self.apart is not None and self.apart.load_factor <= load_factor:
-            return
-        joint, tolerances = self.simulator.problem, self.simulator.tolerances
-        places = np.flatnonzero(separated & admissible(joint, load_factor, starts, tolerances))
-        if places.size:
-            self.apart = FoundSeparation(load_factor, starts[places[0]])
-
-    def _take(self, cycle: FoundCycle) -> None:
-        if self.best is None or cycle.load_factor < self.best.load_factor:
-            self.best = cycle
-
-
-def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances: Tolerances) -> SmallestCycle:
+def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> SmallestCycle:
     best, joint = search.best, search.simulator.problem
     state = None if best is None else best.state
     load_factor = inf if best is None else best.load_factor
-    contradiction = _contradiction(search, limits, tolerances)
+    contradiction = _contradiction(search, limits)
     status = CONTRADICTION if contradiction else NONE_FOUND if best is None else FOUND
     return SmallestCycle(
         status=status,
@@ -376,11 +287,9 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
         least_dissipation=search.simulator.least_dissipation(load_factor if isfinite(load_factor) else top),
         slipping_nodes=() if state is None else tuple(np.flatnonzero(state.slip_per_cycle > 0).tolist()),
         state=state,
-        universal=limits.universal,
-        lower=limits.lower,
-        upper=limits.upper,
+        limits=limits,
         tried_up_to=top,
-        below_first_collapse=load_factor / (1.0 - tolerances.second_road) < limits.lower.load_factor,
+        below_first_collapse=load_factor / (1.0 - limits.tolerances.second_road) < limits.lower.load_factor,
         tries=search.simulator.tries,
         undecided=search.simulator.undecided,
         seed=seed,
@@ -388,9 +297,9 @@ def _result(search: _Search, limits: _Limits, top: float, seed: int, tolerances:
     )
 
 
-def _contradiction(search: _Search, limits: _Limits, tolerances: Tolerances) -> str:
+def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
     """What is called proved above a cycle or a separation that was found from an admissible state."""
-    joint, found = search.simulator.problem, [search.best, search.apart]
+    joint, tolerances, found = limits.problem, limits.tolerances, [search.best, search.apart]
     real = [
         x.load_factor
         for x in found

@@ -72,7 +72,7 @@ def sweep(
         ``"auto"``: λ_max and λ_E of the best zone of open nodes found; ``"none"``: of all
         nodes in contact.
     quick
-        λ_U without its sharpening, λ_T to 0.1 %.
+        λ_T to 0.1 %.
     workers
         Number of processes; of a function that makes joints it has to be one that can be
         imported, and the script has to keep the call under ``if __name__ == "__main__"``.

@@ -9,11 +9,11 @@ import shakedown
 from benchmarks.adversary import difficult_joint
 from benchmarks.problems import in_units, random_problem
 from shakedown import fem
+from shakedown.assessment import every_limit
 from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import loading
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
-from shakedown.studies.designs import smallest_cycle as search
 from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
 
 TWO, THREE = shakedown.example("two-node"), shakedown.example("three-node")
@@ -117,17 +117,17 @@ def test_two_nodes_that_cycle_together_below_every_cycle_of_one_are_found():
 def test_where_the_first_collapse_is_proved_a_cycle_begins_just_above_it(problem):
     found = shakedown.smallest_cycle(problem, **QUICK)
     assert (found.status, found.contradiction) == ("found", "")
-    assert found.load_factor == pytest.approx(found.lower.load_factor, rel=1e-5)
-    assert found.load_factor > found.universal.load_factor * (1 - 1e-9)
+    assert found.load_factor == pytest.approx(found.limits.lower.load_factor, rel=1e-5)
+    assert found.load_factor > found.limits.universal.load_factor * (1 - 1e-9)
     assert not found.below_first_collapse
 
 
 def test_separation_just_above_the_first_collapse_is_no_cycle_but_ends_the_interval(clamped):
     found = shakedown.smallest_cycle(clamped, **QUICK)
-    first, apart = found.lower.load_factor, found.separation_load_factor
+    first, apart = found.limits.lower.load_factor, found.separation_load_factor
     assert first < apart == pytest.approx(first, rel=2e-6)
     assert apart < 0.9 * found.load_factor
-    assert found.interval == (found.universal.load_factor, apart)
+    assert found.interval == (found.limits.universal.load_factor, apart)
     assert found.outcome == "cyclic-slip"
     assert shakedown.long_term_state(clamped, apart, found.separation_slip).outcome == "separation"
     document = found.to_dict()
@@ -139,7 +139,7 @@ def test_separation_found_on_the_way_is_followed_down_and_does_not_know_the_unit
     joint = with_friction("press-fit", 0.8)
     one = shakedown.smallest_cycle(joint, **QUICK)
     scaled = shakedown.smallest_cycle(in_units(joint, 2.0**10, 2.0**-5), **QUICK)
-    assert one.universal.load_factor < one.separation_load_factor < one.load_factor
+    assert one.limits.universal.load_factor < one.separation_load_factor < one.load_factor
     state = shakedown.long_term_state(joint, one.separation_load_factor, one.separation_slip)
     assert state.outcome == "separation"
     assert scaled.separation_load_factor == pytest.approx(one.separation_load_factor, rel=1e-9)
@@ -149,12 +149,12 @@ def test_separation_found_on_the_way_is_followed_down_and_does_not_know_the_unit
 
 
 def test_separation_below_what_is_called_proved_is_a_contradiction(monkeypatch, clamped):
-    real = search.universal_bound
+    real = every_limit.universal_bound
 
     def mistaken(*arguments, **options):
         return replace(real(*arguments, **options), load_factor=2.0)
 
-    monkeypatch.setattr(search, "universal_bound", mistaken)
+    monkeypatch.setattr(every_limit, "universal_bound", mistaken)
     found = shakedown.smallest_cycle(clamped, **QUICK)
     assert found.load_factor > 2.0 > found.separation_load_factor
     assert found.status == "contradiction"
@@ -163,7 +163,7 @@ def test_separation_below_what_is_called_proved_is_a_contradiction(monkeypatch, 
 
 def test_a_first_collapse_of_zero_is_real():
     found = shakedown.smallest_cycle(with_friction("block-9", 0.5), **QUICK)
-    assert found.lower.load_factor == 0.0
+    assert found.limits.lower.load_factor == 0.0
     assert 0.0 < found.load_factor < 1e-4
     assert shakedown.long_term_state(
         with_friction("block-9", 0.5), found.load_factor, found.initial_slip
@@ -180,7 +180,7 @@ def test_nothing_cycles_below_what_is_proved(band):
         except UsageError:
             continue
         assert found.status != "contradiction", found.contradiction
-        assert found.load_factor >= found.universal.load_factor * (1 - 1e-7)
+        assert found.load_factor >= found.limits.universal.load_factor * (1 - 1e-7)
 
 
 def test_the_answer_is_repeatable_and_does_not_know_the_units():
@@ -199,12 +199,12 @@ def test_transient_load_steps_are_left_out():
 
 
 def test_a_cycle_below_what_is_called_proved_is_a_contradiction(monkeypatch):
-    real = search.universal_bound
+    real = every_limit.universal_bound
 
     def mistaken(*arguments, **options):
         return replace(real(*arguments, **options), load_factor=3.0)
 
-    monkeypatch.setattr(search, "universal_bound", mistaken)
+    monkeypatch.setattr(every_limit, "universal_bound", mistaken)
     found = shakedown.smallest_cycle(THREE, states=64, rounds=4)
     assert found.status == "contradiction"
     assert "λ_U = 3 is called proved from every state" in found.contradiction
