@@ -11,6 +11,7 @@ from .critical import critical
 from .example import example
 from .import_problem import import_problem_command
 from .map import map_command
+from .nodes import nodes
 from .simulate import simulate
 from .solve import solve
 from .sweep import sweep
@@ -34,6 +35,7 @@ COMMANDS = (
     solve,
     critical,
     simulate,
+    nodes,
     verify,
     map_command,
     sweep,

@@ -90,6 +90,12 @@ method_option = click.option(
     show_default=True,
     help="Exact from event to event, or fixed load steps.",
 )
+slip_below_option = click.option(
+    "--slip-below",
+    type=float,
+    metavar="LENGTH",
+    help="Say also whether every node's slip range in the long run stays below this length.",
+)
 cycles_option = click.option(
     "--cycles",
     type=click.IntRange(min=1),

@@ -6,7 +6,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,6 +18,9 @@ from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
 from shakedown.report.text_table import table as table
 from shakedown.report.words import down, loads_in_words
+
+if TYPE_CHECKING:  # it loads what computes
+    from shakedown.long_term.nodes.slip_criterion import SlipCriterion
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask
@@ -69,6 +72,18 @@ def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
         f"{indent}{name:{name_width}}  {value:{value_width}}  {remark}".rstrip()
         for name, value, remark in facts
     )
+
+
+def slip_facts(criterion: SlipCriterion | None, length: str) -> list[tuple[str, str, str]]:
+    """The largest slip range, and whether it is below the limit, where there is one."""
+    if criterion is None:
+        return []
+    met = {True: "yes", False: "no", None: "undecided"}[criterion.met]
+    where = f"{length} at node {criterion.node}".strip() if criterion.node >= 0 else length
+    return [
+        ("largest slip range", number(criterion.largest, 4), where),
+        (f"below {number(criterion.below, 4)} {length}".rstrip(), met, ""),
+    ]
 
 
 def paragraph(text: str, indent: str = "") -> str:

@@ -30,6 +30,7 @@ from .options import (
     method_option,
     problem_argument,
     quiet_option,
+    slip_below_option,
 )
 from .output import (
     echo_json,
@@ -40,6 +41,7 @@ from .output import (
     number,
     paragraph,
     say,
+    slip_facts,
     tiny,
     work_unit,
 )
@@ -71,6 +73,7 @@ FILMED = 3.0  # cycles
 )
 @cycles_option
 @method_option
+@slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
 @click.option(
     "--animation",
@@ -89,6 +92,7 @@ def simulate(
     open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,
     method: str,
+    slip_below: float | None,
     output: Path | None,
     animation: Path | None,
     as_json: bool,
@@ -100,7 +104,14 @@ def simulate(
     start = initial_state(problem, load_factor, initial, opened)
     wanted = output is not None or animation is not None
     run = shakedown.simulate(
-        problem, load_factor, start, open_nodes=opened, cycles=cycles, method=method, record=wanted
+        problem,
+        load_factor,
+        start,
+        open_nodes=opened,
+        cycles=cycles,
+        method=method,
+        record=wanted,
+        slip_below=slip_below,
     )
     if output is not None:
         shakedown.save_history(output, run)
@@ -171,6 +182,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("dissipation per cycle", number(dissipation), work),
         *_jump_facts(run, work),
         *_proof_facts(problem, run),
+        *slip_facts(run.slip_criterion, length),
         ("friction law residual", tiny(run.residual), "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]

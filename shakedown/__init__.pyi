@@ -38,8 +38,8 @@ from .joint.problem import Problem as Problem
 from .long_term.find_state import long_term_state as long_term_state
 from .long_term.many_states import LongTermStates as LongTermStates
 from .long_term.many_states import long_term_states as long_term_states
-from .long_term.node_results import NodeResults as NodeResults
-from .long_term.node_results import node_results as node_results
+from .long_term.nodes.node_results import node_results as node_results
+from .long_term.nodes.node_table import NodeResults as NodeResults
 from .long_term.simulation import Simulation as Simulation
 from .long_term.simulation import save_history as save_history
 from .long_term.simulation import simulate as simulate

@@ -2,5 +2,6 @@
 
 Reading order: ``regular_file`` (what is opened for reading), ``npy`` (one array, read with
 suspicion), ``npz`` (problem files), ``atomic_write`` (the one way in which files are written),
-``table_file`` (a table as CSV or Parquet), ``examples`` (the built-in problems).
+``table_file`` (a table as CSV or Parquet), ``vtk_points`` (points for ParaView), ``examples`` (the
+built-in problems).
 """

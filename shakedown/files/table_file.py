@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from os import PathLike
@@ -14,14 +15,20 @@ from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.result import frame
 
 Columns = Mapping[str, Sequence[Any]]
+FORMULA = tuple("=+-@＝＋－＠")  # what a spreadsheet takes for the beginning of a formula
+NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
 def write_csv(path: str | PathLike[str], columns: Columns) -> None:
-    """One row per point under the headings; numbers with all their digits, undefined ones empty."""
+    """One row per entry under the headings, in UTF-8; numbers with all their digits, undefined ones empty.
+
+    A text that a spreadsheet would run as a formula (it begins with = + - @ and is no number) has
+    an apostrophe before it. Quotation marks are as in RFC 4180.
+    """
     text = io.StringIO(newline="")
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns)
-    table.writerows([_cell(entry) for entry in row] for row in zip(*columns.values(), strict=True))
+    table.writerows([cell(entry) for entry in row] for row in zip(*columns.values(), strict=True))
     with atomic_write(path) as file:
         file.write(text.getvalue().encode())
 
@@ -32,12 +39,6 @@ def write_parquet(path: str | PathLike[str], columns: Columns) -> None:
     frame(columns).to_parquet(buffer, index=False)
     with atomic_write(path) as file:
         file.write(buffer.getvalue())
-
-
-def _cell(entry: float | str) -> str:
-    if isinstance(entry, float):
-        return "" if entry != entry else repr(entry)
-    return visible(str(entry))
 
 
 @checked
@@ -51,3 +52,18 @@ def check_table(path: str | PathLike[str]) -> None:
     missing = [name for name in ("pandas", "pyarrow") if ending == "parquet" and not find_spec(name)]
     if missing:
         raise UsageError(f"{path}: expected the packages pandas and pyarrow, found no {missing[0]}; use .csv")
+
+
+def cell(entry: float | str) -> str:
+    r"""An entry as it is written, before quotation marks.
+
+    Examples
+    --------
+    >>> cell(0.1), cell(float("nan")), cell("=1+1"), cell("-12"), cell("PART-1.7")
+    ('0.1', '', "'=1+1", '-12', 'PART-1.7')
+    """
+    if isinstance(entry, float):
+        return "" if entry != entry else repr(float(entry))
+    text = visible(str(entry))
+    runs = text.startswith(FORMULA) and not NUMBER.fullmatch(text)
+    return f"'{text}" if runs else text

@@ -3,7 +3,6 @@
 Reading order: ``energy_proof`` (a verdict with proof), ``state`` (the answer), ``cycle_map`` (one
 cycle as an affine map), ``steady_period`` (what a period says), ``limit_search`` (the limit in closed
 form), ``find_state``, ``many_states`` (from many initial slips), ``simulation`` (both roads behind one
-function, and their path as a file), ``node_results`` (what a period does to each node),
-``slip_criterion`` (whether it slips little enough). Below them ``stepping/``: cycle by cycle with fixed
-load steps; ``settling/``: the search in compiled code.
+function, and their path as a file). Below them ``stepping/``: cycle by cycle with fixed load steps;
+``settling/``: the search in compiled code; ``nodes/``: what a period does to each node.
 """

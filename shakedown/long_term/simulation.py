@@ -18,7 +18,7 @@ from shakedown.joint.arguments import check_arguments, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LimitSearch
-from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState, SettledState
 from shakedown.long_term.steady_period import judged
 from shakedown.long_term.stepping.cycle_log import Cycles, logged

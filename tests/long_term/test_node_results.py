@@ -12,6 +12,7 @@ from partly_open import SOME, partly_open
 import shakedown
 from benchmarks.problems import in_units
 from shakedown import Problem, node_results
+from shakedown.motion.evolve import evolve
 
 WEAR = 2.0e-8
 JUMP = shakedown.example("jump")
@@ -151,7 +152,7 @@ def test_the_range_of_a_walk_does_not_depend_on_where_its_period_begins():
     assert (ranges[0] > np.abs(state.drift) * (1 + 1e-6)).any()  # it goes back and forth beside the drift
     for one in ranges[1:]:
         assert one == pytest.approx(ranges[0], rel=1e-9)
-    path = shakedown.evolve(walking(), 1.0, cycles=12).history.at(np.linspace(8.0, 11.5, 7001))
+    path = evolve(walking(), 1.0, cycles=12).history.at(np.linspace(8.0, 11.5, 7001))
     window = 2000
     spans = [np.ptp(path.v[k : k + window + 1], axis=0) for k in range(0, 5000, 10)]
     assert ranges[0] == pytest.approx(np.max(spans, axis=0), rel=2e-3)

@@ -1,7 +1,6 @@
-"""What the long-term state does to each node: slip range, pressure, friction work, fretting parameters."""
+"""What one period of a settled state does to each node, from its path."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,144 +12,12 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.joint.units import units_of
+from shakedown.long_term.nodes.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import SettledState
 from shakedown.motion.contact_law import scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.kernels.contact_status import OPEN
-
-STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class NodeResults(Result):
-    """Result of :func:`node_results`: arrays with one entry per node, all over one period of P cycles.
-
-    "In contact" are the instants at which the gap is nil. With T the length of the period:
-
-    Attributes
-    ----------
-    load_factor, outcome, reason, period
-        Of the long-term state; P = ``period`` cycles, 0 where there is none.
-    force_unit, length_unit
-        As the joint names them; empty where it names none.
-    label : (n,)
-        What the node is called in the model; its number where it has no name there.
-    coordinates : (n, 3)
-        Where it is [length]; NaN where that is not known, of a joint with ``x`` only (x, NaN, NaN).
-    area : (n,)
-        The contact area that it stands for [length²]; NaN where that is not known.
-    status : (n,)
-        "stick": closed throughout and without slip; "slip": closed throughout, with slip; "open":
-        open throughout; "mixed": open for some time; "undecided" where there is no long-term state.
-    slip_range : (n,)
-        max |v(t₂) − v(t₁)| over instants in contact with |t₂ − t₁| ≤ T [length]: max v − min v where
-        nothing ratchets. The same as double amplitude, or stroke.
-    accumulated_slip : (n,)
-        Σ|Δv| in contact per cycle, over P cycles and divided by P [length].
-    p_min, p_max : (n,)
-        Smallest and largest normal reaction [force]; 0 at open nodes.
-    q_max : (n,)
-        max |q| [force].
-    pressure_min, pressure_max, shear_max : (n,)
-        The same over the area [force/length²]; NaN where the node has none.
-    work : (n,)
-        What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
-    work_per_area : (n,)
-        The same over the area [force/length].
-    tau_delta : (n,)
-        τ δ = shear_max × slip_range [force/length], the first parameter of Ruiz, Boddington and Chen
-        (Experimental Mechanics 24, 1984, 208–217): the product of the largest shear traction and
-        the slip range of the node, which need not occur at one instant.
-    wear_coefficient
-        k of Archard's law [length²/force], NaN where it was not given.
-    wear_volume : (n,)
-        k ∮ p |dv| / P per cycle [length³], of both surfaces together (Archard, J. Appl. Phys. 24, 1953,
-        981–988), with the pressures of the unworn joint; NaN where k was not given.
-    wear_depth : (n,)
-        The same over the area [length].
-    """
-
-    DOCUMENT: ClassVar[str] = (
-        "load_factor outcome reason period label coordinates area status slip_range accumulated_slip "
-        "p_min p_max q_max pressure_min pressure_max shear_max work work_per_area tau_delta "
-        "wear_coefficient wear_depth"
-    )
-    TABLE: ClassVar[str] = (
-        "label x y z area status slip_range accumulated_slip p_min p_max q_max work tau_delta "
-        "pressure_min pressure_max shear_max work_per_area wear_depth"
-    )
-
-    load_factor: float
-    outcome: Outcome
-    reason: str
-    period: int
-    force_unit: str
-    length_unit: str
-    label: tuple[str, ...]
-    coordinates: FloatArray
-    area: FloatArray
-    status: tuple[str, ...]
-    slip_range: FloatArray
-    accumulated_slip: FloatArray
-    p_min: FloatArray
-    p_max: FloatArray
-    q_max: FloatArray
-    work: FloatArray
-    wear_coefficient: float
-    wear_volume: FloatArray
-
-    @property
-    def x(self) -> FloatArray:
-        """First coordinate, (n,) [length]."""
-        return self.coordinates[:, 0]
-
-    @property
-    def y(self) -> FloatArray:
-        """Second coordinate, (n,) [length]."""
-        return self.coordinates[:, 1]
-
-    @property
-    def z(self) -> FloatArray:
-        """Third coordinate, (n,) [length]."""
-        return self.coordinates[:, 2]
-
-    @property
-    def pressure_min(self) -> FloatArray:
-        """p_min over the area, (n,) [force/length²]."""
-        return self._per_area(self.p_min)
-
-    @property
-    def pressure_max(self) -> FloatArray:
-        """p_max over the area, (n,) [force/length²]."""
-        return self._per_area(self.p_max)
-
-    @property
-    def shear_max(self) -> FloatArray:
-        """q_max over the area, (n,) [force/length²]."""
-        return self._per_area(self.q_max)
-
-    @property
-    def work_per_area(self) -> FloatArray:
-        """Friction work per cycle over the area, (n,) [force/length]."""
-        return self._per_area(self.work)
-
-    @property
-    def tau_delta(self) -> FloatArray:
-        """Largest shear traction times slip range, (n,) [force/length]."""
-        return self.shear_max * self.slip_range
-
-    @property
-    def wear_depth(self) -> FloatArray:
-        """Archard's wear depth per cycle, (n,) [length]."""
-        return self._per_area(self.wear_volume)
-
-    def _per_area(self, values: FloatArray) -> FloatArray:
-        """Values over the area; NaN where a node has none, or one next to nothing."""
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            found = values / self.area
-        return np.where(np.isfinite(found), found, np.nan)
 
 
 class _Simulated(Protocol):
@@ -218,7 +85,7 @@ def node_results(
         label=problem.label or tuple(map(str, range(problem.n))),
         coordinates=_coordinates(problem),
         area=nothing if problem.node_area is None else problem.node_area,
-        status=_status(settled, tolerances),
+        status=statuses(settled, tolerances),
         slip_range=slip_ranges(settled, tolerances),
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(history.p.min(axis=0), 0.0) if known else nothing,
@@ -226,7 +93,7 @@ def node_results(
         q_max=np.abs(history.q).max(axis=0) if known else nothing,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
-        wear_volume=k * _pressed_slip(settled) if known else nothing,
+        wear_volume=k * pressed_slip(settled) if known else nothing,
     )
 
 
@@ -250,7 +117,7 @@ def _coordinates(problem: Problem) -> FloatArray:
     return places
 
 
-def slip_ranges(settled: SettledState, tolerances: Tolerances = DEFAULT) -> FloatArray:
+def slip_ranges(settled: SettledState, tolerances: Tolerances) -> FloatArray:
     """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
     path, n = settled.history, settled.problem.n
     if not settled.period:
@@ -273,7 +140,7 @@ def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
     return (highest - lowest)[s // 2 : s // 2 + s].max(axis=0)
 
 
-def _status(settled: SettledState, tolerances: Tolerances) -> tuple[str, ...]:
+def statuses(settled: SettledState, tolerances: Tolerances) -> tuple[str, ...]:
     """Whether each node sticks, slips, is open or both over the period."""
     n = settled.problem.n
     words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
@@ -293,7 +160,7 @@ def _opened(settled: SettledState) -> NDArray[np.bool_]:
     return np.asarray((path.w > 0).any(axis=0))
 
 
-def _pressed_slip(settled: SettledState) -> FloatArray:
+def pressed_slip(settled: SettledState) -> FloatArray:
     """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
     path, f = settled.history, settled.problem.f
     if isinstance(path, EventHistory):

@@ -9,7 +9,7 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.result import Result
-from shakedown.long_term.node_results import slip_ranges
+from shakedown.long_term.nodes.node_results import slip_ranges
 from shakedown.long_term.state import SettledState
 
 

@@ -1,0 +1,143 @@
+"""`shakedown-bounds nodes`: what each node goes through in a period of the long-term state."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+import numpy as np
+
+import shakedown
+from shakedown import Problem
+from shakedown.ground.visible_text import shortened
+from shakedown.joint.units import units_of
+from shakedown.report.json_documents import plain, problem_document
+from shakedown.report.node_words import resolution, without_round_off
+
+from .claims import OutputFile
+from .initial import initial_state, zone_nodes
+from .options import OpenNodes, cycles_option, json_option, problem_argument, quiet_option
+from .output import echo_json, headline, number, paragraph, say, table, work_unit
+
+if TYPE_CHECKING:  # it loads what computes
+    from shakedown import NodeResults
+
+ENDINGS = (".csv", ".vtu", ".vtp")
+WORST, DIGITS = 10, 3  # nodes that are shown, and of their numbers
+LONGEST_LABEL, WIDTH = 11, 80
+
+
+@click.command(
+    short_help="Slip, pressure, friction work of every node.",
+    epilog="Exit codes: 0 a long-term state was found, whichever; 1 undecided after --cycles; "
+    "2 bad usage or bad input.",
+)
+@problem_argument
+@click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
+@click.option(
+    "--initial",
+    metavar="STATE",
+    help="zero, safe, witness, given, given:K (state K of the file) or PATH.npy. "
+    "Default: given where the file has initial_slip, else zero.",
+)
+@click.option(
+    "--open",
+    "open_nodes",
+    type=OpenNodes(),
+    default="none",
+    show_default=True,
+    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
+)
+@cycles_option
+@click.option(
+    "--wear-coefficient",
+    type=float,
+    help="Archard's: wear depth = coefficient × pressure × sliding distance [length²/force].",
+)
+@click.option("--tractions", is_flag=True, help="Tractions and work per area in the table of -o, too.")
+@click.option(
+    "-o",
+    "--output",
+    type=OutputFile(ENDINGS),
+    help="Write every node here: .csv, or for ParaView .vtu or .vtp.",
+)
+@json_option
+@quiet_option
+@click.pass_context
+def nodes(
+    context: click.Context,
+    problem: Problem,
+    load_factor: float,
+    initial: str | None,
+    open_nodes: tuple[int, ...] | Literal["auto"],
+    cycles: int,
+    wear_coefficient: float | None,
+    tractions: bool,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """What each node of FILE goes through in one period of its long-term state.
+
+    Slip range (max − min), slip per cycle, largest and smallest reactions, friction work per
+    cycle, τ δ of Ruiz (largest shear traction × slip range), wear depth per cycle.
+    """
+    if initial is None:
+        initial = "zero" if problem.initial_slip is None else "given"
+    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
+    start = initial_state(problem, load_factor, initial, opened)
+    run = shakedown.simulate(problem, load_factor, start, open_nodes=opened, cycles=cycles)
+    found = shakedown.node_results(run, wear_coefficient=wear_coefficient)
+    if output is not None:
+        found.save(output, tractions=tractions)
+    if as_json:
+        echo_json({"problem": problem_document(problem)} | plain(found.to_dict()))
+    else:
+        say(_text(problem, found, initial))
+    if found.outcome == shakedown.Outcome.UNDECIDED:
+        context.exit(1)
+
+
+def _text(problem: Problem, found: NodeResults, initial: str) -> str:
+    begun = f"Load factor {found.load_factor:.10g}, initial state {shortened(initial)}: {found.outcome}"
+    lines = [headline(problem), "", paragraph(begun), paragraph(f"({found.reason}).", "  ")]
+    if not found.period:
+        return "\n".join([*lines, "There is no steady period, and so there are no numbers."])
+    counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
+    works = without_round_off(found.work, resolution(problem, found.load_factor)[1])
+    unit = work_unit(problem)
+    total = f"Friction takes {number(sum(works), DIGITS)} {unit} per cycle".replace("  ", " ")
+    return "\n".join([*lines, paragraph(f"Nodes: {counts}. {total}."), "", _worst(problem, found)])
+
+
+def _worst(problem: Problem, found: NodeResults) -> str:
+    """The nodes that move farthest, of these the ones that take most work first."""
+    none = resolution(problem, found.load_factor)
+    columns = {
+        "slip range": without_round_off(found.slip_range, none[0]),
+        "per cycle": without_round_off(found.accumulated_slip, none[0]),
+        "p max": found.p_max.tolist(),
+        "|q| max": found.q_max.tolist(),
+        "work": without_round_off(found.work, none[1]),
+    }
+    if not np.isnan(found.tau_delta).all():
+        columns["τ δ"] = found.tau_delta.tolist()
+    if not np.isnan(found.wear_depth).all():
+        columns["wear"] = found.wear_depth.tolist()
+    order = np.lexsort((-found.work, -np.array(columns["slip range"])))[:WORST]
+    label = {} if problem.label is None else {"FE": [shortened(name, LONGEST_LABEL) for name in found.label]}
+    shown = {"node": list(map(str, range(problem.n)))} | label | {"status": list(found.status)}
+    shown |= {name: [number(value, DIGITS) for value in values] for name, values in columns.items()}
+    text = table(list(shown), [[column[node] for column in shown.values()] for node in order])
+    while max(map(len, text.splitlines())) > WIDTH:  # the last columns stand in the files
+        shown.popitem()
+        text = table(list(shown), [[column[node] for column in shown.values()] for node in order])
+    return "\n".join([_heading(problem, len(order)), "", text])
+
+
+def _heading(problem: Problem, shown: int) -> str:
+    """What the table shows, in which units."""
+    force, length = units_of(problem)
+    units = f" ({length}, {force}, {work_unit(problem)})" if force and length else ""
+    which = f"The {shown} nodes with the largest slip range" if shown < problem.n else "All nodes"
+    return paragraph(f"{which}; slip per cycle is Σ|Δv| in contact{units}:")

@@ -1,0 +1,220 @@
+"""What each node goes through in a period, as a table and as files."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.files.table_file import write_csv
+from shakedown.files.vtk_points import write_points
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.result import Result
+from shakedown.joint.units import stress_unit, work_unit
+
+STATUSES = STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
+ENDINGS = (".csv", ".vtu", ".vtp")
+TABLE = (
+    "label", "x", "y", "z", "area", "status", "slip_range", "accumulated_slip",
+    "p_min", "p_max", "q_max", "work", "tau_delta",
+)  # fmt: skip
+TRACTIONS = ("pressure_min", "pressure_max", "shear_max", "work_per_area")
+LONGEST_NUMBER = 18  # digits of a label that is written as a whole number
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NodeResults(Result):
+    """Result of :func:`node_results`: arrays with one entry per node, all over one period of P cycles.
+
+    "In contact" are the instants at which the gap is nil. With T the length of the period:
+
+    Attributes
+    ----------
+    load_factor, outcome, reason, period
+        Of the long-term state; P = ``period`` cycles, 0 where there is none.
+    force_unit, length_unit
+        As the joint names them; empty where it names none.
+    label : (n,)
+        What the node is called in the model; its number where it has no name there.
+    coordinates : (n, 3)
+        Where it is [length]; NaN where that is not known, of a joint with ``x`` only (x, NaN, NaN).
+    area : (n,)
+        The contact area that it stands for [length²]; NaN where that is not known.
+    status : (n,)
+        "stick": closed throughout and without slip; "slip": closed throughout, with slip; "open":
+        open throughout; "mixed": open for some time; "undecided" where there is no long-term state.
+    slip_range : (n,)
+        max |v(t₂) − v(t₁)| over instants in contact with |t₂ − t₁| ≤ T [length]: max v − min v where
+        nothing ratchets. The same as double amplitude, or stroke.
+    accumulated_slip : (n,)
+        Σ|Δv| in contact per cycle, over P cycles and divided by P [length].
+    p_min, p_max : (n,)
+        Smallest and largest normal reaction [force]; 0 at open nodes.
+    q_max : (n,)
+        max |q| [force].
+    pressure_min, pressure_max, shear_max : (n,)
+        The same over the area [force/length²]; NaN where the node has none.
+    work : (n,)
+        What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
+    work_per_area : (n,)
+        The same over the area [force/length].
+    tau_delta : (n,)
+        τ δ = shear_max × slip_range [force/length], the first parameter of Ruiz, Boddington and Chen
+        (Experimental Mechanics 24, 1984, 208–217): the product of the largest shear traction and
+        the slip range of the node, which need not occur at one instant.
+    wear_coefficient
+        k of Archard's law [length²/force], NaN where it was not given.
+    wear_volume : (n,)
+        k ∮ p |dv| / P per cycle [length³], of both surfaces together (Archard, J. Appl. Phys. 24, 1953,
+        981–988), with the pressures of the unworn joint; NaN where k was not given.
+    wear_depth : (n,)
+        The same over the area [length].
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "load_factor outcome reason period label coordinates area status slip_range accumulated_slip "
+        "p_min p_max q_max pressure_min pressure_max shear_max work work_per_area tau_delta "
+        "wear_coefficient wear_depth"
+    )
+    TABLE: ClassVar[str] = " ".join((*TABLE, *TRACTIONS, "wear_depth"))
+
+    load_factor: float
+    outcome: Outcome
+    reason: str
+    period: int
+    force_unit: str
+    length_unit: str
+    label: tuple[str, ...]
+    coordinates: FloatArray
+    area: FloatArray
+    status: tuple[str, ...]
+    slip_range: FloatArray
+    accumulated_slip: FloatArray
+    p_min: FloatArray
+    p_max: FloatArray
+    q_max: FloatArray
+    work: FloatArray
+    wear_coefficient: float
+    wear_volume: FloatArray
+
+    @property
+    def x(self) -> FloatArray:
+        """First coordinate, (n,) [length]."""
+        return self.coordinates[:, 0]
+
+    @property
+    def y(self) -> FloatArray:
+        """Second coordinate, (n,) [length]."""
+        return self.coordinates[:, 1]
+
+    @property
+    def z(self) -> FloatArray:
+        """Third coordinate, (n,) [length]."""
+        return self.coordinates[:, 2]
+
+    @property
+    def pressure_min(self) -> FloatArray:
+        """p_min over the area, (n,) [force/length²]."""
+        return self._per_area(self.p_min)
+
+    @property
+    def pressure_max(self) -> FloatArray:
+        """p_max over the area, (n,) [force/length²]."""
+        return self._per_area(self.p_max)
+
+    @property
+    def shear_max(self) -> FloatArray:
+        """q_max over the area, (n,) [force/length²]."""
+        return self._per_area(self.q_max)
+
+    @property
+    def work_per_area(self) -> FloatArray:
+        """Friction work per cycle over the area, (n,) [force/length]."""
+        return self._per_area(self.work)
+
+    @property
+    def tau_delta(self) -> FloatArray:
+        """Largest shear traction times slip range, (n,) [force/length]."""
+        return self.shear_max * self.slip_range
+
+    @property
+    def wear_depth(self) -> FloatArray:
+        """Archard's wear depth per cycle, (n,) [length]."""
+        return self._per_area(self.wear_volume)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every column of a file, in letters that every program shows; empty where unknown."""
+        force, length = self.force_unit, self.length_unit
+        stress = stress_unit(force, length).replace("²", "^2")
+        lengths = dict.fromkeys(("x", "y", "z", "slip_range", "accumulated_slip", "wear_depth"), length)
+        forces = dict.fromkeys(("p_min", "p_max", "q_max"), force)
+        stresses = dict.fromkeys(("pressure_min", "pressure_max", "shear_max"), stress)
+        per_area = dict.fromkeys(
+            ("work_per_area", "tau_delta"), f"{force}/{length}" if force and length else ""
+        )
+        area = {"area": f"{length}^2" if length else "", "work": work_unit(force, length)}
+        return lengths | forces | stresses | per_area | area
+
+    @checked
+    def save(self, path: str | os.PathLike[str], *, tractions: bool = False) -> None:
+        """Write one row per node to a table (.csv) or one point per node to a VTK file (.vtu, .vtp).
+
+        Units stand in brackets after the names. A table has ``label`` to ``tau_delta``, with
+        ``tractions`` also those and the work per area, and with a wear coefficient the wear depth. A
+        VTK file has all of these as numbers at points, for ParaView: ``node`` from 0, ``label`` where
+        all labels are whole numbers, ``status`` 0 stick, 1 slip, 2 open, 3 mixed, 4 undecided. Where a
+        coordinate is not known its points are at 0; where none is, nodes stand in a row.
+
+        Raises
+        ------
+        UsageError
+            If the name ends in none of these, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> nodes = shakedown.node_results(shakedown.long_term_state(shakedown.example("two-node"), 0.9))
+        >>> nodes.save("nodes.csv")  # doctest: +SKIP
+        """
+        ending = Path(path).suffix.lower()
+        if ending not in ENDINGS:
+            raise UsageError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
+        more = TRACTIONS if tractions or ending != ".csv" else ()
+        worn = () if np.isnan(self.wear_coefficient) else ("wear_depth",)
+        columns = {
+            with_unit(word, self.units.get(word, "")): getattr(self, word) for word in (*TABLE, *more, *worn)
+        }
+        if ending == ".csv":
+            write_csv(path, {word: list(column) for word, column in columns.items()})
+        else:
+            write_points(path, self._points(), _numbers(columns))
+
+    def _points(self) -> FloatArray:
+        """Where the nodes are drawn, (n, 3) [length]."""
+        points = self.coordinates.copy()
+        if np.isnan(points).all():
+            points[:, 0] = np.arange(len(points))
+        return np.nan_to_num(points)
+
+    def _per_area(self, values: FloatArray) -> FloatArray:
+        """Values over the area; NaN where a node has none, or one next to nothing."""
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = values / self.area
+        return np.where(np.isfinite(found), found, np.nan)
+
+
+def _numbers(columns: dict[str, Any]) -> dict[str, NDArray[np.generic]]:
+    """Columns as numbers at points: the node, labels where they are whole numbers, the status by number."""
+    label, status = columns.pop("label"), columns.pop("status")
+    found: dict[str, NDArray[np.generic]] = {"node": np.arange(len(label))}
+    if all(text.isascii() and text.isdigit() and len(text) <= LONGEST_NUMBER for text in label):
+        found["label"] = np.array([int(text) for text in label])
+    found["status"] = np.array([STATUSES.index(word) for word in status])
+    return found | columns

@@ -1,0 +1,221 @@
+"""`nodes`: the table that spreadsheets and pandas read, the files that ParaView reads, the JSON, and the text."""
+
+import base64
+import csv
+import struct
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import meshio
+import numpy as np
+import pandas
+import pytest
+from command import document, run
+
+import shakedown
+
+HEADER = [
+    "label", "x", "y", "z", "area", "status", "slip_range", "accumulated_slip",
+    "p_min", "p_max", "q_max", "work", "tau_delta",
+]  # fmt: skip
+MILLIMETRES = [
+    "label", "x [mm]", "y [mm]", "z [mm]", "area [mm^2]", "status", "slip_range [mm]", "accumulated_slip [mm]",
+    "p_min [N]", "p_max [N]", "q_max [N]", "work [N mm]", "tau_delta [N/mm]",
+]  # fmt: skip
+TRACTIONS = ["pressure_min [MPa]", "pressure_max [MPa]", "shear_max [MPa]", "work_per_area [N/mm]"]
+AT_TWO = ("press-fit", "--load-factor", "2")
+LABELS = ('bolt, "upper"', "=1+1", "-12", "+cmd|' /C calc'!A0", "@SUM(A1)", "-A1", "PART-1.7", "Δ 8", "9")
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory):
+    """A joint whose labels are hard to write."""
+    path = tmp_path_factory.mktemp("named") / "joint.npz"
+    shakedown.save_problem(path, replace(shakedown.example("press-fit"), label=LABELS))
+    return str(path)
+
+
+def rows(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+def test_the_table_agrees_with_the_json(tmp_path):
+    path = tmp_path / "nodes.csv"
+    found = document("nodes", *AT_TWO, "-o", str(path))
+    table = pandas.read_csv(path)
+    assert list(table.columns) == MILLIMETRES
+    for heading in MILLIMETRES:
+        word = heading.partition(" [")[0]
+        if word in ("x", "y", "z"):
+            expected = [place["xyz".index(word)] for place in found["coordinates"]]
+        else:
+            expected = found[word]
+        assert table[heading].tolist() == expected, word
+
+
+def test_without_units_there_are_none_in_the_header(tmp_path):
+    path = tmp_path / "nodes.csv"
+    assert run("nodes", "two-node", "--load-factor", "0.9", "-o", str(path))[0] == 0
+    header, *nodes = rows(path)
+    assert header == HEADER
+    assert [node[0] for node in nodes] == ["0", "1"]
+    assert nodes[0][1:5] == ["", "", "", ""]  # not known
+    assert nodes[0][HEADER.index("tau_delta")] == ""
+
+
+def test_tractions_and_wear_are_written_where_they_are_asked_for(tmp_path):
+    path = tmp_path / "nodes.csv"
+    assert run("nodes", *AT_TWO, "--tractions", "--wear-coefficient", "1e-8", "-o", str(path))[0] == 0
+    table = pandas.read_csv(path)
+    assert list(table.columns) == [*MILLIMETRES, *TRACTIONS, "wear_depth [mm]"]
+    pressure = table["p_max [N]"] / table["area [mm^2]"]
+    assert table["pressure_max [MPa]"].to_numpy() == pytest.approx(pressure.to_numpy())
+    worn = 1e-8 * table["work_per_area [N/mm]"] / 0.2
+    assert table["wear_depth [mm]"].to_numpy() == pytest.approx(worn.to_numpy())
+
+
+def test_labels_are_quoted_and_no_spreadsheet_runs_them(named, tmp_path):
+    path = tmp_path / "nodes.csv"
+    assert run("nodes", named, "--load-factor", "2", "-o", str(path))[0] == 0
+    found = [row[0] for row in rows(path)[1:]]
+    assert found == [
+        'bolt, "upper"', "'=1+1", "-12", "'+cmd|' /C calc'!A0", "'@SUM(A1)", "'-A1", "PART-1.7", "Δ 8", "9",
+    ]  # fmt: skip
+    assert pandas.read_csv(path)["label"].tolist() == found
+
+
+def test_meshio_reads_the_grid(tmp_path):
+    path = tmp_path / "nodes.vtu"
+    found = document("nodes", *AT_TWO, "-o", str(path))
+    mesh = meshio.read(path)
+    assert np.array_equal(mesh.points, found["coordinates"])
+    assert [(cells.type, len(cells.data)) for cells in mesh.cells] == [("vertex", 9)]
+    for heading in [*(h for h in MILLIMETRES if h not in ("label", "status")), *TRACTIONS]:
+        word = heading.partition(" [")[0]
+        if word not in ("x", "y", "z"):
+            assert mesh.point_data[heading].tolist() == found[word], word
+    words = ["stick", "slip", "open", "mixed"]
+    assert [words[code] for code in mesh.point_data["status"]] == found["status"]
+    assert mesh.point_data["node"].tolist() == list(range(9))
+    assert "label" not in mesh.point_data  # 36/0 is no number
+
+
+def test_poly_data_hold_the_same_arrays(tmp_path):
+    """As https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html has it; VTK 9.7 reads it."""
+    for ending in ("vtu", "vtp"):
+        assert run("nodes", *AT_TWO, "-o", str(tmp_path / f"nodes.{ending}"))[0] == 0
+    grid, poly = (arrays(tmp_path / f"nodes.{ending}") for ending in ("vtu", "vtp"))
+    root = ElementTree.parse(tmp_path / "nodes.vtp").getroot()
+    assert root.attrib == {
+        "type": "PolyData", "version": "1.0", "byte_order": "LittleEndian", "header_type": "UInt64",
+    }  # fmt: skip
+    piece = root.find("PolyData/Piece")
+    assert [piece.get(f"NumberOf{kind}") for kind in ("Points", "Verts", "Lines", "Strips", "Polys")] == [
+        "9", "9", "0", "0", "0",
+    ]  # fmt: skip
+    assert [child.tag for child in piece] == ["Points", "Verts", "PointData"]
+    assert poly["connectivity"] == tuple(range(9))
+    assert poly["offsets"] == tuple(range(1, 10))
+    assert {name: values for name, values in grid.items() if name != "types"} == poly
+
+
+def arrays(path):
+    """Every array of a VTK file, by name."""
+    kinds = {"Float64": "d", "Int64": "q", "UInt8": "B"}
+    found = {}
+    for array in ElementTree.parse(path).iter("DataArray"):
+        data = base64.b64decode(array.text)
+        (size,) = struct.unpack_from("<Q", data)
+        assert size == len(data) - 8
+        kind = kinds[array.get("type")]
+        found[array.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(kind)}{kind}", data, 8)
+    return found
+
+
+def test_nodes_without_a_place_stand_in_a_row_and_whole_labels_are_numbers(tmp_path):
+    path = tmp_path / "joint.npz"
+    problem = shakedown.example("two-node")
+    shakedown.save_problem(path, replace(problem, label=("1007", "12")))
+    assert run("nodes", str(path), "--load-factor", "0.9", "-o", str(tmp_path / "n.vtu"))[0] == 0
+    mesh = meshio.read(tmp_path / "n.vtu")
+    assert mesh.points.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    assert mesh.point_data["label"].tolist() == [1007, 12]
+    assert np.isnan(mesh.point_data["area"]).all()
+
+
+def test_the_text_shows_the_worst_nodes_within_80_columns(named):
+    for joint in ("block-33", "press-fit", "two-node", named):
+        code, out, err = run("nodes", joint, "--load-factor", "2", "--wear-coefficient", "1e-8")
+        assert (code, err) == (0, "")
+        lines = out.splitlines()
+        assert max(map(len, lines)) <= 80
+        assert len(lines) <= 20
+    _, out, _ = run("nodes", *AT_TWO)
+    first = next(line for line in out.splitlines() if "40/4" in line).split()
+    assert first[:5] == ["4", "40/4", "mixed", "0.00181", "0.00356"]
+    assert "5 mixed, 3 slip, 1 stick" in out
+
+
+def test_undecided_says_so_and_ends_with_one(tmp_path):
+    path = tmp_path / "nodes.csv"
+    arguments = ("two-node", "--load-factor", "0.8", "--cycles", "1")
+    code, out, _ = run("nodes", *arguments, "-o", str(path))
+    assert code == 1
+    assert "no steady period" in out
+    assert [row[5:8] for row in rows(path)[1:]] == [["undecided", "", ""]] * 2
+    found = document("nodes", *arguments, code=1)
+    assert found["slip_range"] == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (("-o", "nodes.txt"), "expected a name that ends in .csv, .vtu or .vtp"),
+        (("--wear-coefficient", "-1"), "wear coefficient: expected a number ≥ 0, found -1.0"),
+        (("--initial", "elsewhere"), "--initial elsewhere"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused_in_one_line(more, message, tmp_path):
+    code, out, err = run("nodes", *AT_TWO, *more, cwd=tmp_path)
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert message in err
+
+
+@pytest.mark.parametrize(("below", "met"), [("1e-3", False), ("2e-3", True)])
+@pytest.mark.parametrize("method", ["event", "gauss-seidel"])
+def test_simulate_says_whether_slips_stay_below_a_length(below, met, method):
+    found = document("simulate", *AT_TWO, "--slip-below", below, "--method", method)
+    criterion = found["slip_criterion"]
+    assert (criterion["below"], criterion["met"]) == (float(below), met)
+    assert criterion["node"] in ((4,) if method == "event" else (4, 5))  # node 4 opens within a load step
+    assert criterion["largest"] == pytest.approx(
+        0.00181423102, rel=5e-2 if method == "gauss-seidel" else 1e-8
+    )
+    assert found["outcome"] == "cyclic-slip"  # the strict answer
+    _, out, _ = run("simulate", *AT_TWO, "--slip-below", below)
+    assert f"below {float(below):.4g} mm" in out
+    assert "slip_criterion" not in document("simulate", *AT_TWO)
+
+
+def test_what_grows_for_ever_is_below_nothing_and_rest_is_below_everything(tmp_path):
+    path = tmp_path / "joint.npz"
+    A, p = [[1.0, -1.0], [-1.0, 1.0]], [[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]]
+    walks = shakedown.Problem(A=A, B=np.zeros((2, 2)), f=0.5, q_w=np.full((4, 2), -0.3), p_w=p)
+    shakedown.save_problem(path, walks)
+    found = document("simulate", str(path), "--load-factor", "1", "--slip-below", "1e9")
+    assert found["outcome"] == "ratchetting"
+    assert found["slip_criterion"] == {"below": 1e9, "met": False, "largest": "inf", "node": -1}
+    found = document("simulate", "two-node", "--load-factor", "0.5", "--slip-below", "1e-9")
+    assert found["slip_criterion"] == {"below": 1e-9, "met": True, "largest": 0.0, "node": -1}
+    found = document(
+        "simulate", "two-node", "--load-factor", "0.8", "--cycles", "1", "--slip-below", "1", code=1
+    )
+    assert found["slip_criterion"] == {"below": 1.0, "met": None, "largest": None, "node": -1}
+
+
+@pytest.mark.parametrize("below", ["0", "-1", "nan", "inf"])
+def test_a_limit_on_slips_is_a_positive_length(below):
+    code, out, err = run("simulate", *AT_TWO, "--slip-below", below)
+    assert (code, out) == (2, "")
+    assert "slip_below: expected a positive length" in err
