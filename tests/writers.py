@@ -113,6 +113,29 @@ def nastran_op4(K, name="KAAX", style="dense"):
     return "\n".join([*lines, f"{n + 1:8d}{1:8d}{1:8d}", *numbers([1.0]), ""])
 
 
+def calculix_displacements(tables, node_set="NC"):
+    """tables: (nodes, (n, 3) displacements) per step."""
+    return calculix_reactions(tables, node_set).replace("forces (fx,fy,fz)", "displacements (vx,vy,vz)")
+
+
+def calculix_frd(tables, blocks=("FORC",)):
+    """The beginning of a result file, and blocks of (nodes, (n, 3) vectors) per step."""
+    text = (
+        "    1C\n    1UPGM               CalculiX\n    2C             1   1\n -1         1 0.0 0.0 0.0\n -3\n"
+    )
+    for step, (nodes, vectors) in enumerate(tables, start=1):
+        for block in blocks:
+            text += f"    1PSTEP{step:26d}{1:12d}{step:12d}\n"
+            text += (
+                f"  100CL  {100 + step}{step:12.9f}{len(nodes):12d}{'':20s}{0:2d}{step:5d}{'':10s}{1:2d}\n"
+            )
+            text += f" -4  {block:8s}    4    1\n -5  D1          1    2    1    0\n"
+            for node, vector in zip(nodes, vectors, strict=True):
+                text += f" -1{node:10d}" + "".join(f"{value:12.5E}" for value in vector) + "\n"
+            text += " -3\n"
+    return text + " 9999\n"
+
+
 def calculix_reactions(tables, node_set="NC"):
     """tables: (nodes, (n, 3) forces) per step."""
     text = ""

@@ -99,12 +99,14 @@ class Condensation(Result):
             prescribed at a row that is not held.
         """
         total = np.zeros(2 * self.n)
+        for key in ("reactions", "opened"):
+            given = getattr(case, key)
+            if given is not None and given.shape != (self.n, 2):
+                raise ProblemError(f"{case.name}: {key}: expected shape ({self.n}, 2), found {given.shape}")
         if case.reactions is not None:
-            if case.reactions.shape != (self.n, 2):
-                raise ProblemError(
-                    f"{case.name}: reactions: expected shape ({self.n}, 2), found {case.reactions.shape}"
-                )
             total += self.frame.to_local(case.reactions)
+        if case.opened is not None:  # what closes the contact again: 0 = κ u + r_w where nothing acts
+            total -= self.stiffness @ self.frame.to_local(case.opened)
         if case.force is not None or case.displacement is not None:
             total += self._model.reactions(case)
         return total

@@ -38,6 +38,9 @@ class LoadCase(Result):
     reactions : (n, 2), optional
         Nodal reactions (x, y) on the (first) body at the contact nodes while
         all of them are clamped [force], for loads that were run elsewhere.
+    opened : (n, 2), optional
+        Displacements (x, y) of the contact nodes, of pairs those of the first body less those of
+        the second, while nothing acts between the bodies [length], for loads that were run elsewhere.
     mean : float, optional
         Factor of the case in the constant part of the loading, which the load
         factor does not scale; by default the mean of ``history``.
@@ -73,6 +76,7 @@ class LoadCase(Result):
     force: FloatArray | None = None
     displacement: FloatArray | None = None
     reactions: FloatArray | None = None
+    opened: FloatArray | None = None
     mean: float | None = None
     transient: FloatArray | None = None
     range: FloatArray | None = None
@@ -89,6 +93,7 @@ class LoadCase(Result):
             force: ArrayLike | None = None,
             displacement: ArrayLike | None = None,
             reactions: ArrayLike | None = None,
+            opened: ArrayLike | None = None,
             mean: float | None = None,
             transient: ArrayLike | None = None,
             range: ArrayLike | None = None,
@@ -102,15 +107,17 @@ class LoadCase(Result):
         for key in ("mean", "value"):
             if (given := getattr(self, key)) is not None and not isfinite(given):
                 raise ProblemError(f"{self.name}: {key}: expected a finite number, found {given}")
-        if self.force is None and self.displacement is None and self.reactions is None:
+        if all(acting is None for acting in (self.force, self.displacement, self.reactions, self.opened)):
             raise ProblemError(
-                f"{self.name}: expected a force, a displacement or clamped reactions, found none"
+                f"{self.name}: expected a force, a displacement, clamped reactions or displacements with the "
+                "contact open, found none"
             )
         dimensions = {
             "history": (0, 1),
             "force": (1,),
             "displacement": (1,),
             "reactions": (2,),
+            "opened": (2,),
             "transient": (1,),
             "range": (1,),
         }

@@ -8,6 +8,6 @@ the condensation turns all of it into a problem (``import_model``), with resulta
 and rigid motions beside it (``load_evidence``).
 
 Reading order: ``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
-``load_section``, ``load_evidence``, ``traces``, ``import_model`` (the public functions),
+``static_runs``, ``load_section``, ``load_evidence``, ``traces``, ``import_model`` (the public functions),
 ``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

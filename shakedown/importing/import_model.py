@@ -16,17 +16,16 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.importing.contact_section import ContactSection, contact_section
-from shakedown.importing.load_evidence import LoadEvidence, load_evidence, rigid_residual
+from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
 from shakedown.importing.load_section import (
-    ImportContext,
     absent_before,
     held_rows,
     load_section,
-    static_run,
     uneven,
 )
 from shakedown.importing.model_section import Model, model_section
-from shakedown.importing.stiffness_section import stiffness_section
+from shakedown.importing.static_runs import static_run
+from shakedown.importing.stiffness_section import ImportContext, stiffness_section
 from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -204,8 +203,13 @@ def import_model(
                                    *CLOAD lines, a substructure with [case], OUTPUT4 with
                                    matrix, [column]
         [displacements]            [[node or set, direction, value], …]; holds those rows
-        [reactions]                [[x, y], …] or {file, [step], [scale], [bodies]}: reactions
-                                   at the contact nodes, all clamped, from a static run
+        [reactions]                [[x, y], …] or {file, [step] | [steps], [scale], [bodies]}:
+                                   reactions at the contact nodes, all clamped, from a static run;
+                                   steps = [[step, factor], …] adds steps
+        [open]                     {file, [step] | [steps], [scale]}: displacements of the contact
+                                   nodes under the load while nothing acts between the bodies
+        [thermal]                  {file, [step] | [steps], [scale]}: reactions to a temperature
+                                   with every node held
         [mean], [transient]        as in shakedown.LoadCase
         [name]
         [unit], [value]            how reports say the load: its unit, and what factor 1 stands for
@@ -300,6 +304,7 @@ def import_model(
             *without,
             *absent_before(cases, problem.load_names or ()),
             *uneven(cases),
+            *(note for load in loads for note in few_digits(load.case, load.rounding, reduced)),
             *_tension(problem),
         ),
         path=os.fspath(config_path),

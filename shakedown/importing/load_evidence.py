@@ -10,6 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.joint.result import Result
 from shakedown.readers import Mesh, Stiffness
+from shakedown.readers.text import quoted
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,6 +44,20 @@ def load_evidence(
     welded, frame = reduced.welded_reactions(case), reduced.frame
     carried = welded[: reduced.n] @ frame.tangents + welded[reduced.n :] @ frame.normals
     return LoadEvidence(case.name, applied, carried)
+
+
+def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensation) -> tuple[str, ...]:
+    """A note: how accurate welded reactions are that come from displacements off by so much, (n, 2)."""
+    if rounding is None:
+        return ()
+    frame = reduced.frame
+    local = [(rounding * np.abs(vectors)).sum(axis=1) for vectors in (frame.tangents, frame.normals)]
+    error = np.abs(reduced.stiffness) @ np.concatenate(local)
+    largest = np.abs(reduced.welded_reactions(case)).max()
+    if not (error.any() and largest):
+        return ()
+    accurate = f"{quoted(case.name)} are accurate to {error.max() / largest:.0e} of the largest"
+    return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)
 
 
 def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int]) -> float:

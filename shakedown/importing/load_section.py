@@ -1,4 +1,4 @@
-"""``[[load]]``, ``[supports]`` and ``[check]``: what acts, what is held, what to compare with."""
+"""``[[load]]`` and ``[supports]``: what acts, and what is held."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,56 +7,29 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase, histories
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact_section import ContactSection
-from shakedown.importing.model_section import Model
+from shakedown.importing.model_section import Values
+from shakedown.importing.static_runs import clamped_run, opened_run, thermal_forces
+from shakedown.importing.stiffness_section import ImportContext
 from shakedown.importing.time_function import time_function
-from shakedown.readers import (
-    Reactions,
-    Stiffness,
-    read_nodal_loads,
-    read_op4_columns,
-    read_reactions,
-    read_substructure_load,
-)
+from shakedown.readers import read_nodal_loads, read_op4_columns, read_substructure_load
 from shakedown.readers.circumference import HOOP
-from shakedown.readers.input_files import InputFiles
 from shakedown.readers.nastran_op4 import is_op4
 from shakedown.readers.text import quoted, read_lines
 from shakedown.readers.toml_table import Table
 
 UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
-Values = dict[tuple[int, int], float]  # {(node, direction): value}
-
-
-@dataclass(frozen=True)
-class ImportContext:
-    """What all loads need: the stiffness with its rows, the contact, the model and the files."""
-
-    stiffness: Stiffness
-    contact: ContactSection
-    model: Model
-    files: InputFiles
-    steps: int | None
-    checked: bool = False  # whether [check] names a run that the reactions of others can rely on
-
-    def rows(self, where: str, values: Values) -> NDArray[np.intp]:
-        """Rows of (node, direction) pairs."""
-        try:
-            return self.stiffness.rows(list(values))
-        except ProblemError as error:
-            raise ProblemError(f"{where}: {error}") from None
 
 
 @dataclass(frozen=True)
 class LoadSection:
-    """A load case, and the rows whose displacement it prescribes."""
+    """A load case, the rows whose displacement it prescribes, and the rounding of displacements read."""
 
     case: LoadCase
     prescribed: NDArray[np.intp]
+    rounding: FloatArray | None
 
 
 def load_section(table: Table, context: ImportContext) -> LoadSection:
@@ -66,11 +39,13 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     displacement = np.zeros(size)
     rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
     displacement[rows] = list((moved or {}).values())
-    if table.has("reactions"):
-        _check_circumference(table, context)
-    reactions, clamped = _reactions(table, context.contact, context.files)
+    _check_circumference(table, context)
+    reactions, clamped = clamped_run(table, context.contact, context.files)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
         force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
+    thermal, opened = thermal_forces(table, context), opened_run(table, context.contact, context.files)
+    if thermal is not None:
+        force = thermal if force is None else force + thermal
     limits = table.array("range", float, (2,), required=False)
     case = LoadCase(
         history=None if limits is not None else time_function(table, context.steps, context.files),
@@ -78,6 +53,7 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
         force=force,
         displacement=None if moved is None else displacement,
         reactions=reactions,
+        opened=None if opened is None else opened[0],
         mean=table.number("mean"),
         transient=table.array("transient", float, (None,), required=False),
         value=table.number("value"),
@@ -85,7 +61,7 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
         name=table.text("name", table.where) or table.where,
     )
     table.done()
-    return LoadSection(case, rows)
+    return LoadSection(case, rows, None if opened is None else opened[1])
 
 
 def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str, ...]:
@@ -161,47 +137,15 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     return values[:, (column or 1) - 1]
 
 
-def _reactions(
-    table: Table, contact: ContactSection, files: InputFiles
-) -> tuple[FloatArray | None, Values | None]:
-    """Reactions of the first body, (n, 2), or those of both bodies held apart."""
-    if not isinstance(table.content.get("reactions"), dict):
-        listed = table.array("reactions", float, (None, 2), required=False)
-        return (None if listed is None else np.array(listed, dtype=float)), None
-    source = table.table("reactions")
-    name, step, scale = str(source.text("file")), source.integer("step"), source.number("scale", 1.0) or 0.0
-    bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
-    source.done()
-    if bodies not in ("", "tied", "clamped") or (contact.labels.ndim == 1 and bodies):
-        raise ProblemError(
-            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the "
-            "bodies tied to each "
-            "other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, "
-            f"found '{bodies}'"
-        )
-    run = _run(files.read(name, read_reactions), step, source.where)
-    if bodies != "clamped":
-        return scale * run.at(contact.first, contact.axes, contact.tied), None
-    forces = scale * run.at(contact.moved, contact.axes)
-    keys = [(int(node), axis) for node in contact.moved for axis in contact.axes]
-    return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
-
-
 def _check_circumference(table: Table, context: ImportContext) -> None:
     """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
-    if context.model.axisymmetric and not context.checked:
+    given = [key for key in ("reactions", "thermal") if table.has(key)]
+    if given and context.model.axisymmetric and not context.checked:
         raise ProblemError(
-            f"{table.where}: key 'reactions': expected 'forces' (on the whole circumference) for an "
-            "axisymmetric model, or [check] with a run that moves contact nodes radially, found neither; "
+            f"{table.where}: key '{given[0]}': expected 'forces' (on the whole circumference) or 'open' for "
+            "an axisymmetric model, or [check] with a run that moves contact nodes radially, found neither; "
             f"{HOOP}"
         )
-
-
-def _run(runs: list[Reactions], step: int | None, where: str) -> Reactions:
-    if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
-        found = "none" if step is None else step
-        raise ProblemError(f"{where}: key 'step': expected 1 to {len(runs)}, found {found}")
-    return runs[(step or 1) - 1]
 
 
 def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
@@ -216,63 +160,3 @@ def held_rows(supports: Table, context: ImportContext, loads: list[LoadSection])
     supports.done()
     own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})
     return np.concatenate([own, *(load.prescribed for load in loads)])
-
-
-def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values | None) -> str:
-    """Which keys a check has, for a message."""
-    if clamped is not None:
-        return "reactions of both bodies, clamped"
-    there = [
-        f"'{key}'" for key, value in (("displacements", moved), ("reactions", reactions)) if value is not None
-    ]
-    return f"{there[0]} alone" if there else "neither"
-
-
-def static_run(table: Table, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
-    """``[check]``: the largest difference from an independent static run, NaN where there is none.
-
-    Raises
-    ------
-    ProblemError
-        If it differs, or the run is the file that the stiffness was made from.
-    """
-    if not table.content:
-        return float("nan")
-    contact, files = context.contact, context.files
-    source = table.content.get("reactions")
-    if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
-        raise ProblemError(
-            f"{table.where}: key 'reactions': expected a run of its own, found the file that the "
-            "stiffness was made "
-            "from, which agrees with itself"
-        )
-    moved = context.model.values(table, "displacements")
-    reactions, clamped = _reactions(table, contact, files)
-    table.done()
-    if moved is None or reactions is None or clamped is not None:
-        raise ProblemError(
-            f"{table.where}: expected the keys 'displacements' and 'reactions' (of the first body), found "
-            f"{_found(moved, reactions, clamped)}"
-        )
-    labels = contact.first.tolist()
-    displacement = np.zeros((reduced.n, 2))
-    for (node, direction), value in moved.items():
-        if node not in labels or direction not in contact.axes:
-            raise ProblemError(
-                f"{table.where}: key 'displacements': expected contact nodes and directions {contact.axes}, "
-                f"found node {node}, direction {direction}"
-            )
-        displacement[labels.index(node), contact.axes.index(direction)] = value
-    if not context.model.axisymmetric:
-        return reduced.check_against_run(displacement, reactions, what=table.where)
-    if not displacement[:, 0].any():
-        raise ProblemError(
-            f"{table.where}: key 'displacements': expected a contact node that moves radially (direction 1), "
-            "because an axisymmetric model is checked, found none"
-        )
-    try:
-        return reduced.check_against_run(displacement, reactions, what=table.where)
-    except ProblemError as error:
-        raise ProblemError(
-            f"{error}; they must be those on the whole circumference of the axisymmetric model ({HOOP})"
-        ) from None

@@ -16,6 +16,7 @@ from shakedown.readers.nastran_bulk import is_bulk_data
 from shakedown.readers.text import quoted, read_lines
 from shakedown.readers.toml_table import Table, shown
 
+Values = dict[tuple[int, int], float]  # {(node, direction): value}
 _LARGEST_LABEL = 2**62
 
 
@@ -58,7 +59,7 @@ class Model:
         except ProblemError as error:
             raise ProblemError(f"{where}: {error}") from None
 
-    def values(self, table: Table, key: str, *, valued: bool = True) -> dict[tuple[int, int], float] | None:
+    def values(self, table: Table, key: str, *, valued: bool = True) -> Values | None:
         """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.
 
         Raises
@@ -69,7 +70,7 @@ class Model:
         entries = table.entries(key, 3 if valued else 2)
         if entries is None:
             return None
-        found: dict[tuple[int, int], float] = {}
+        found: Values = {}
         where = f"{table.where}: key '{key}'"
         for entry in entries:
             value = self._value(entry, valued, where)

@@ -1,21 +1,22 @@
 """``[stiffness]``: the matrix with its map, or unit displacements; in the directions of the model."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
-from shakedown.importing.model_section import Model
+from shakedown.importing.model_section import Model, Values
 from shakedown.readers import (
     Stiffness,
     read_analysis_set,
     read_grids,
-    read_reactions,
+    read_nodal_vectors,
     read_stiffness,
     stiffness_format,
     unit_displacement_stiffness,
@@ -37,6 +38,25 @@ class Pick(NamedTuple):
 
     matrix: str | None
     superelement: int | None
+
+
+@dataclass(frozen=True)
+class ImportContext:
+    """What all loads need: the stiffness with its rows, the contact, the model and the files."""
+
+    stiffness: Stiffness
+    contact: ContactSection
+    model: Model
+    files: InputFiles
+    steps: int | None
+    checked: bool = False  # whether [check] names a run that the reactions of others can rely on
+
+    def rows(self, where: str, values: Values) -> NDArray[np.intp]:
+        """Rows of (node, direction) pairs."""
+        try:
+            return self.stiffness.rows(list(values))
+        except ProblemError as error:
+            raise ProblemError(f"{where}: {error}") from None
 
 
 def stiffness_section(table: Table, contact: ContactSection, model: Model, files: InputFiles) -> Stiffness:
@@ -161,7 +181,7 @@ def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
 def _unit_displacements(
     path: Path, contact: ContactSection, order: str, amplitude: float, axisymmetric: bool
 ) -> Stiffness:
-    tables = read_reactions(path)
+    tables = read_nodal_vectors(path)
     if axisymmetric and tables[0].by_calculix:
         raise ProblemError(
             f"{path}: expected no reactions of an axisymmetric model: {HOOP}; write the matrix "

@@ -9,7 +9,8 @@ becomes a :class:`Mesh`: coordinates, sets and normals.
 Reading order: ``text`` and ``table`` (lines and columns of numbers), ``stiffness``;
 with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (``nastran_cards``); with a
 ``row_map`` ``calculix_storage`` (also Abaqus COORDINATE), ``matrix_market``,
-``harwell_boeing``, ``nastran_op4``; ``calculix_reactions`` and ``reactions_table``;
+``harwell_boeing``, ``nastran_op4``; ``nodal_vectors`` (reactions, displacements) by
+``calculix_reactions``, ``calculix_frd`` and ``reactions_table``;
 ``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;
 ``circumference`` (axisymmetric models); ``sniff`` chooses. Configurations, and the files that they
 name: ``toml_table``, ``input_files``.
@@ -17,11 +18,7 @@ name: ``toml_table``, ``input_files``.
 
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix, read_nodal_loads
 from shakedown.readers.abaqus_substructure import read_abaqus_substructure, read_substructure_load
-from shakedown.readers.calculix_reactions import (
-    Reactions,
-    read_calculix_reactions,
-    unit_displacement_stiffness,
-)
+from shakedown.readers.calculix_reactions import unit_displacement_stiffness
 from shakedown.readers.calculix_storage import read_calculix_storage
 from shakedown.readers.coordinates import read_coordinates
 from shakedown.readers.deck import read_deck
@@ -31,7 +28,8 @@ from shakedown.readers.mesh import Mesh
 from shakedown.readers.nastran_bulk import read_analysis_set, read_grids
 from shakedown.readers.nastran_dmig import read_nastran_dmig
 from shakedown.readers.nastran_op4 import read_nastran_op4, read_op4_columns
-from shakedown.readers.reactions_table import read_reactions, read_reactions_table
+from shakedown.readers.nodal_vectors import NodalVectors
+from shakedown.readers.reactions_table import read_nodal_vectors
 from shakedown.readers.row_map import read_dof_map, read_row_map
 from shakedown.readers.sniff import read_stiffness, stiffness_format
 from shakedown.readers.stiffness import Stiffness
@@ -39,13 +37,12 @@ from shakedown.readers.table import NumberTable, read_table
 
 __all__ = [
     "Mesh",
+    "NodalVectors",
     "NumberTable",
-    "Reactions",
     "Stiffness",
     "read_abaqus_matrix",
     "read_abaqus_substructure",
     "read_analysis_set",
-    "read_calculix_reactions",
     "read_calculix_storage",
     "read_coordinates",
     "read_deck",
@@ -56,9 +53,8 @@ __all__ = [
     "read_nastran_dmig",
     "read_nastran_op4",
     "read_nodal_loads",
+    "read_nodal_vectors",
     "read_op4_columns",
-    "read_reactions",
-    "read_reactions_table",
     "read_row_map",
     "read_stiffness",
     "read_substructure_load",

@@ -1,8 +1,8 @@
-"""CalculiX ``*NODE PRINT`` reactions (``job.dat``), and the stiffness by unit displacements."""
+"""CalculiX ``*NODE PRINT`` output (``job.dat``), and the stiffness by unit displacements."""
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -13,66 +13,29 @@ from shakedown.condensation.stiffness_checks import asymmetry
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.fields.numbers import FIRST_DIGIT
+from shakedown.readers.nodal_vectors import NodalVectors, What
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, number, quoted, read_lines
 
 SEVEN_DIGITS = 1e-7  # of printed reactions
-HEADING = re.compile(r"^\s*forces \(fx,fy,fz\) for set (\S+) and time\s+(\S+)", re.IGNORECASE)
+_HEADING = r"^\s*{} for set (\S+) and time\s+(\S+)"
+HEADINGS: dict[What, re.Pattern[str]] = {
+    "reactions": re.compile(_HEADING.format(r"forces \(fx,fy,fz\)"), re.IGNORECASE),
+    "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
+}
+COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
+LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
 Order = Literal["node-by-node", "direction-by-direction"]
 
 
-@dataclass(frozen=True, eq=False)
-class Reactions:
-    """Nodal reactions of one static step.
-
-    Attributes
-    ----------
-    node_sets : tuple of str
-        Node sets they were printed for.
-    time : float
-        Time of the step.
-    nodes : (n,)
-        Node labels.
-    forces : (n, 3)
-        Forces on the body at the nodes [force].
-    by_calculix : bool
-        Whether CalculiX printed them, whose axisymmetric models lack a part of their forces.
-    """
-
-    node_sets: tuple[str, ...]
-    time: float
-    nodes: NDArray[np.intp]
-    forces: FloatArray
-    by_calculix: bool = False
-
-    def at(
-        self, nodes: NDArray[np.intp], axes: tuple[int, int], tied: NDArray[np.intp] | None = None
-    ) -> FloatArray:
-        """Forces at nodes in two directions, (k, 2) [force], with those of nodes tied to them added.
-
-        Raises
-        ------
-        ProblemError
-            If a node was not printed, or there is not one tied node for each.
-        """
-        if tied is not None:
-            if tied.shape != nodes.shape:
-                raise ProblemError(
-                    f"tied: expected one node for each of {len(nodes)} contact nodes, found {len(tied)}"
-                )
-            return self.at(nodes, axes) + self.at(tied, axes)
-        index = {int(node): k for k, node in enumerate(self.nodes)}
-        absent = [int(node) for node in nodes if int(node) not in index]
-        if absent:
-            raise ProblemError(
-                f"reactions at time {self.time:g}: expected contact node {absent[0]}, found it not printed "
-                f"({len(absent)} of {len(nodes)} are missing)"
-            )
-        return self.forces[[index[int(node)] for node in nodes]][:, [axes[0] - 1, axes[1] - 1]]
+def is_calculix_output(lines: list[str]) -> bool:
+    """Whether the lines are those of a ``.dat`` file with reactions or displacements."""
+    return any(heading.match(line) for line in lines for heading in HEADINGS.values())
 
 
-def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
-    """Read all ``forces (fx,fy,fz)`` tables of a ``.dat`` file, in the order of the file.
+def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read all tables of reactions, or of displacements, of a ``.dat`` file, in the order of the file.
 
     Tables of several node sets at one time are one step.
 
@@ -85,7 +48,7 @@ def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
     tables: list[tuple[str, float, list[list[float]]]] = []
     reading = False
     for k, line in enumerate(read_lines(path), start=1):
-        where, heading = f"{name}: line {k}", HEADING.match(line)
+        where, heading = f"{name}: line {k}", HEADINGS[what].match(line)
         if heading:
             tables.append((heading[1], number(heading[2], where), []))
             reading = True
@@ -97,22 +60,28 @@ def read_calculix_reactions(path: str | os.PathLike[str]) -> list[Reactions]:
             reading = False
             continue
         if len(fields) != 4:
-            raise ProblemError(f"{where}: expected 'node fx fy fz', found {quoted(line)}")
+            raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
         tables[-1][2].append([*integers(fields[:1], where), *(number(field, where) for field in fields[1:])])
     if not any(rows for _, _, rows in tables):
-        raise ProblemError(f"{name}: expected reactions (*NODE PRINT, RF), found no table of forces")
-    steps: list[Reactions] = []
+        raise ProblemError(
+            f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
+            f"{'forces' if what == 'reactions' else what}"
+        )
+    steps: list[NodalVectors] = []
     for node_set, when, rows in tables:
-        table = _table(node_set, when, rows, name)
+        table = step_of(what, (node_set,), when, rows, name, SEVEN_DIGITS)
         if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
             table = _merged(steps.pop(), table)
         steps.append(table)
     return steps
 
 
-def _table(node_set: str, time: float, rows: list[list[float]], name: str) -> Reactions:
+def step_of(
+    what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str, digits: float
+) -> NodalVectors:
+    """One table that CalculiX wrote, its numbers with so many digits; ``ProblemError`` where it is none."""
     if not rows:
-        raise ProblemError(f"{name}: expected reactions at time {time:g}, found an empty table")
+        raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
     data = np.array(rows)
     nodes, count = np.unique(data[:, 0], return_counts=True)
     if count.max() > 1:
@@ -121,21 +90,25 @@ def _table(node_set: str, time: float, rows: list[list[float]], name: str) -> Re
             "twice at time "
             f"{time:g}"
         )
-    return Reactions((node_set,), time, data[:, 0].astype(np.intp), data[:, 1:], by_calculix=True)
+    vectors = data[:, 1:]
+    rounding = FIRST_DIGIT * digits * np.abs(vectors)
+    return NodalVectors(
+        what, node_sets, time, data[:, 0].astype(np.intp), vectors, rounding, by_calculix=True
+    )
 
 
-def _merged(first: Reactions, second: Reactions) -> Reactions:
-    return Reactions(
-        first.node_sets + second.node_sets,
-        first.time,
-        np.concatenate([first.nodes, second.nodes]),
-        np.concatenate([first.forces, second.forces]),
-        by_calculix=True,
+def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
+    return replace(
+        first,
+        node_sets=first.node_sets + second.node_sets,
+        nodes=np.concatenate([first.nodes, second.nodes]),
+        vectors=np.concatenate([first.vectors, second.vectors]),
+        rounding=np.concatenate([first.rounding, second.rounding]),
     )
 
 
 def unit_displacement_stiffness(
-    steps: list[Reactions],
+    steps: list[NodalVectors],
     nodes: NDArray[np.intp],
     *,
     axes: tuple[int, int] = (1, 2),

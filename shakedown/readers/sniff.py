@@ -7,7 +7,7 @@ from pathlib import Path
 from shakedown.ground.errors import ProblemError
 from shakedown.readers.abaqus_matrix import read_abaqus_matrix
 from shakedown.readers.abaqus_substructure import read_abaqus_substructure
-from shakedown.readers.calculix_reactions import HEADING
+from shakedown.readers.calculix_reactions import HEADINGS
 from shakedown.readers.calculix_storage import read_calculix_storage
 from shakedown.readers.deck import is_deck
 from shakedown.readers.harwell_boeing import is_harwell_boeing, read_harwell_boeing
@@ -63,7 +63,7 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
             return "substructure"
         if re.match(r"DMIG\b", line, re.IGNORECASE):
             return "dmig"
-        if HEADING.match(line):
+        if HEADINGS["reactions"].match(line):
             return "reactions"
         if line.lstrip().startswith(("*", "$")):
             continue

@@ -31,7 +31,7 @@ from shakedown.fem import (
     shipped_blocks,
     welded_corner,
 )
-from shakedown.readers import read_calculix_reactions
+from shakedown.readers.calculix_reactions import read_calculix_output
 
 BLOCKS = cache(shipped_blocks)
 
@@ -125,7 +125,7 @@ def test_a_b_c_equal_calculix_on_the_same_mesh():
     for key in "ABC":
         expected = getattr(reference, key)
         np.testing.assert_allclose(getattr(found, key), expected, rtol=0, atol=1e-6 * np.abs(expected).max())
-    (first, *_) = read_calculix_reactions(BLOCK / "unit_loads.dat")
+    (first, *_) = read_calculix_output(BLOCK / "unit_loads.dat")
     unit = first.at(np.arange(1, 10), (1, 2), tied=np.arange(64, 73))
     np.testing.assert_allclose(found.q_w[0], unit[:, 0], rtol=0, atol=1e-6 * np.abs(unit).max())
     np.testing.assert_allclose(found.p_w[0], unit[:, 1], rtol=0, atol=1e-6 * np.abs(unit).max())

@@ -13,13 +13,13 @@ from shakedown.readers import (
     read_deck,
     read_grids,
     read_harwell_boeing,
-    read_reactions,
-    read_reactions_table,
+    read_nodal_vectors,
     read_row_map,
     read_stiffness,
     read_substructure_load,
     read_table,
 )
+from shakedown.readers.reactions_table import read_vectors_table
 
 BRICKS = """*HEADING
 Two bricks on each other
@@ -445,9 +445,9 @@ def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
     ]
     (tmp_path / "rf.csv").write_text("\n".join([*rows, ""]))
     for printed, listed in zip(
-        read_reactions(tmp_path / "job.dat"), read_reactions(tmp_path / "rf.csv"), strict=True
+        read_nodal_vectors(tmp_path / "job.dat"), read_nodal_vectors(tmp_path / "rf.csv"), strict=True
     ):
-        np.testing.assert_array_equal(printed.forces, listed.forces)
+        np.testing.assert_array_equal(printed.vectors, listed.vectors)
         np.testing.assert_array_equal(printed.nodes, listed.nodes)
 
 
@@ -463,7 +463,7 @@ def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
 def test_one_thing_wrong_in_a_table_of_reactions_is_named(tmp_path, text, message):
     (tmp_path / "rf.csv").write_text(text)
     with pytest.raises(ProblemError, match=message):
-        read_reactions_table(tmp_path / "rf.csv")
+        read_vectors_table(tmp_path / "rf.csv")
 
 
 def test_loads_of_a_substructure(tmp_path):

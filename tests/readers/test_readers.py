@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from shakedown import ProblemError
 from shakedown.readers import (
-    read_calculix_reactions,
     read_dof_map,
     read_nodal_loads,
     read_stiffness,
     stiffness_format,
     unit_displacement_stiffness,
 )
+from shakedown.readers.calculix_reactions import read_calculix_output
 
 DOFS = [(101, 1), (101, 2), (7, 1), (7, 2), (7, 3), (42, 1)]
 K = writers.symmetric_matrix(len(DOFS))
@@ -293,7 +293,7 @@ def unit_runs(matrix, nodes, order):
 def test_unit_displacements_make_a_stiffness(tmp_path, order):
     nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
     path = write(tmp_path, writers.calculix_reactions(unit_runs(2.0 * matrix, nodes, order)))
-    steps = read_calculix_reactions(path)
+    steps = read_calculix_output(path)
     found = unit_displacement_stiffness(steps, nodes, order=order, amplitude=2.0)
     np.testing.assert_allclose(found.K.toarray(), matrix, atol=1e-6 * matrix.max())
     assert found.dofs.tolist() == [[3, 1], [3, 2], [8, 1], [8, 2], [5, 1], [5, 2]]
@@ -309,7 +309,7 @@ def test_rigid_motions_survive_seven_digits(tmp_path):
     spring = np.kron(np.diag(1.0 / (3.0 + np.arange(n - 1))), np.array([[2.0, 0.3], [0.3, 1.0]]))
     matrix, nodes = difference.T @ spring @ difference, np.arange(1, n + 1)
     path = write(tmp_path, writers.calculix_reactions(unit_runs(matrix, nodes, "node-by-node")))
-    found = unit_displacement_stiffness(read_calculix_reactions(path), nodes).K.toarray()
+    found = unit_displacement_stiffness(read_calculix_output(path), nodes).K.toarray()
     eigenvalues = np.linalg.eigvalsh(found)
     assert (np.abs(eigenvalues) < 1e-12 * eigenvalues[-1]).sum() == 2
     np.testing.assert_allclose(found, matrix, atol=1e-6 * matrix.max())
@@ -317,7 +317,7 @@ def test_rigid_motions_survive_seven_digits(tmp_path):
 
 def test_unusable_reactions_are_named(tmp_path):
     nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
-    steps = read_calculix_reactions(
+    steps = read_calculix_output(
         write(tmp_path, writers.calculix_reactions(unit_runs(-matrix, nodes, "node-by-node")))
     )
     with pytest.raises(ProblemError, match="found them reversed"):
@@ -327,11 +327,11 @@ def test_unusable_reactions_are_named(tmp_path):
     with pytest.raises(ProblemError, match="expected contact node 9, found it not printed"):
         unit_displacement_stiffness(steps, np.array([3, 8, 9]))
     with pytest.raises(ProblemError, match="found no table"):
-        read_calculix_reactions(write(tmp_path, "displacements (vx,vy,vz) for set N\n 1 0 0 0\n"))
+        read_calculix_output(write(tmp_path, "displacements (vx,vy,vz) for set N\n 1 0 0 0\n"))
     with pytest.raises(ProblemError, match="expected 'node fx fy fz'"):
-        read_calculix_reactions(write(tmp_path, " forces (fx,fy,fz) for set N and time 1.0\n\n 1 0 0\n"))
+        read_calculix_output(write(tmp_path, " forces (fx,fy,fz) for set N and time 1.0\n\n 1 0 0\n"))
     with pytest.raises(ProblemError, match="empty table"):
-        read_calculix_reactions(
+        read_calculix_output(
             write(
                 tmp_path,
                 " forces (fx,fy,fz) for set N and time 1.0\n 1 0 0 0\n forces (fx,fy,fz) for set N and time 2.0\n",
@@ -342,7 +342,7 @@ def test_unusable_reactions_are_named(tmp_path):
 def test_other_tables_of_a_dat_file_are_passed_over(tmp_path):
     text = writers.calculix_reactions([([1, 2], np.ones((2, 3)))])
     text += "\n displacements (vx,vy,vz) for set NC and time  0.1E+01\n\n  1 5.0 5.0 5.0\n"
-    (step,) = read_calculix_reactions(write(tmp_path, text))
+    (step,) = read_calculix_output(write(tmp_path, text))
     assert step.nodes.tolist() == [1, 2]
     assert step.node_sets == ("NC",)
 
@@ -352,7 +352,7 @@ def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
     back = writers.calculix_reactions([([8, 9], 2 * np.ones((2, 3))), ([8, 9], np.ones((2, 3)))], "NC1")
     halves = [text.split("\n forces") for text in (front, back)]
     text = "".join("\n forces".join(["", *pair]) for pair in zip(halves[0][1:], halves[1][1:], strict=True))
-    steps = read_calculix_reactions(write(tmp_path, text))
+    steps = read_calculix_output(write(tmp_path, text))
     assert [step.node_sets for step in steps] == [("NC", "NC1")] * 2
     nodes, tied = np.array([2, 1]), np.array([9, 8])
     assert steps[0].at(nodes, (1, 2), tied).tolist() == [[3.0, 3.0], [3.0, 3.0]]

@@ -1,0 +1,103 @@
+"""What a static step gave at nodes: reactions or displacements, of one step or of several together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+
+What = Literal["reactions", "displacements"]
+
+
+@dataclass(frozen=True, eq=False)
+class NodalVectors:
+    """Reactions (forces on the body) or displacements at nodes.
+
+    Attributes
+    ----------
+    what : str
+        Which of the two.
+    node_sets : tuple of str
+        Node sets they were printed for.
+    time : float
+        Time of the step.
+    nodes : (n,)
+        Node labels.
+    vectors : (n, 3)
+        Components along x, y, z [force or length].
+    rounding : (n, 3)
+        How far the printed digits may be off; zero where these are not known to be few.
+    by_calculix : bool
+        Whether CalculiX printed them: of axisymmetric models its reactions lack a part, and of all
+        models they are the forces inside, without the loads at the node itself.
+    """
+
+    what: What
+    node_sets: tuple[str, ...]
+    time: float
+    nodes: NDArray[np.intp]
+    vectors: FloatArray
+    rounding: FloatArray
+    by_calculix: bool = False
+
+    def at(
+        self, nodes: NDArray[np.intp], axes: tuple[int, int], tied: NDArray[np.intp] | None = None
+    ) -> FloatArray:
+        """Components at nodes in two directions, (k, 2), with those of nodes tied to them added.
+
+        Raises
+        ------
+        ProblemError
+            If a node was not printed, or there is not one tied node for each.
+        """
+        if tied is not None:
+            if tied.shape != nodes.shape:
+                raise ProblemError(
+                    f"tied: expected one node for each of {len(nodes)} contact nodes, found {len(tied)}"
+                )
+            return self.at(nodes, axes) + self.at(tied, axes)
+        return self.vectors[self.places(nodes)][:, [axes[0] - 1, axes[1] - 1]]
+
+    def places(self, nodes: NDArray[np.intp], what: str = "contact node") -> list[int]:
+        """Where some nodes stand; ``ProblemError`` where one was not printed."""
+        index = {int(node): k for k, node in enumerate(self.nodes)}
+        absent = [int(node) for node in nodes if int(node) not in index]
+        if absent:
+            raise ProblemError(
+                f"{self.what} at time {self.time:g}: expected {what} {absent[0]}, found it not printed "
+                f"({len(absent)} of {len(nodes)} are missing)"
+            )
+        return [index[int(node)] for node in nodes]
+
+
+def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVectors:
+    """The sum of some steps, each times a factor, at the nodes of the first.
+
+    Raises
+    ------
+    ProblemError
+        If another step lacks one of these nodes.
+
+    Examples
+    --------
+    >>> zero, nodes = np.zeros((1, 3)), np.array([7])
+    >>> one, two = (NodalVectors("reactions", ("N",), t, nodes, zero + t, zero) for t in (1.0, 2.0))
+    >>> combined([two, one], [1.0, -1.0]).vectors
+    array([[1., 1., 1.]])
+    """
+    first = steps[0]
+    places = [step.places(first.nodes, "node") for step in steps]
+    pairs = list(zip(steps, places, factors, strict=True))
+    return NodalVectors(
+        first.what,
+        first.node_sets,
+        first.time,
+        first.nodes,
+        np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
+        np.sum([abs(factor) * step.rounding[place] for step, place, factor in pairs], axis=0),
+        by_calculix=any(step.by_calculix for step in steps),
+    )
