@@ -12,7 +12,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import GAP, Constraints
+from shakedown.joint.constraints import GAP, Constraints, by_side
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -134,21 +134,22 @@ def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int
     From all nodes closed, the node under the largest tension opens; nodes that would
     close again do. Every set is tried once at most.
     """
-    n, kappa, loop = problem.n, problem.kappa, loading(problem)
-    r_w = np.concatenate([loop.q0, loop.p0])
+    n, kappa, layout, loop = problem.n, problem.kappa, problem.layout, loading(problem)
+    r_w = layout.joined(loop.q0, loop.p0)
     is_open, seen = np.zeros(n, dtype=bool), set()
     while is_open.tobytes() not in seen:
         seen.add(is_open.tobytes())
-        free = np.flatnonzero(np.concatenate([is_open | (not friction), is_open]))
-        u = np.zeros(2 * n)
+        free = np.flatnonzero(layout.joined(is_open | (not friction), is_open))
+        u = layout.zeros()
         u[free] = _equilibrium(kappa[np.ix_(free, free)], -r_w[free])
-        p = r_w[n:] + kappa[n:] @ u
-        noise = 8 * n * np.finfo(float).eps * (np.abs(r_w[n:]) + np.abs(kappa[n:]) @ np.abs(u))
+        p_w, normal = r_w[layout.gaps], kappa[layout.gaps]
+        p = p_w + normal @ u
+        noise = 8 * n * np.finfo(float).eps * (np.abs(p_w) + np.abs(normal) @ np.abs(u))
         pulled = ~is_open & (p < -noise)
         if pulled.any():
             is_open[np.argmin(np.where(pulled, p, inf))] = True
         else:
-            is_open &= u[n:] >= 0
+            is_open &= u[layout.gaps] >= 0
     return tuple(int(i) for i in np.flatnonzero(is_open))
 
 
@@ -202,9 +203,9 @@ def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ..
     weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
     gaps = rows.side == GAP
     wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(gaps & (weight > 0))}
-    by_node = weight[~gaps].reshape(-1, 2)
+    by_node, nodes = by_side(weight[~gaps]), by_side(rows.node[~gaps])[:, 0]
     lifting = by_node.min(axis=1) > 0 if len(visit.slip) == 0 else _at_the_apex(visit, rows, tolerances)
-    for node, share in zip(rows.node[~gaps][::2][lifting], by_node[lifting].sum(axis=1), strict=True):
+    for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
         wish[int(node)] = float(share)
     for node in sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]:
         yield tuple(sorted(set(visit.nodes) ^ {node}))
@@ -214,7 +215,7 @@ def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> ND
     """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
     friction = rows.side != GAP
     tight = np.abs(rows.relative_excess(visit.slip, visit.load_factor)) <= tolerances.feasibility
-    return np.asarray(tight[friction].reshape(-1, 2).all(axis=1))
+    return np.asarray(by_side(tight[friction]).all(axis=1))
 
 
 def chosen_zone(

@@ -12,7 +12,7 @@ from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.constraints import Constraints, constraints, rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.exact.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
@@ -261,7 +261,7 @@ def _collapse_program(rows: ExactRows, node: int) -> ExactProgram:
     """Maximise −λ with the two rows of a node reversed."""
     program = _upper_program(rows)
     matrix, right = list(program.matrix), list(program.right)
-    for i in (2 * node, 2 * node + 1):
+    for i in rows_of(node).tolist():
         matrix[i], right[i] = [-x for x in matrix[i]], -right[i]
     return replace(program, matrix=matrix, right=right, cost=[-x for x in program.cost])
 

@@ -1,7 +1,8 @@
 """The constraint rows of a problem as stored, in exact arithmetic."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -58,12 +60,10 @@ def exact_rows(problem: Problem) -> ExactRows:
     ([[1.75, 1.0], [-2.25, 1.0]], 1.5)
     """
     rigid = rigid_slips(problem)
-    A, f = _exact(rigid.columns(problem.A)), _exact(problem.f)
-    fB = f[:, None] * _exact(rigid.columns(problem.B))
+    A, B = (_exact(rigid.columns(part)) for part in (problem.A, problem.B))
     q0, p0 = _mean(problem.q_w, problem.q_mean), _mean(problem.p_w, problem.p_mean)
-    G = np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * problem.n, problem.n)
-    g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * problem.n)
-    return _whole(np.column_stack([G, _extremes(problem, f, q0, p0), g]))
+    law = Law(_exact(problem.f))
+    return _whole(np.column_stack([law.stiffness(A, B), _extremes(problem, law, q0, p0), law.cone(q0, p0)]))
 
 
 def _exact(array: FloatArray) -> Exact:
@@ -97,20 +97,26 @@ def _totals(samples: FloatArray) -> list[Fraction]:
     return totals
 
 
-def _extremes(problem: Problem, f: Exact, q0: Exact, p0: Exact) -> Exact:
+def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     """d: the largest of ±q¹ − f p¹ over the load steps; in floats it is known which steps can be it."""
     loop, steps, largest = loading(problem), step_loads(problem), constraints(problem).d
-    terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.f * (np.abs(problem.p_w) + np.abs(loop.p0))
+    pressed = problem.law.limit(np.abs(problem.p_w) + np.abs(loop.p0))
+    terms = np.abs(problem.q_w) + np.abs(loop.q0) + pressed
     slack = _NEAR * terms.max(axis=0).repeat(2)
-    moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
-    d = np.empty(2 * problem.n, dtype=object)
-    for row in range(2 * problem.n):
-        j, side = row // 2, 1 - 2 * (row % 2)
-        near = np.flatnonzero(steps[:, row] >= largest[row] - slack[row])
-        q1 = _exact(problem.q_w[near, j]) - q0[j] if moving_q[j] else 0
-        p1 = _exact(problem.p_w[near, j]) - p0[j] if moving_p[j] else 0
-        d[row] = np.max(side * q1 - f[j] * p1)
+    near = steps >= largest - slack
+    d = np.empty_like(largest, dtype=object)
+    for row, (j, side) in enumerate(np.ndindex(problem.n, law.rows)):
+        at = np.flatnonzero(near[:, row])
+        q1 = _departure(problem.q_w[at, j], q0[j], loop.q1[:, j])
+        p1 = _departure(problem.p_w[at, j], p0[j], loop.p1[:, j])
+        d[row] = np.max(replace(law, f=law.f[[j]]).against(q1, p1)[:, side])
     return d
+
+
+def _departure(samples: FloatArray, mean: Any, periodic: FloatArray) -> Exact:
+    """Samples of one reaction less its mean, as a column; zero where it is constant but for round-off."""
+    exact = _exact(samples)[:, None]
+    return np.asarray(exact - mean if periodic.any() else 0 * exact)
 
 
 def _whole(rows: Exact) -> ExactRows:

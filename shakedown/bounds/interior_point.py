@@ -94,9 +94,7 @@ def conic_upper_bound(
         return replace(bound, slip=zone.slips(bound.slip))
     rows, steps = constraints(problem), step_loads(problem)
     taken = np.zeros(steps.shape, dtype=bool)
-    taken[rows.step, np.arange(2 * rows.n)] = (
-        True  # of the rows of every load step few matter: begin with these
-    )
+    taken[rows.step, np.arange(len(rows.step))] = True  # few of all rows matter: these first
     while True:  # ends: every round takes further rows, and there are finitely many
         step, row = np.nonzero(taken)
         matrix = np.column_stack([rows.coefficients[row], steps[step, row]])

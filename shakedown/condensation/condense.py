@@ -29,6 +29,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.fields.texts import DOMAIN, LOOP
+from shakedown.joint.layout import Layout
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -75,19 +76,24 @@ class Condensation(Result):
         return self.frame.n
 
     @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand."""
+        return self.frame.layout
+
+    @property
     def A(self) -> FloatArray:
         """Tangential stiffness, (n, n) [force/length]."""
-        return self.stiffness[: self.n, : self.n]
+        return self.layout.blocks(self.stiffness)[0]
 
     @property
     def B(self) -> FloatArray:
         """Coupling p = B v, (n, n) [force/length]."""
-        return self.stiffness[self.n :, : self.n]
+        return self.layout.blocks(self.stiffness)[1]
 
     @property
     def C(self) -> FloatArray:
         """Normal stiffness, (n, n) [force/length]."""
-        return self.stiffness[self.n :, self.n :]
+        return self.layout.blocks(self.stiffness)[2]
 
     def welded_reactions(self, case: LoadCase) -> FloatArray:
         """Reactions (q_w, p_w), (2n,) [force], of a load case at factor 1 with all nodes welded.
@@ -98,7 +104,7 @@ class Condensation(Result):
             If an array of the case does not fit the model, or a displacement is
             prescribed at a row that is not held.
         """
-        total = np.zeros(2 * self.n)
+        total = self.layout.zeros()
         for key in ("reactions", "opened"):
             given = getattr(case, key)
             if given is not None and given.shape != (self.n, 2):
@@ -160,24 +166,24 @@ class Condensation(Result):
         positions ``x``; negative is interference. Where a load has a range, the load steps
         are the corners of a load domain (``load_path``).
         """
-        n, factors = self.n, histories(loads)
+        factors = histories(loads)
         unit = np.array([self.welded_reactions(case) for case in loads])
-        over = {
-            key: None if value is None else value @ unit
-            for key, value in (("mean", factors.mean), ("transient", factors.transient))
-        }
-        period, mean, transient = factors.period @ unit, over["mean"], over["transient"]
+        q_w, p_w = self.layout.split(factors.period @ unit)
+        (q_mean, p_mean), (q_transient, p_transient) = (
+            (None, None) if factor is None else self.layout.split(factor @ unit)
+            for factor in (factors.mean, factors.transient)
+        )
         touching = Problem(
             A=self.A,
             B=self.B,
             C=self.C,
             f=f,
-            q_w=period[:, :n],
-            p_w=period[:, n:],
-            q_mean=None if mean is None else mean[:n],
-            p_mean=None if mean is None else mean[n:],
-            q_transient=None if transient is None else transient[:, :n],
-            p_transient=None if transient is None else transient[:, n:],
+            q_w=q_w,
+            p_w=p_w,
+            q_mean=q_mean,
+            p_mean=p_mean,
+            q_transient=q_transient,
+            p_transient=p_transient,
             x=x,
             label=self.frame.names,
             name=name,
@@ -329,7 +335,8 @@ def condensed_stiffness(
     if error > DEFAULT.symmetry:
         raise ProblemError(f"K: expected a symmetric condensed matrix, found an asymmetry of {error:.2g}")
     stiffness = 0.5 * (stiffness + stiffness.T)
-    stiffness[: frame.n, : frame.n] += np.diag(np.where(guided, stiffness[: frame.n, : frame.n].max(), 0.0))
+    A, _, _ = frame.layout.blocks(stiffness)
+    A += np.diag(np.where(guided, A.max(), 0.0))
     stiffness.setflags(write=False)
     modes = zero_modes(stiffness)
     return Condensation(

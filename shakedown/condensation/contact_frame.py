@@ -9,6 +9,7 @@ from scipy import sparse
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.layout import Layout
 
 IntArray = NDArray[np.intp]
 
@@ -67,14 +68,14 @@ class ContactFrame:
             Those rows.
         """
         first = self.rows[:, 0, :]
-        columns = np.arange(2 * self.n).reshape(2, self.n)
+        columns = self.layout.split(np.arange(self.layout.size))
         entries = [
             (first[:, a], columns[k], axis[:, a])
             for k, axis in enumerate((self.tangents, self.normals))
             for a in (0, 1)
         ]
         row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
-        T_c = sparse.csr_array((value, (row, column)), shape=(size, 2 * self.n))
+        T_c = sparse.csr_array((value, (row, column)), shape=(size, self.layout.size))
         rest = np.setdiff1d(np.arange(size), first)
         row, column = rest, np.arange(len(rest))
         if self.rows.shape[1] == 2:
@@ -84,9 +85,15 @@ class ContactFrame:
         T_r = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(size, len(rest)))
         return T_c, T_r, rest
 
+    @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand."""
+        return Layout(self.n)
+
     def to_local(self, vectors: FloatArray) -> FloatArray:
         """Components (x, y) per node, (n, 2), in the local frame: (tangential…, normal…), (2n,)."""
-        return np.concatenate([(vectors * self.tangents).sum(axis=1), (vectors * self.normals).sum(axis=1)])
+        q, p = ((vectors * axis).sum(axis=1) for axis in (self.tangents, self.normals))
+        return self.layout.joined(q, p)
 
 
 def node_names(labels: IntArray) -> tuple[str, ...]:

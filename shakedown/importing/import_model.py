@@ -87,7 +87,7 @@ class Import(Result):
         document = {
             "problem": self.problem,
             "format": self.format,
-            "rows": {"contact": 2 * reduced.n, "condensed": reduced.interior, "held": reduced.held},
+            "rows": {"contact": reduced.layout.size, "condensed": reduced.interior, "held": reduced.held},
             "zero_modes": reduced.zero_modes,
             "asymmetry": reduced.asymmetry,
             "residual": reduced.residual,

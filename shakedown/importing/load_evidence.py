@@ -42,7 +42,8 @@ def load_evidence(
     if case.force is not None:
         applied = np.array([case.force[stiffness.dofs[:, 1] == axis].sum() for axis in contact.axes])
     welded, frame = reduced.welded_reactions(case), reduced.frame
-    carried = welded[: reduced.n] @ frame.tangents + welded[reduced.n :] @ frame.normals
+    q, p = reduced.layout.split(welded)
+    carried = q @ frame.tangents + p @ frame.normals
     return LoadEvidence(case.name, applied, carried)
 
 

@@ -116,11 +116,12 @@ def check_arguments(load_factor: float, cycles: int, problem: Problem | None = N
 
 
 def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> FloatArray:
-    """An initial slip as a private array (n,), zero by default; raises ``UsageError`` if mis-shaped."""
+    """An initial slip as a private array (dn,), zero by default; raises ``UsageError`` if mis-shaped."""
     require_problem(problem)
-    slip = np.zeros(problem.n) if initial_slip is None else real_array("initial slip", initial_slip)
-    if slip.shape != (problem.n,):
-        raise UsageError(f"initial slip: expected shape ({problem.n},), found {slip.shape}")
+    size = problem.layout.slip_size
+    slip = np.zeros(size) if initial_slip is None else real_array("initial slip", initial_slip)
+    if slip.shape != (size,):
+        raise UsageError(f"initial slip: expected shape ({size},), found {slip.shape}")
     stiffness = max(float(np.abs(K).max()) for K in (problem.A, problem.B, problem.C) if K is not None)
     try:
         check_slip("initial slip", stiffness, float(np.abs(slip).max()))
@@ -130,10 +131,11 @@ def checked_initial_slip(problem: Problem, initial_slip: ArrayLike | None) -> Fl
 
 
 def checked_damping(problem: Problem, damping: ArrayLike | None) -> FloatArray | None:
-    """The diagonal of D as a private array (2n,); raises ``UsageError`` unless it is positive throughout."""
+    """The diagonal of D as a private array ((d + 1) n,); raises ``UsageError`` unless positive throughout."""
     if damping is None:
         return None
     D = real_array("damping", damping)
-    if D.shape != (2 * problem.n,) or not (D > 0).all():
-        raise UsageError(f"damping: expected {2 * problem.n} positive numbers, found {damping}")
+    size = problem.layout.size
+    if D.shape != (size,) or not (D > 0).all():
+        raise UsageError(f"damping: expected {size} positive numbers, found {damping}")
     return D

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -223,6 +224,16 @@ def through_transient(problem: Problem) -> Constraints:
         side=np.append(rows.side, before.side),
         step=np.append(rows.step, before.step - len(room)),
     )
+
+
+def rows_of(nodes: int | NDArray[np.intp]) -> NDArray[np.intp]:
+    """The backward and the forward row of a node of a joint in the plane, (2,); of several, (…, 2)."""
+    return 2 * np.asarray(nodes)[..., None] + np.arange(2)
+
+
+def by_side(rows: NDArray[Any]) -> NDArray[Any]:
+    """What belongs to the 2n rows of a joint in the plane by node and side, backward first, (n, 2, …)."""
+    return rows.reshape(-1, 2, *rows.shape[1:])
 
 
 def extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

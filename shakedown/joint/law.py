@@ -98,12 +98,16 @@ class Law:
         limit = self.limit(p)
         return _by_node(q - limit, -q - limit) if self.d == 1 else -self.cone(q, p)
 
+    def limit_rows(self, B: Numbers) -> Numbers:
+        """f B, (n, k): the limits that pressures p = B v (n, k) leave, as functions of v."""
+        return self.f[:, None] * B
+
     def stiffness(self, A: Numbers, B: Numbers) -> Numbers:
         """−∂s/∂v, ((d + 1) n, k) [force/length]: what slips take of it, with q = A v and p = B v.
 
         A is (dn, k), B (n, k).
         """
-        fB = self.f[:, None] * B
+        fB = self.limit_rows(B)
         if self.d == 1:
             return np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * len(B), -1)
         return -np.stack([fB, *np.moveaxis(A.reshape(len(B), 2, -1), 1, 0)], axis=1).reshape(3 * len(B), -1)

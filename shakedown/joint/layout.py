@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 
+T = TypeVar("T", bound=np.generic)
 Nodes = Sequence[int] | NDArray[np.intp]
 
 
@@ -55,11 +57,11 @@ class Layout:
         """The place of the gaps (of normal reactions, of columns of Bᵀ)."""
         return slice(self.slip_size, self.size)
 
-    def split(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def split(self, u: NDArray[T]) -> tuple[NDArray[T], NDArray[T]]:
         """Slips (…, dn) and gaps (…, n) of states (…, (d + 1) n), as views."""
         return u[..., self.slips], u[..., self.gaps]
 
-    def joined(self, slip: FloatArray, gap: FloatArray) -> FloatArray:
+    def joined(self, slip: NDArray[T], gap: NDArray[T]) -> NDArray[T]:
         """The states (…, (d + 1) n) of slips (…, dn) and gaps (…, n)."""
         return np.concatenate([slip, gap], axis=-1)
 

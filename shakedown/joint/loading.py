@@ -82,6 +82,17 @@ def transient_path(problem: Problem) -> FloatArray:
     return problem.layout.joined(problem.q_transient, problem.p_transient)
 
 
+def loop_path(problem: Problem, load_factor: float) -> FloatArray:
+    """The welded reactions (q_w, p_w) of one period at a load factor, (m, (d + 1) n) [force]."""
+    return problem.layout.joined(*loading(problem).at(load_factor))
+
+
+def first_load(problem: Problem, load_factor: float) -> FloatArray:
+    """The welded reactions of the first load step, of the transient where there is one [force]."""
+    before = transient_path(problem)
+    return before[0] if len(before) else loop_path(problem, load_factor)[0]
+
+
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:
     """Welded reactions from which the load rises to its first load step, all closed nodes stuck.
 

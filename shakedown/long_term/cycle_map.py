@@ -94,13 +94,13 @@ def follow_period(evolution: Evolution, period: int, *, record: bool = False) ->
 
 def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
     """∂(v, w)/∂v_stuck: every other moving node follows by its equations."""
-    act, n = evolution.active, evolution.problem.n
+    act, layout = evolution.active, evolution.problem.layout
     size = int((act.place >= 0).sum())
-    basis = np.zeros((2 * n, len(stuck)))
+    basis = np.zeros((layout.size, len(stuck)))
     basis[stuck, np.arange(len(stuck))] = 1.0
     if size:
         cols, coef = act.col[:size], act.coef[:size]
-        partner = np.where(cols < n, cols + n, cols)
+        partner = np.where(cols < layout.slip_size, layout.gaps_of(cols), cols)
         rows = act.kappa[cols] - coef[:, None] * act.kappa[partner]
         basis[cols] = -act.inverse[:size, :size] @ rows[:, stuck]
     return basis

@@ -52,14 +52,14 @@ class Passage:
         """Slips of all nodes after one cycle after the other, where exactly these are open."""
         for state in self.states:
             if self._open(state.contact) == open_nodes:
-                yield self._of_all(state.u[: self.problem.n])
+                yield self._of_all(state.u[self.problem.layout.slips])
         evolution = Evolution(self.problem, self.load_factor, self.start, self.tolerances)
         evolution.state, evolution.done = self.states[-1], len(self.states)
         for _ in range(self.most):
             if evolution.cycle() is None:
                 return
             if self._open(evolution.active.state) == open_nodes:
-                yield self._of_all(evolution.motion.u[: self.problem.n].copy())
+                yield self._of_all(evolution.motion.u[self.problem.layout.slips].copy())
 
     def _open(self, contact: NDArray[np.int64]) -> tuple[int, ...]:
         """The open nodes, numbered in the whole joint."""

@@ -35,7 +35,7 @@ class LimitSearch:
         open_nodes: Iterable[int] = (),
     ) -> None:
         self.evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
-        self.start = self.evolution.motion.u[: problem.n].copy()
+        self.start = self.evolution.motion.u[problem.layout.slips].copy()
         self.longest_period = longest_period
         self.near = tolerances.periodicity * self.evolution.scale.length
         self.states: list[State] = []
@@ -234,7 +234,7 @@ class LimitSearch:
         self, state: State, period: int, drift: FloatArray, contraction: float, text: str
     ) -> LongTermState | None:
         """The answer, if one exact period from this state returns to it."""
-        evolution, n = self.evolution, len(self.start)
+        evolution, slips = self.evolution, self.evolution.problem.layout.slips
         if not self._admissible(state):
             return None
         self._leave_path()
@@ -247,7 +247,7 @@ class LimitSearch:
             records.append(record)
             self._count([record])
             moved = evolution.state.u - state.u
-            moved[:n] -= drift * (len(records) / period)
+            moved[slips] -= drift * (len(records) / period)
             error = float(np.abs(moved).max())
             if period % len(records) == 0 and error <= self.near:  # the period may be a shorter one
                 share = drift * (len(records) / period)

@@ -230,7 +230,7 @@ class _Batch:
         problem, t = self.problem, self.tolerances
         evolution, n = Evolution(problem, self.states.load_factor, None, t), problem.n
         parts = evolution.active, evolution.rates, evolution.motion
-        transient = np.vstack([np.zeros(2 * n), transient_path(problem)])  # its first row by initial slip
+        transient = np.vstack([problem.layout.zeros(1), transient_path(problem)])  # row 0: initial slip
         first = run_along(*parts, room_for(0, n), evolution.course_after(transient))
         cyclic, recorded = (
             run_along(*parts, room_for(rows, n), evolution.course_after(evolution.load[-1:]))

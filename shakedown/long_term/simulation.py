@@ -281,7 +281,7 @@ def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simul
     settled = SettledState(
         problem=stepping.problem,
         load_factor=float(stepping.load_factor),
-        initial_slip=first[:n],
+        initial_slip=first[stepping.problem.layout.slips],
         outcome=verdict.outcome,
         reason=verdict.reason,
         period=verdict.period,

@@ -41,7 +41,7 @@ def settled_state(
     contraction, return_error, reason
         As in :class:`LongTermState`.
     """
-    n, history = len(start), evolution.history
+    history = evolution.history
     residual = path_violation(evolution, history)
     if residual > evolution.tolerances.friction_law:
         broken = f"the friction law is violated by {residual:.1e} in the period found ({reason})"
@@ -58,7 +58,7 @@ def settled_state(
         outcome=_outcome(slip, drift, opened & ~always_open, near),
         reason=reason + _events_in_words(records, opened & ~always_open),
         period=len(records),
-        final_slip=evolution.motion.u[:n].copy(),
+        final_slip=evolution.motion.u[evolution.problem.layout.slips].copy(),
         drift=drift,
         slip_per_cycle=slip,
         work_per_cycle=np.sum([record.work for record in records], axis=0) / len(records),
@@ -131,7 +131,7 @@ def unsettled_state(
         outcome=Outcome.SEPARATION if evolution.left else Outcome.UNDECIDED,
         reason=reason,
         period=0,
-        final_slip=evolution.motion.u[:n].copy(),
+        final_slip=evolution.motion.u[evolution.problem.layout.slips].copy(),
         drift=nan,
         slip_per_cycle=nan,
         work_per_cycle=nan,

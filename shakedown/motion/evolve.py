@@ -11,7 +11,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_damping, require_plane
-from shakedown.joint.loading import loading, ramp_start, transient_path
+from shakedown.joint.loading import first_load, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, Stop
@@ -111,7 +111,7 @@ def evolve(
         if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
             return _expanded(problem, small, scene)
     evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
-    start, records = evolution.state.u[: problem.n], list[CycleRecord]()
+    start, records = evolution.state.u[problem.layout.slips], list[CycleRecord]()
     while len(records) < cycles:
         record = evolution.cycle(record=True)
         if record is None:
@@ -153,10 +153,10 @@ def expanded_history(
     problem: Problem, load_factor: float, scene: Scene, history: EventHistory
 ) -> EventHistory:
     """The history of a reduced problem in terms of all nodes."""
-    n = problem.n
     v, w = scene.spread(history.v, scene.initial_slip), scene.spread(history.w, 0.0)
     welded = _welded_at(problem, load_factor, scene.initial_slip, history.cycle)
-    q, p = welded[:, :n] + v @ problem.A + w @ problem.B, welded[:, n:] + v @ problem.B.T
+    q_w, p_w = problem.layout.split(welded)
+    q, p = q_w + v @ problem.A + w @ problem.B, p_w + v @ problem.B.T
     if problem.C is not None:
         p = p + w @ problem.C
     nodes = np.flatnonzero(scene.moving)
@@ -168,17 +168,17 @@ def expanded_history(
         w=w,
         q=q,
         p=p,
-        q_w=welded[:, :n],
-        p_w=welded[:, n:],
+        q_w=q_w,
+        p_w=p_w,
         state=scene.spread(history.state, 0),
     )
 
 
 def _welded_at(problem: Problem, load_factor: float, start: FloatArray, cycle: FloatArray) -> FloatArray:
     """Welded reactions (s, 2n) at times in cycles; negative ones are those before the first period."""
-    loop = np.hstack(loading(problem).at(load_factor))
-    before = transient_path(problem)
-    ramp = ramp_start(problem, np.vstack([before, loop])[0], np.concatenate([start, np.zeros(problem.n)]))
+    loop, before = loop_path(problem, load_factor), transient_path(problem)
+    at_rest = problem.layout.joined(start, np.zeros(problem.n))
+    ramp = ramp_start(problem, first_load(problem, load_factor), at_rest)
     cycles = int(np.ceil(cycle.max(initial=0.0))) + 1
     path = np.vstack([ramp, before, *[loop] * cycles])
     times = (np.arange(len(path)) - 1 - len(before)) / problem.m

@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_initial_slip
 from shakedown.joint.contact_zone import contact_zone
-from shakedown.joint.loading import loading, ramp_start, transient_path
+from shakedown.joint.loading import first_load, ramp_start
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
@@ -70,23 +70,23 @@ def beginning(
     >>> bool((start.state.u[33:] >= 0).all()), bool(start.state.u[33] > 0)
     (True, True)
     """
-    slip, n = checked_initial_slip(problem, initial_slip), problem.n
+    slip, layout = checked_initial_slip(problem, initial_slip), problem.layout
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
-    first = np.vstack([transient_path(problem), np.hstack(loading(problem).at(load_factor))])[0]
+    first = first_load(problem, load_factor)
     contact = np.where(problem.f == 0.0, BACKWARD_SLIP, 0)
     nodes = np.array(zone.open_nodes, dtype=np.intp)
     if not nodes.size:
-        state = State(np.concatenate([slip, np.zeros(n)]), contact)
+        state = State(layout.joined(slip, np.zeros(problem.n)), contact)
         return Beginning(state, ramp_start(problem, first, state.u))
-    u = zone.displacements(slip[list(zone.closed_nodes)], first[None, :n], first[None, n:])[0]
-    gaps = u[n + nodes]
+    u = zone.displacements(slip[layout.slips_of(zone.closed_nodes)], *layout.split(first[None]))[0]
+    gaps = u[layout.gaps_of(nodes)]
     if gaps.min() < -tolerances.feasibility * max(scales(problem, load_factor).length, np.abs(u).max()):
         raise UsageError(
             "open nodes: expected gaps >= 0 under the first load, found that "
             f"node {nodes[gaps.argmin()]} would overlap by {-gaps.min():.6g}"
         )
-    u[n + nodes] = np.maximum(gaps, 0.0)
+    u[layout.gaps_of(nodes)] = np.maximum(gaps, 0.0)
     contact[nodes] = OPEN
     load = ramp_start(problem, first, u)
-    load[nodes], load[n + nodes] = first[nodes], first[n + nodes]  # in equilibrium all the way
+    load[layout.of_nodes(nodes)] = first[layout.of_nodes(nodes)]  # in equilibrium all the way
     return Beginning(State(u, contact), load)

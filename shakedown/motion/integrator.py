@@ -10,7 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_plane
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, scales_of
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
@@ -90,7 +90,7 @@ class Evolution:
         self.kappa = closed_stiffness(problem)
         given = checked_damping(problem, damping)
         self.damping = default_damping(self.kappa) if given is None else given
-        self.load, transient = np.hstack(loading(problem).at(load_factor)), transient_path(problem)
+        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
         self.scale = scales_of(problem, self.load, transient)
         self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
         self.motion = motion_at_rest(n)
@@ -135,10 +135,10 @@ class Evolution:
 
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
-        n = self.problem.n
-        r = self.load[-1] + self.kappa @ state.u
-        still = np.zeros(n)
-        return float(law_violation(self.problem.f, r[:n], r[n:], state.u[n:], still, self.scale).max())
+        layout = self.problem.layout
+        q, p = layout.split(self.load[-1] + self.kappa @ state.u)
+        gap, still = state.u[layout.gaps], np.zeros_like(q)
+        return float(law_violation(self.problem.f, q, p, gap, still, self.scale).max())
 
     def cycle(self, *, record: bool = False, tangent: FloatArray | None = None) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
@@ -154,7 +154,7 @@ class Evolution:
         if done is None:
             return None
         return CycleRecord(
-            end_slip=self.motion.u[: self.problem.n].copy(),
+            end_slip=self.motion.u[self.problem.layout.slips].copy(),
             slip=self.motion.slip.copy(),
             work=self.motion.work + sum(jump.work for jump in self.jumps),
             friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
@@ -225,8 +225,8 @@ class Evolution:
 
     def _jump(self, now: Progress, run: Run) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
-        motion, path, n, step = self.motion, run.course.path, self.problem.n, now.step
-        if len(self.jumps) == MOST_JUMPS * n * (len(path) - 1):
+        motion, path, step = self.motion, run.course.path, now.step
+        if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
             return False
         retries = self._retries(step, now.time)
         if retries == MOST_RETRIES:
@@ -252,10 +252,12 @@ class Evolution:
         self.state = State(rest.u, rest.contact)
         resume(motion, time)
         closed = (contact_before != OPEN) & (rest.contact != OPEN)
-        motion.slip[:] += np.where(closed, np.abs(rest.u[:n] - before[:n]), 0.0)
+        split = self.problem.layout.split
+        (v, w), (v_rest, w_rest) = split(before), split(rest.u)
+        motion.slip[:] += np.where(closed, np.abs(v_rest - v), 0.0)
         cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
         self.jumps.append(
-            Jump(cycle, before[:n], before[n:], rest.u[:n], rest.u[n:], rest.contact, released,
+            Jump(cycle, v, w, v_rest, w_rest, rest.contact, released,
                  rest.friction_work, rest.work, rest.slip, rest.steps)
         )  # fmt: skip
         return True
@@ -267,41 +269,43 @@ class Evolution:
         return self._nudged[2] + 1
 
     def _history(self, run: Run, rows: int) -> EventHistory:
-        room, path, n = run.record, run.course.path, self.problem.n
+        room, path, split = run.record, run.course.path, self.problem.layout.split
         steps = room.time[:rows]
         first = self.problem.m - len(path)
         index = np.minimum((steps - first).astype(int), len(path) - 2)
         share = (steps - first - index)[:, None]
-        welded = path[index] + share * (path[index + 1] - path[index])
+        q_w, p_w = split(path[index] + share * (path[index + 1] - path[index]))
+        (v, w), (q, p) = split(room.u[:rows]), split(room.r[:rows])
         return EventHistory(
             cycle=self.done + steps / self.problem.m,
             kind=room.kind[:rows].copy(),
             node=room.node[:rows].copy(),
-            v=room.u[:rows, :n].copy(),
-            w=room.u[:rows, n:].copy(),
-            q=room.r[:rows, :n].copy(),
-            p=room.r[:rows, n:].copy(),
-            q_w=welded[:, :n],
-            p_w=welded[:, n:],
+            v=v.copy(),
+            w=w.copy(),
+            q=q.copy(),
+            p=p.copy(),
+            q_w=q_w,
+            p_w=p_w,
             state=room.state[:rows].copy(),
         )
 
     @property
     def history(self) -> EventHistory:
         """All recorded events, closed by the present state."""
-        n = self.problem.n
-        welded = self.load[-1]
-        reaction = welded + self.kappa @ self.motion.u
+        split = self.problem.layout.split
+        q_w, p_w = split(self.load[-1:])
+        v, w = split(self.motion.u[None])
+        q, p = split((self.load[-1] + self.kappa @ self.motion.u)[None])
         last = EventHistory(
             cycle=np.array([self.done - 1 / self.problem.m]),
             kind=np.array([LOAD_STEP]),
             node=np.array([-1]),
-            v=self.motion.u[None, :n].copy(),
-            w=self.motion.u[None, n:].copy(),
-            q=reaction[None, :n],
-            p=reaction[None, n:],
-            q_w=welded[None, :n],
-            p_w=welded[None, n:],
+            v=v.copy(),
+            w=w.copy(),
+            q=q,
+            p=p,
+            q_w=q_w,
+            p_w=p_w,
             state=self.active.state[None, :].copy(),
         )
         parts = [*self.pieces, last if self.stop is None else last.rows(np.array([], dtype=int))]

@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_plane
-from shakedown.joint.loading import loading, ramp_start, transient_path
+from shakedown.joint.constraints import by_side
+from shakedown.joint.loading import loading, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import scales
@@ -118,17 +119,19 @@ class _States:
     """The polyhedron of slips v, gaps w and weights of load steps, and least values over it."""
 
     def __init__(self, problem: Problem, load_factor: float, start: FloatArray) -> None:
-        self.n, self.f, self.start = problem.n, problem.f, start
+        self.n, self.start, layout = problem.n, start, problem.layout
         self.scale = scales(problem, load_factor)
-        loads = [transient_path(problem), np.hstack(loading(problem).at(load_factor))]
-        at_rest = np.concatenate([start, np.zeros(self.n)])
+        loads = [transient_path(problem), loop_path(problem, load_factor)]
+        at_rest = layout.joined(start, np.zeros(self.n))
         loads.insert(0, ramp_start(problem, np.vstack(loads)[0], at_rest)[None])
         self.loads = np.unique(np.vstack(loads), axis=0) / self.scale.force
+        q_w, p_w = layout.split(self.loads)
         C = np.zeros_like(problem.A) if problem.C is None else problem.C
         unit = self.scale.length / self.scale.force
         # reactions in units of force per unknown: slips, gaps (units of length), weights
-        self.q = np.hstack([problem.A * unit, problem.B.T * unit, self.loads[:, : self.n].T])
-        self.p = np.hstack([problem.B * unit, C * unit, self.loads[:, self.n :].T])
+        q = np.hstack([problem.A * unit, problem.B.T * unit, q_w.T])
+        self.p = np.hstack([problem.B * unit, C * unit, p_w.T])
+        self.sides = by_side(np.ascontiguousarray(problem.law.cone(q.T, self.p.T).T))
 
     def normal(self, i: int) -> FloatArray:
         """Normal reaction of node i as rows of costs."""
@@ -136,7 +139,7 @@ class _States:
 
     def clearance(self, i: int) -> FloatArray:
         """Distances of node i from its two limits as rows of costs."""
-        return np.stack([self.f[i] * self.p[i] - self.q[i], self.f[i] * self.p[i] + self.q[i]])
+        return self.sides[i]
 
     def least(self, closed: NDArray, fixed: NDArray, nodes: NDArray, costs) -> FloatArray:  # type: ignore[no-untyped-def]
         """Least value of the costs of each of the nodes; −inf where there is none."""
@@ -147,8 +150,8 @@ class _States:
         )
         used = np.flatnonzero(lower < upper)
         constant = np.where(lower == upper, np.where(np.isfinite(lower), lower, 0.0), 0.0)
-        rows = np.vstack([self.f[:, None] * self.p - self.q, self.f[:, None] * self.p + self.q, self.p])
-        sum_row = np.concatenate([np.zeros(2 * n), np.ones(m)])
+        rows = np.vstack([self.sides[:, 0], self.sides[:, 1], self.p])
+        sum_row = np.concatenate([np.zeros(rows.shape[1] - m), np.ones(m)])
         matrix = np.vstack([rows, sum_row])
         out = np.full(n, np.nan)
         for i in np.flatnonzero(nodes):

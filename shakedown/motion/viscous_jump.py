@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, law_violation
 from shakedown.motion.kernels import event_loop as kernel
@@ -191,23 +192,23 @@ class ViscousMotion:
         u = equilibrium(act, self.u, self.load)
         if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
             return None
-        n, r = len(self.f), self.load + self.kappa @ u
-        still = np.zeros(n)
-        if law_violation(self.f, r[:n], r[n:], u[n:], still, self.scale).max() > 1e-12:
+        layout = Layout(len(self.f))
+        (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
+        if law_violation(self.f, q, p, w, np.zeros_like(v), self.scale).max() > 1e-12:
             return None
-        last = np.where(self.contact == OPEN, 0.0, u[:n] - self.u[:n])
-        friction_work = self.friction_work - float(last @ (self.reaction[:n] + r[:n])) / 2
-        work = self.work - 0.5 * last * (self.reaction[:n] + r[:n])
+        last = np.where(self.contact == OPEN, 0.0, v - self.u[layout.slips])
+        friction_work = self.friction_work - float(last @ (self.reaction[layout.slips] + q)) / 2
+        work = self.work - 0.5 * last * (self.reaction[layout.slips] + q)
         return Rest(u, self.contact.copy(), friction_work, work, self.slip + np.abs(last), self.steps)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:
     """Displacements (2n,) that satisfy the equations of the moving nodes, the others where they are."""
-    u, change, n = u.copy(), np.empty_like(u), len(act.f)
+    u, change = u.copy(), np.empty_like(u)
     for _ in range(3):
         solve(act, load + act.kappa @ u, change)
         u += change
-    u[n:][act.state != OPEN] = 0.0
+    u[Layout(len(act.f)).gaps][act.state != OPEN] = 0.0
     return u
 
 

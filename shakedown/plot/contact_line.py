@@ -102,9 +102,9 @@ def friction_use(
     path = path_of(result)
     axes = axes_for(ax)
     for k, row in enumerate(_instants(path, cycles)):
-        limit = problem.f * path.p[row]
+        most = problem.law.limit(path.p[row])
         with np.errstate(divide="ignore", invalid="ignore"):
-            use = np.where((path.state[row] != 2) & (limit > 0), path.q[row] / limit, np.nan)
+            use = np.where((path.state[row] != 2) & (most > 0), path.q[row] / most, np.nan)
         _along(axes, problem, use, _at_time(path, row, k))
     for limit in (-1.0, 1.0):
         axes.axhline(limit, color=BLACK, lw=0.8, ls="--")

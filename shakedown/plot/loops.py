@@ -117,7 +117,7 @@ def reactions_in_time(
     """
     require_plane("picture", problem)
     (node,), path = _checked([node], problem.n), path_of(result)
-    limit = problem.f[node] * path.p[:, node]
+    limit = problem.law.limit(path.p)[:, node]
     axes = axes_for(ax)
     axes.fill_between(path.cycle, -limit, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
     axes.plot(path.cycle, path.q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label="q")

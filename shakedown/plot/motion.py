@@ -14,7 +14,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_count, checked, is_finite, require_plane
-from shakedown.joint.constraints import BACKWARD, constraints
+from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
@@ -81,11 +81,10 @@ def slip_space_at(result: Recorded, problem: Problem, cycle: float, *, ax: Axes 
     path, rows = path_of(result), constraints(problem)
     axes, now = axes_for(ax, INSTANT), path.at(np.array([cycle]))
     slip, state = now.v[0], now.state[0]
-    # The limits that the load and the gaps leave at this instant: f p − side q at v, row by row.
-    limits = problem.f[rows.node] * now.p[0][rows.node] - rows.side * now.q[0][rows.node] + rows.G @ slip
+    limits = problem.law.cone(now.q[0], now.p[0]) + rows.G @ slip  # what load and gaps leave at this instant
     region = corners(rows.G, limits)  # empty where no slip of both nodes sticks
     axes.fill(*region.T, fc=GREEN, alpha=0.25, lw=0, label="both stick")
-    draw_rows(axes, rows, limits, active=state[rows.node] == np.where(rows.side == BACKWARD, 1, -1))
+    draw_rows(axes, rows, limits, active=state[rows.node] == rows.side)
     way = path.v[path.cycle <= cycle]
     axes.plot(*np.vstack([way, slip]).T, color=GREY, lw=1.2, zorder=2, label="way so far")
     axes.plot(*slip, "o", color=BLACK, ms=6, zorder=4, label="slip")

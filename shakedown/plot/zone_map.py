@@ -90,7 +90,7 @@ def zones(
 
 def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray) -> list:
     """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
-    limit = problem.f * path.p
+    limit = problem.law.limit(path.p)
     noise = AT_THE_LIMIT * float(np.abs(limit).max())
     still = (path.state == 0).all(axis=0)
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))

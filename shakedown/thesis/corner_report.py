@@ -234,7 +234,7 @@ def _checked_pair(
         if values.shape != (n,):
             raise UsageError(f"{name}: expected shape ({n},), found {values.shape}")
     D = checked_damping(problem, damping)
-    D = np.ones(2 * n) if D is None else D
+    D = np.ones(problem.layout.size) if D is None else D
     i, j = int(nodes[0]), int(nodes[1])
     two, held = [i, j], others.copy()
     held[two] = 0.0
@@ -245,7 +245,7 @@ def _checked_pair(
         f=problem.f[two],
         q_w=(loads[0] + problem.A @ held)[two],
         p_w=(loads[1] + problem.B @ held)[two],
-        damping=np.concatenate([D[two], D[[n + i, n + j]]]),
+        damping=D[problem.layout.of_nodes(two)],
         sides=(int(sides[0]), int(sides[1])),
     )
     return pair, (i, j)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
 from shakedown.programs.equilibration import power_of_two
 
@@ -130,10 +131,11 @@ def spreads(
     rest = cleaned(B - c[:, None] * A, np.abs(B) + np.abs(c)[:, None] * np.abs(A))
     np.fill_diagonal(rest, np.where(metric.stiffness > 0, 0.0, own))
     least = metric.relative_dual_norms(rest, metric.sizes, tolerances, rigid=False)
-    sides = np.column_stack([f * least, f * least])
+    law = Law(f)
+    sides = np.column_stack([law.limit(least), law.limit(least)])
     for column, sign in enumerate((1.0, -1.0)):
         beyond = np.flatnonzero(sign * f * own > metric.stiffness)  # above its own critical friction
-        limit = f[beyond, None] * B[beyond] - sign * A[beyond]
+        limit = law.limit_rows(B)[beyond] - sign * A[beyond]
         sides[beyond, column] = metric.relative_dual_norms(
             limit, metric.sizes[beyond], tolerances, rigid=False
         )

@@ -44,8 +44,9 @@ def zone_rows(zone: Zone, *, transient: bool = True, tolerances: Tolerances = DE
     spread = metric.relative_dual_norms(slope, lengths, tolerances)  # inf where a rigid slip changes it
     before = transient_path(zone.problem)
     if transient and len(before):
-        n, at_zero = zone.problem.n, np.zeros(len(zone.closed_nodes))
-        gaps = zone.displacements(at_zero, before[:, :n], before[:, n:])[:, n + node].min(axis=0)
+        layout, at_zero = zone.problem.layout, np.zeros(slope.shape[1])
+        u = zone.displacements(at_zero, *layout.split(before))
+        gaps = u[:, layout.gaps_of(node)].min(axis=0)
         slope, d, g = np.vstack([slope, slope]), np.append(d, np.zeros_like(d)), np.append(g, gaps)
         spread, node = np.tile(spread, 2), np.tile(node, 2)
     force = metric.unit**2

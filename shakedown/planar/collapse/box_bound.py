@@ -14,6 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, checked_initial_slip, require_plane
+from shakedown.joint.constraints import rows_of
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -226,7 +227,7 @@ class _Boxes:
             return False
         room = rows.g - load_factor * rows.d
         for node in near.tolist():
-            pair = np.array([2 * node, 2 * node + 1])
+            pair = rows_of(node)
             own = np.abs(rows.G[pair, node])
             cost = -(rows.G[pair] / own[:, None]).sum(axis=0)  # U − L = room / own + cost · v
             program.set_rows(pair, -free, free)
@@ -284,7 +285,7 @@ class _Boxes:
 
     def _within(self, q: FloatArray, p: FloatArray) -> bool:
         """Whether reactions keep to the law of friction, but for round-off."""
-        most = self.problem.f * p
+        most = self.problem.law.limit(p)
         off = self._tolerances.feasibility * np.maximum(np.abs(q), np.abs(most))
         return bool(np.all(np.abs(q) <= most + off) and np.all(p > 0.0))
 
@@ -295,7 +296,7 @@ class _Boxes:
         """
         if not self._transient and self._admitted(load_factor):
             return True
-        loop, before = loading(self.problem), transient_path(self.problem)[:, self.problem.n :]
+        loop, before = loading(self.problem), transient_path(self.problem)[:, self.problem.layout.gaps]
         before = before[: len(before) * self._transient]
         fall = np.minimum(loop.p1[0], 0.0)
         first = loop.p0 + np.multiply(load_factor, fall, out=np.zeros_like(fall), where=fall < 0)

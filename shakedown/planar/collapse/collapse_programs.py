@@ -10,7 +10,7 @@ from shakedown.bounds.certificate import starts_safe
 from shakedown.ground.evidence import sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import Constraints
+from shakedown.joint.constraints import Constraints, by_side, rows_of
 from shakedown.joint.problem import Problem
 from shakedown.programs.equilibration import power_of_two
 from shakedown.programs.linear_program import INF, LinearProgram, Solution
@@ -38,9 +38,10 @@ def _unloads(rows: Constraints) -> bool:
     """Whether the slip that takes all tangential reactions off the mean load is safe."""
     if rows.pinned:
         return False
-    pull = 0.5 * (rows.g[1::2] - rows.g[::2])
+    G, g = by_side(rows.G), by_side(rows.g)
+    pull = 0.5 * (g[:, 1] - g[:, 0])
     try:
-        slip: FloatArray = np.asarray(np.linalg.solve(0.5 * (rows.G[::2] - rows.G[1::2]), -pull), dtype=float)
+        slip: FloatArray = np.asarray(np.linalg.solve(0.5 * (G[:, 0] - G[:, 1]), -pull), dtype=float)
     except np.linalg.LinAlgError:
         return False
     return bool(rows.relative_excess(slip, 0.0).max() < 0)
@@ -59,7 +60,7 @@ def collapses(
     for node in np.argsort(limits.load_factors, kind="stable").tolist():
         if not all_nodes and limits.load_factors[node] > earliest * (1 + _NEARLY_FIRST):
             break
-        pair = np.array([2 * node, 2 * node + 1])
+        pair = rows_of(node)
         program.set_rows(pair, rows.g[pair], free)
         met = program.at(limits.rows[node]) if limits.known[node] else None
         outcomes[node] = outcome = met or program.solve()
@@ -103,7 +104,7 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
     """
     n = rows.n
     limits = CollapseLimits(np.zeros(n), np.zeros((n, n + 1), dtype=np.intp), np.zeros(n, dtype=bool))
-    backward, forward = rows.G[::2], -rows.G[1::2]
+    backward, forward = by_side(rows.G)[:, 0], -by_side(rows.G)[:, 1]
     stiffness = 0.5 * np.diagonal(backward + forward)
     if rows.pinned or not np.all(stiffness > 0):  # where a body floats some nodes have no row in the vertex
         return limits
@@ -112,12 +113,11 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
     s, settled = _multipliers(A, fB)
     if not settled.any():
         return limits
-    y = np.zeros((n, 2 * n))  # in units of the rows divided by the size of their node
-    y[:, ::2], y[:, 1::2] = -np.maximum(s.T, 0.0), np.minimum(s.T, 0.0)
+    y = np.stack([-np.maximum(s.T, 0.0), np.minimum(s.T, 0.0)], axis=2)  # by node and side
     nodes, own = np.arange(n), np.diagonal(s)
-    y[nodes, 2 * nodes], y[nodes, 2 * nodes + 1] = 0.5 * (1.0 - own), 0.5 * (1.0 + own)
-    y /= np.repeat(size, 2)
-    return _limits(rows, y, s, settled & (np.abs(own) <= 1.0))
+    y[nodes, nodes] = np.column_stack([0.5 * (1.0 - own), 0.5 * (1.0 + own)])
+    y /= size[:, None]  # so far in units of the rows divided by the size of their node
+    return _limits(rows, y.reshape(n, -1), s, settled & (np.abs(own) <= 1.0))
 
 
 def _multipliers(A: FloatArray, fB: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -206,7 +206,7 @@ def collapse_in_box(
 
     The columns of the program are confined to the box before and after; not its own slip meanwhile.
     """
-    pair, free, column = np.array([2 * node, 2 * node + 1]), np.full(2, INF), np.array([node])
+    pair, free, column = rows_of(node), np.full(2, INF), np.array([node])
     program.set_rows(pair, rows.g[pair], free)
     program.set_columns(column, -free[:1], free[:1])
     vertex = program.solve().vertex

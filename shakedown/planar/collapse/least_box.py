@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import Constraints, constraints
+from shakedown.joint.constraints import Constraints, by_side, constraints
 from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.planar.uniqueness.coupling import coupling
@@ -44,26 +44,26 @@ class BoxMap:
     def __init__(self, problem: Problem, *, transient: bool) -> None:
         self.problem, self.n = problem, problem.n
         self.rows: Constraints = constraints(problem)
-        self._own = np.abs(self.rows.G[np.arange(2 * self.n), self.rows.node])
+        every = np.arange(len(self.rows.g))
+        self._own = np.abs(self.rows.G[every, self.rows.node])
         others = self.rows.G / self._own[:, None]
-        others[np.arange(2 * self.n), self.rows.node] = 0.0
-        self._others = others
-        sides = np.concatenate([others[1::2], others[0::2]])  # of high by forward, of low by backward limits
+        others[every, self.rows.node] = 0.0
+        self._others = by_side(others)
+        sides = _forward_first(others)  # of high by forward, of low by backward limits
         self._K = np.hstack([np.maximum(sides, 0.0), np.maximum(-sides, 0.0)])
-        self._before = self._transient_limits() if transient else np.full(2 * self.n, -inf)
+        self._before = self._transient_limits() if transient else np.full(len(every), -inf)
         influence = coupling(problem)
         self._weights, self._ratio = np.tile(influence.weights, 2), influence.bound
 
     def _transient_limits(self) -> FloatArray:
-        path, f = transient_path(self.problem), self.problem.f
-        q, p = path[:, : self.n], path[:, self.n :]
-        return self._in_sides(np.stack([q - f * p, -q - f * p], axis=2).reshape(len(path), -1), axis=0)
+        path = self.problem.layout.split(transient_path(self.problem))
+        return self._in_sides(self.problem.law.against(*path), axis=0)
 
     def _in_sides(self, excess: FloatArray, axis: int | None = None) -> FloatArray:
         """Excess of rows at slip zero as c, forward limits first."""
         slips = excess / self._own
         slips = slips if axis is None else slips.max(axis=axis, initial=-inf)
-        return np.concatenate([slips[1::2], slips[0::2]])
+        return _forward_first(slips)
 
     def around(self, start: FloatArray, load_factor: float) -> Box:
         """The least box that holds a slip and that no motion leaves at any load factor up to this one.
@@ -74,7 +74,7 @@ class BoxMap:
         excess = load_factor * np.maximum(self.rows.d, 0.0) - self.rows.g
         c = np.maximum(self._in_sides(excess), self._before)
         z0 = np.concatenate([start, -start])
-        z, moved = z0, np.zeros(2 * self.n, dtype=bool)
+        z, moved = z0, np.zeros(len(z0), dtype=bool)
         while True:
             more = (c + self._K @ z > z) & ~moved
             if not more.any():
@@ -86,16 +86,22 @@ class BoxMap:
             z[moved] = np.maximum(np.linalg.solve(np.eye(len(K)) - K, right), z0[moved])
         missing = float(np.max((c + self._K @ z - z) / self._weights, initial=0.0))
         z = z + WIDER * missing / (1.0 - self._ratio) * self._weights
-        return Box(-z[self.n :], z[: self.n])
+        high, low = np.split(z, 2)
+        return Box(-low, high)
 
     def apart_below(self, box: Box) -> FloatArray:
         """Load factors ≥ 0 below which both limits of a node stay apart all over a box (n,).
 
         Whatever limits the other nodes have: so in the box the node collapses no earlier.
         """
-        slope, room = (x / self._own for x in (self.rows.d, self.rows.g))
-        slope, room = slope[0::2] + slope[1::2], room[0::2] + room[1::2]
-        room = room + box.least(-(self._others[0::2] + self._others[1::2]))
+        slope, room = (by_side(x / self._own) for x in (self.rows.d, self.rows.g))
+        slope, room = slope[:, 0] + slope[:, 1], room[:, 0] + room[:, 1]
+        room = room + box.least(-(self._others[:, 0] + self._others[:, 1]))
         rising = slope > 0
         meeting = np.divide(room, slope, out=np.full(self.n, inf), where=rising)
         return np.where(room > 0, np.where(rising, meeting, inf), 0.0)
+
+
+def _forward_first(rows: FloatArray) -> FloatArray:
+    """What belongs to the rows, those of the forward limits before those of the backward ones."""
+    return np.concatenate([by_side(rows)[:, 1], by_side(rows)[:, 0]])

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.constraints import constraints, rows_of, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.planar.collapse.least_box import Box
@@ -101,7 +101,7 @@ def _first_lift_off(
     ).hold_basis()
     first, free = inf, np.full(2, INF)
     for node in nodes.tolist():
-        pair = np.array([2 * node, 2 * node + 1])
+        pair = rows_of(node)
         program.set_rows(pair, rows.g[pair], free)
         vertex = program.solve().vertex
         program.set_rows(pair, -free, rows.g[pair])

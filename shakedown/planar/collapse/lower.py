@@ -323,7 +323,7 @@ def _without_collapse(
         slip=np.full(problem.n, nan),
         collapse_limits=np.full(problem.n, load_factor),
         active=(),
-        multipliers=np.zeros(2 * problem.n),
+        multipliers=np.zeros_like(constraints(problem).g),
         residual=nan,
         tolerances=tolerances,
         pinned=constraints(problem).pinned,

@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
-from shakedown.joint.constraints import Constraints, constraints, step_loads
+from shakedown.joint.constraints import Constraints, constraints, rows_of, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.linear_program import INF, LinearProgram
@@ -122,9 +122,10 @@ def _cycle_rows(
     rows, steps = constraints(problem), step_loads(problem)
     total, coefficients = partial(_sum, cancellation), rows.rigid.avoiding(node).columns(rows.G)
     share, G = coefficients[:, node], np.delete(coefficients, node, axis=1)
-    lowest, highest = (_slip_where_active(rows, G, i, share[i]) for i in (2 * node, 2 * node + 1))
+    pair = backward, forward = rows_of(node).tolist()
+    lowest, highest = (_slip_where_active(rows, G, i, share[i]) for i in pair)
     blocks, bounds = [total(lowest[None, :-1], -highest[None, :-1])], [highest[-1:] - lowest[-1:]]
-    for end, row in ((lowest, 2 * node), (highest, 2 * node + 1)):
+    for end, row in ((lowest, backward), (highest, forward)):
         block = total(np.column_stack([G, steps[rows.step[row]]]), share[:, None] * end[:-1])
         blocks.append(np.delete(block, row, axis=0))  # the row that defines the end holds there by itself
         bounds.append(np.delete(rows.g - share * end[-1], row))
@@ -133,7 +134,7 @@ def _cycle_rows(
     G = np.vstack([G, -highest[:-2], lowest[:-2]])
     steps = np.column_stack([steps, np.tile([-highest[-2], lowest[-2]], (problem.m, 1))])
     g = np.concatenate([rows.g, [highest[-1], -lowest[-1]]])
-    implied = {(2 * node, len(g) - 1), (len(g) - 2, 2 * node + 1)}
+    implied = {(backward, len(g) - 1), (len(g) - 2, forward)}
     for upper in np.flatnonzero(share > 0):
         lower = np.array([i for i in np.flatnonzero(share < 0) if (upper, i) not in implied], dtype=np.intp)
         weight = -share[upper] / share[lower]

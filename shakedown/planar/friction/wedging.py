@@ -189,12 +189,12 @@ def wedged_slip(stiffness: ScaledStiffness, factor: float, weights: FloatArray) 
     program = LinearProgram(
         matrix,
         cost=np.append(np.zeros(n), 1.0),
-        lower=np.append(np.full(2 * n, -INF), 1.0),
-        upper=np.append(np.zeros(2 * n), 1.0),
+        lower=np.append(np.full(len(matrix) - 1, -INF), 1.0),
+        upper=np.append(np.zeros(len(matrix) - 1), 1.0),
         column_lower=np.full(n + 1, -INF),
         column_upper=np.full(n + 1, INF),
     )
     vertex = program.solve().vertex
     if vertex is None:  # no slip presses the nodes together at all
         return np.full(n, np.nan), np.inf
-    return vertex.x[:n], float(vertex.x[n])
+    return vertex.x[:-1], float(vertex.x[-1])

@@ -55,7 +55,7 @@ def coupling(problem: Problem) -> Coupling:
     False
     """
     require_plane("coupling", problem, NO_SIGNS)
-    n, fB = problem.n, problem.f[:, None] * problem.B
+    n, fB = problem.n, problem.law.limit_rows(problem.B)
     N, found = influence(problem.A, fB), row_coupling_ratio(problem.A, fB)
     if N is None or found is None:
         return Coupling(nan, nan, np.full(n, nan), np.full((2, n, n), nan))

@@ -82,7 +82,7 @@ def _largest(p: FloatArray, m: FloatArray, total: FloatArray, t: FloatArray) -> 
 
 def _weights(problem: Problem) -> FloatArray | None:
     """c of both limits of every node, in units in which a rigid slip is 1 everywhere; the ground last."""
-    A, fB, rigid = problem.A, problem.f[:, None] * problem.B, rigid_slips(problem)
+    A, fB, rigid = problem.A, problem.law.limit_rows(problem.B), rigid_slips(problem)
     floats = rigid.motions.shape[1]
     if floats:
         z = rigid.motions[:, 0]

@@ -17,16 +17,15 @@ def energy_limit(stiffness: ScaledStiffness, *, separation: bool) -> float:
     ½ uᵀ (c φ + Gᵀφ G / c) u for any c > 0; the best c is searched for. The logarithm
     of the largest eigenvalue changes by no more than log c does, and is convex in it.
     """
-    n = stiffness.n
     K = stiffness.kappa if separation else stiffness.A
-    G = K[n:] if separation else stiffness.B
+    G = K[stiffness.layout.gaps] if separation else stiffness.B
     if not held(K, stiffness.tolerances):
         return 0.0
     try:
         root = np.linalg.inv(np.linalg.cholesky(K))
     except np.linalg.LinAlgError:  # indefinite by round-off
         return 0.0
-    slip = root[:, :n] * np.sqrt(stiffness.weights)
+    slip = root[:, stiffness.layout.slips] * np.sqrt(stiffness.weights)
     pressure = root @ G.T * np.sqrt(stiffness.weights)
     first, second = slip @ slip.T, pressure @ pressure.T
     sizes = np.trace(first), np.trace(second)

@@ -136,8 +136,8 @@ def condensed(
     if separated.shape[1] == 0:
         rows, columns = slipping[:, :, None], slipping[:, None, :]
         return stiffness.A[rows, columns], stiffness.B[rows, columns], np.ones(len(slipping), dtype=bool)
-    kappa, n = stiffness.kappa, stiffness.n
-    free, normal = np.hstack([separated, n + separated]), n + slipping
+    kappa, gaps_of = stiffness.kappa, stiffness.layout.gaps_of
+    free, normal = np.hstack([separated, gaps_of(separated)]), gaps_of(slipping)
 
     def part(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:
         return np.asarray(kappa[rows[:, :, None], columns[:, None, :]])

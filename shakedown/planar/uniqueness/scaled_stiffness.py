@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.layout import Layout
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
@@ -48,11 +49,16 @@ class ScaledStiffness:
         """Number of contact nodes."""
         return len(self.A)
 
+    @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand in ``kappa``."""
+        return Layout(self.n)
+
     @cached_property
     def kappa(self) -> FloatArray:
         """[[A, Bᵀ], [B, C]], for problems with C only."""
         assert self.C is not None
-        return np.block([[self.A, self.B.T], [self.B, self.C]])
+        return self.layout.of_blocks(self.A, self.B, self.C)
 
     @cached_property
     def weighted(self) -> FloatArray:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import constraints
+from shakedown.joint.constraints import constraints, rows_of, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.programs.equilibration import power_of_two
@@ -89,9 +89,8 @@ def admissible_states(problem: Problem) -> AdmissibleStates:
     >>> states.G.shape, states.loads.shape
     ((4, 2), (4, 50))
     """
-    rows, loop, f = constraints(problem), loading(problem), problem.f
-    steps = np.stack([loop.q1 - f * loop.p1, -loop.q1 - f * loop.p1], axis=2).reshape(problem.m, -1)
-    loads = np.ascontiguousarray(steps[different_steps(problem)].T)
+    rows = constraints(problem)
+    loads = np.ascontiguousarray(step_loads(problem)[different_steps(problem)].T)
     return AdmissibleStates(rows.coefficients, rows.g, loads, loads.argmax(axis=1))
 
 
@@ -116,16 +115,16 @@ class StateProgram:
         n, k = states.n, states.loads.shape[1]
         self.states, self._n, self._k = states, n, k
         self._force, self._length = states.units
-        half = np.column_stack([states.G * self._length, states.loads, np.zeros(2 * n)]) / self._force
         self._g = states.g / self._force
+        half = np.column_stack([states.G * self._length, states.loads, np.zeros_like(self._g)]) / self._force
         share = np.concatenate([np.zeros(n), np.ones(k), [-1.0]])
         self._program = LinearProgram(
             np.vstack([half, share]),
-            cost=np.append(np.zeros(n + k), 1.0),
-            lower=np.append(np.full(2 * n, -INF), 0.0),
+            cost=np.append(np.zeros(len(share) - 1), 1.0),
+            lower=np.append(np.full(len(half), -INF), 0.0),
             upper=np.append(self._g, 0.0),
             column_lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
-            column_upper=np.full(n + k + 1, INF),
+            column_upper=np.full(len(share), INF),
         )
         self._active = -1
 
@@ -144,9 +143,10 @@ class StateProgram:
 
     def swing(self, node: int, direction: FloatArray) -> Swing:
         """How far direction · v can go in forward and in backward slip of a node."""
-        self.activate(2 * node + 1)
+        backward_row, forward_row = rows_of(node).tolist()
+        self.activate(forward_row)
         forward = self.least(-direction)
-        self.activate(2 * node)
+        self.activate(backward_row)
         return Swing(forward, self.least(direction))
 
     def least(self, direction: FloatArray) -> Extreme:

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import rows_of
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -43,7 +45,8 @@ def proved_swing(problem: Problem, lines: SwingLines) -> float | None:
     if not exact.sure:
         return None
     for node, multipliers in enumerate(lines.multipliers):
-        found = [exact.line(2 * node + 1, 1, multipliers[0]), exact.line(2 * node, -1, multipliers[1])]
+        backward, forward = rows_of(node).tolist()
+        found = [exact.line(forward, 1, multipliers[0]), exact.line(backward, -1, multipliers[1])]
         if found[0] is None or found[1] is None:
             return None
         value, slope = found[0][0] + found[1][0], found[0][1] + found[1][1]
@@ -71,10 +74,9 @@ class ExactStates:
         rigid = rigid_slips(problem)
         self.sure, self._pinned = not rigid.doubt, list(rigid.pinned)
         self._kept = np.setdiff1d(np.arange(n), rigid.pinned)
-        fB, taken = f[:, None] * B, different_steps(problem)
-        self.G = np.stack([A - fB, -A - fB], axis=1).reshape(2 * n, n)
-        self.g = np.stack([f * p0 - q0, f * p0 + q0], axis=1).reshape(2 * n)
-        self.S = np.stack([q - f * p, -q - f * p], axis=2).reshape(len(q), 2 * n)[taken].T
+        law = Law(f)
+        self.G, self.g = law.stiffness(A, B), law.cone(q0, p0)
+        self.S = law.against(q, p)[different_steps(problem)].T
 
     def line(self, row: int, sign: int, multipliers: FloatArray) -> Line | None:
         """A line in λ above sign · (A v)_i over the states with one row of node i active."""

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.equilibration import power_of_two
@@ -42,9 +43,9 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
     """
     n = problem.n
     size = np.array([power_of_two(float(np.sqrt(a))) for a in np.diagonal(problem.A)])
-    found = np.full((n, 2, 2 * n), np.nan)
+    found = np.full((n, 2, n, 2), np.nan)  # the limits by node and side
     A = problem.A / size / size[:, None]
-    fB = problem.f[:, None] * problem.B / size / size[:, None]
+    fB = problem.law.limit_rows(problem.B) / size / size[:, None]
     pinned = list(rigid_slips(problem).pinned)
     A[pinned], fB[:, pinned] = 0.0, 0.0  # no balance is asked for in the columns of pinned slips
     flexibility = np.linalg.pinv(A, rcond=tolerances.zero_mode, hermitian=not pinned)
@@ -55,12 +56,12 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
         s = np.where(_balanced(A, fB, s, sign), s, np.nan)
         s = s.T * size[:, None] / size
         own = np.diagonal(s)
-        found[:, side, ::2], found[:, side, 1::2] = np.maximum(s, 0.0), np.maximum(-s, 0.0)
+        found[:, side] = np.stack([np.maximum(s, 0.0), np.maximum(-s, 0.0)], axis=2)
         active, other = (1, 0) if sign > 0 else (0, 1)
         nodes = np.arange(n)
-        found[nodes, side, 2 * nodes + other] = np.where(np.isfinite(own), 0.0, np.nan)
-        found[nodes, side, 2 * nodes + active] = -sign * own
-    return found
+        found[nodes, side, nodes, other] = np.where(np.isfinite(own), 0.0, np.nan)
+        found[nodes, side, nodes, active] = -sign * own
+    return found.reshape(n, 2, -1)
 
 
 def _iterated(influence: FloatArray, sign: float) -> FloatArray:
@@ -115,4 +116,5 @@ def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
 def limits_used(multipliers: FloatArray) -> NDArray[np.intp]:
     """The row of each node that carries its multiplier (…, n); the backward one where none does."""
     pairs = multipliers.reshape(*multipliers.shape[:-1], -1, 2)
-    return np.asarray(2 * np.arange(pairs.shape[-2]) + (pairs[..., 1] != 0.0))
+    backward = rows_of(np.arange(pairs.shape[-2]))[..., 0]
+    return np.asarray(backward + (pairs[..., 1] != 0.0))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import rows_of
 from shakedown.planar.universal.admissible_states import AdmissibleStates
 from shakedown.planar.universal.limit_multipliers import limits_used
 
@@ -56,9 +57,10 @@ def meeting_states(
     if not load_factor > -inf:
         return None
     pair: list[FloatArray] = []
-    for side in (0, 1):
+    backward, forward = rows_of(node)
+    for side, active in enumerate((forward, backward)):
         rows = limits_used(lines.multipliers[node, side])
-        rows[node] = 2 * node + 1 - side
+        rows[node] = active
         room = states.g - load_factor * states.loads[:, lines.steps[node, side]]
         try:
             slip = np.asarray(np.linalg.solve(states.G[rows], room[rows]), dtype=float)
@@ -67,7 +69,7 @@ def meeting_states(
         if not _rests_on(states, room, rows, slip, tolerances):
             return None
         pair.append(slip)
-    A_i = 0.5 * (states.G[2 * node] - states.G[2 * node + 1])
+    A_i = 0.5 * (states.G[backward] - states.G[forward])
     apart = np.abs(A_i @ (pair[0] - pair[1]))
     if not apart <= tolerances.feasibility * _force(states, load_factor):
         return None

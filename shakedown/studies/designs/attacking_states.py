@@ -74,7 +74,7 @@ class AttackingStates:
         program = LinearProgram(
             rows.coefficients,
             cost=np.ones(n),
-            lower=np.full(2 * n, -INF),
+            lower=np.full(len(limits), -INF),
             upper=limits,
             column_lower=np.full(n, -INF),
             column_upper=np.full(n, INF),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import BACKWARD, FORWARD, constraints, step_loads
+from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory, EventKind
@@ -86,7 +86,7 @@ class CyclePattern:
             terms = np.maximum(sizes @ np.abs(found.x), np.abs(rows.right))
             excess = (rows.matrix @ found.x - rows.right) / np.where(terms > 0, terms, 1.0)
             excess[taken] = 0.0
-            by_limit = excess[: rows.limits].reshape(-1, 2 * self.problem.n)
+            by_limit = excess[: rows.limits].reshape(-1, len(constraints(self.problem).g))
             worst = by_limit.argmax(axis=0) * by_limit.shape[1] + np.arange(by_limit.shape[1])
             violated = worst[excess[worst] > tolerances.feasibility]
             if violated.size == 0:
@@ -133,16 +133,15 @@ class CyclePattern:
         self, share: NDArray[np.intp], count: int
     ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
         """Both limits of every node at every event; equalities where the node slips before or after it."""
-        rows, steps, n = constraints(self.problem), step_loads(self.problem), self.problem.n
-        size = len(self.sample)
-        matrix = np.zeros((size, 2 * n, count))
+        rows, steps, size = constraints(self.problem), step_loads(self.problem), len(self.sample)
+        matrix = np.zeros((size, len(rows.g), count))
         for event in range(size):
             matrix[event][:, self.columns[event]] = rows.G  # a column per node
             matrix[event][:, -1] = steps[self.sample[event]]
             if share[event] >= 0:
                 following = steps[(self.sample[event] + 1) % self.problem.m]
                 matrix[event][:, share[event]] = following - steps[self.sample[event]]
-        slips = np.stack([self.state == BACKWARD, self.state == FORWARD], axis=2).reshape(size, 2 * n)
+        slips = self.state[:, rows.node] == rows.side
         equal = slips | np.roll(slips, 1, axis=0)
         return matrix.reshape(-1, count), np.tile(rows.g, size), equal.ravel()
 

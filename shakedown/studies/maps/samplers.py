@@ -15,7 +15,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_count, check_seed, is_finite
-from shakedown.joint.loading import loading, slip_reach, transient_path
+from shakedown.joint.loading import first_load, loop_path, slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.motion.evolve import evolve
 
@@ -248,19 +248,17 @@ def _ball(chosen: Sampling, block: int) -> FloatArray:
 
 def _transients(chosen: Sampling, block: int) -> FloatArray:
     """Slips after random loads between two load steps each, and then the first load of the motion."""
-    problem, n = chosen.problem, chosen.problem.n
-    generator = _generator(chosen, block)
-    loop = np.hstack(loading(problem).at(chosen.load_factor))
-    last = np.vstack([transient_path(problem), loop])[0]
-    still = replace(
-        problem, q_w=last[None, :n], p_w=last[None, n:], q_mean=last[:n], p_mean=last[n:], initial_slip=None
-    )
-    slips = np.empty((BLOCK, n))
+    problem, split = chosen.problem, chosen.problem.layout.split
+    generator, loop = _generator(chosen, block), loop_path(chosen.problem, chosen.load_factor)
+    q, p = split(first_load(problem, chosen.load_factor))
+    still = replace(problem, q_w=q[None], p_w=p[None], q_mean=q, p_mean=p, initial_slip=None)
+    slips = np.empty((BLOCK, problem.layout.slip_size))
     for row in range(BLOCK):
         ends = loop[generator.integers(problem.m, size=(2, generator.integers(1, LONGEST_TRANSIENT + 1)))]
         share = generator.random((ends.shape[1], 1))
         steps = ends[0] + share * (ends[1] - ends[0])
-        passed = replace(still, q_transient=steps[:, :n], p_transient=steps[:, n:])
+        q, p = split(steps)
+        passed = replace(still, q_transient=q, p_transient=p)
         slips[row] = evolve(passed, 0.0, tolerances=chosen.tolerances).history.v[-1]
     return slips
 

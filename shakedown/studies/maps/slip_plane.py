@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
-from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
 from shakedown.programs.polygon import corners
 from shakedown.studies.maps.samplers import Sampling
@@ -100,10 +100,7 @@ def slip_plane(chosen: Sampling) -> SlipPlane:
 
 def first_room(problem: Problem, load_factor: float) -> FloatArray:
     """Right-hand sides of the rows G v ≤ … at the first load step of the motion, (2n,) [force]."""
-    n, rows = problem.n, constraints(problem)
-    load = np.vstack([transient_path(problem), np.hstack(loading(problem).at(load_factor))])[0]
-    q, p = load[:n][rows.node], load[n:][rows.node]
-    return np.asarray(problem.f[rows.node] * p - rows.side * q)
+    return problem.law.cone(*problem.layout.split(first_load(problem, load_factor)))
 
 
 def admissible(
