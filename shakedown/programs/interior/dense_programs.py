@@ -11,6 +11,8 @@ from shakedown.programs.interior.predictor_corrector import (
     solved,
 )
 
+ACCURATE = 1e-9  # what the optimum over a cone must have reached; other methods take over where it has not
+
 
 def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDArray[np.intp] | None:
     """As many rows of M x ≤ right as there are columns, those that push hardest in the optimum of cᵀ x.
@@ -69,7 +71,7 @@ def cone_optimum(
 ) -> tuple[FloatArray, FloatArray] | None:
     """x and multipliers ≥ 0 of: minimise cᵀ x, M x ≤ right, ‖(x_0, …, x_{rank−1})‖ + offset ≤ x_rank.
 
-    To six digits or more, as far as the cone's own round-off allows; None where no optimum is found.
+    To nine digits of its size; None where no optimum is found to them.
 
     Examples
     --------
@@ -82,7 +84,7 @@ def cone_optimum(
     limits = right / sizes
     unit = _unit(np.append(limits, offset))
     end = solved(DenseProgram(matrix / sizes[:, None], limits / unit, cost / size, rank, offset / unit))
-    if end is None:
+    if end is None or end.accuracy > ACCURATE:
         return None
     return end.x * unit, np.maximum(end.multipliers, 0.0) / sizes * size
 
