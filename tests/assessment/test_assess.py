@@ -12,6 +12,7 @@ from shakedown.assessment.from_state import admitted_up_to
 from shakedown.bounds import upper as upper_room
 from shakedown.ground.evidence import present
 from shakedown.ground.status import Said
+from shakedown.joint.loading import loading
 from shakedown.planar.collapse import proof_status
 from tests.joints import any_joint
 
@@ -109,7 +110,7 @@ def test_units_do_not_matter():
 
 def test_every_state_is_one_that_the_first_load_admits_after_the_transient():
     here = admitted_up_to(THREE, np.zeros(3))
-    loop = shakedown.loading(THREE)
+    loop = loading(THREE)
     q, p = loop.at(here)
     assert np.max(np.abs(q[0]) - THREE.f * p[0]) == pytest.approx(0.0, abs=1e-9 * np.abs(p).max())
     far = 100.0 * np.ones(3)
