@@ -1,0 +1,215 @@
+"""Up to which load factor do all slips stay below a length?"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import inf, isfinite, nan
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shakedown.bounds.upper import upper_bound
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome, Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_count, checked, checked_initial_slip, is_finite
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+
+ABOVE = 1.05  # of λ_max, where the scan ends if slips are too large there
+DOUBLINGS = 10  # of that end while they are not
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlipLimit(Result):
+    """Result of :func:`slip_limit`.
+
+    Attributes
+    ----------
+    below
+        The length that slip ranges are to stay below [length].
+    load_factor
+        The largest load factor up to which they do at every one that was simulated; NaN where
+        they do not at λ = 0.
+    largest, node
+        The largest slip range there [length], and its node, −1 where nothing slips.
+    exceeded_at
+        The smallest load factor simulated at which one does not, or that is undecided; inf where there
+        is none.
+    monotone
+        Whether none of those simulated above stays below it again.
+    initial_slip : (n,)
+        Slip at the start [length].
+    scanned : (s,)
+        Load factors simulated, in increasing order.
+    slip_range : (s,)
+        The largest slip range of a node at each [length]: infinite where slips grow for ever, NaN where
+        undecided (:class:`~shakedown.long_term.nodes.slip_criterion.SlipCriterion`).
+    outcomes : (s,)
+        Long-term state at each.
+    """
+
+    DOCUMENT: ClassVar[str] = (
+        "below load_factor largest node exceeded_at monotone initial_slip scanned slip_range outcomes"
+    )
+    TABLE: ClassVar[str] = "scanned slip_range outcomes"
+
+    below: float
+    load_factor: float
+    largest: float
+    node: int
+    exceeded_at: float
+    monotone: bool
+    initial_slip: FloatArray
+    scanned: FloatArray
+    slip_range: FloatArray
+    outcomes: tuple[Outcome, ...]
+
+
+@checked
+@on_one_thread
+def slip_limit(
+    problem: Problem,
+    slip_below: float,
+    initial_slip: ArrayLike | None = None,
+    *,
+    open_nodes: Iterable[int] = (),
+    largest: float | None = None,
+    steps: int = 40,
+    accuracy: float = 1e-4,
+    tolerances: Tolerances = DEFAULT,
+) -> SlipLimit:
+    """The load factor up to which the slip range of every node stays below a length in the long run.
+
+    Slip ranges need not grow with λ. Therefore the range is scanned in equal steps, and the first
+    change to a slip that is too large is bisected, both with exact long-term states; everything
+    simulated is reported. It is about the load factors simulated, from one initial slip: nothing is
+    proved of those between them. Of a load domain the corners are followed in the order given, which
+    is one path of many.
+
+    Parameters
+    ----------
+    problem
+        The joint, its transient load steps and its loading loop.
+    slip_below
+        The length, > 0.
+    initial_slip : (n,), optional
+        Slip before the transient [length]; zero by default.
+    open_nodes
+        Nodes that are open at the start, as for :func:`simulate`.
+    largest
+        Upper end of the scan, doubled until slips are too large there, ten times at most; by default
+        a little above λ_max, 1 where that is none.
+    steps
+        Number of load factors scanned, beside λ = 0.
+    accuracy
+        Width of the final interval, relative to the upper end.
+    tolerances
+        What counts as zero, as reached and as periodic (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    From slip zero the two-node system shakes down up to 0.7315; slips of 0.1 allow a little more:
+
+    >>> import shakedown
+    >>> limit = slip_limit(shakedown.example("two-node"), 0.1)
+    >>> round(limit.load_factor, 3), bool(limit.largest < 0.1), limit.node, limit.monotone
+    (0.749, True, 1, True)
+    """
+    start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
+    check_slip_below(slip_below)
+    check_count("steps", steps, MANY)
+    if largest is not None and not (is_finite(largest) and largest > 0):
+        raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
+    runs = _Runs(problem, slip_below, start, opened, tolerances, {})
+    top = runs.end(_first_end(problem, opened, tolerances) if largest is None else largest)
+    runs.scan(np.linspace(0.0, top, steps + 1).tolist())
+    runs.bisect(accuracy * top)
+    return runs.limit()
+
+
+@dataclass(frozen=True)
+class _Runs:
+    """One start at many load factors: the outcomes and criteria found so far."""
+
+    problem: Problem
+    below: float
+    start: FloatArray
+    open_nodes: tuple[int, ...]
+    tolerances: Tolerances
+    found: dict[float, tuple[Outcome, SlipCriterion]]
+
+    def meets(self, load_factor: float) -> bool:
+        """Whether slips are known to stay below the length."""
+        if load_factor not in self.found:
+            state = long_term_state(
+                self.problem, load_factor, self.start, open_nodes=self.open_nodes, tolerances=self.tolerances
+            )
+            criterion = slip_criterion(state, self.below, self.tolerances)
+            self.found[load_factor] = (state.outcome, criterion)
+        return self.found[load_factor][1].met is True
+
+    def end(self, top: float) -> float:
+        """A load factor at which slips are too large, from this one on; else the last one tried."""
+        for _ in range(DOUBLINGS):
+            if not self.meets(top):
+                break
+            top *= 2.0
+        return top
+
+    def scan(self, load_factors: list[float]) -> None:
+        for load_factor in load_factors:
+            self.meets(load_factor)
+
+    def bisect(self, width: float) -> None:
+        """Enclose the first change to slips that are too large."""
+        low, high = self.first_change()
+        middle = 0.5 * (low + high)
+        while isfinite(middle) and high - low > width and low < middle < high:  # floats are finite
+            low, high = (middle, high) if self.meets(middle) else (low, middle)
+            middle = 0.5 * (low + high)
+
+    def first_change(self) -> tuple[float, float]:
+        """The last load factor before slips are first too large, NaN if none, and the one after it."""
+        low = nan
+        for load_factor in sorted(self.found):
+            if not self.meets(load_factor):
+                return low, load_factor
+            low = load_factor
+        return low, inf
+
+    def limit(self) -> SlipLimit:
+        """All that has been found."""
+        low, high = self.first_change()
+        scanned = sorted(self.found)
+        at_low = self.found[low][1] if isfinite(low) else SlipCriterion(self.below, False, nan, -1)
+        return SlipLimit(
+            below=self.below,
+            load_factor=low,
+            largest=at_low.largest,
+            node=at_low.node,
+            exceeded_at=high,
+            monotone=not any(self.meets(load_factor) for load_factor in scanned if load_factor > high),
+            initial_slip=self.start,
+            scanned=np.array(scanned),
+            slip_range=np.array([self.found[load_factor][1].largest for load_factor in scanned]),
+            outcomes=tuple(self.found[load_factor][0] for load_factor in scanned),
+        )
+
+
+def _first_end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
+    """A little more than the upper bound; 1 where there is none."""
+    upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
+    bounded = upper.status == Status.OPTIMAL and 0 < upper.load_factor < inf
+    return ABOVE * upper.load_factor if bounded else 1.0

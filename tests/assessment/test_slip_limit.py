@@ -1,0 +1,91 @@
+"""The load factor up to which slips stay below a length: scanned, bisected, from the state asked about."""
+
+import numpy as np
+import pytest
+from joints import any_joint
+
+import shakedown
+from benchmarks.problems import in_units
+from shakedown import Problem
+from shakedown.assessment.slip_limit import slip_limit
+
+BLOCK = shakedown.example("block-9")
+
+
+@pytest.mark.parametrize(("name", "below"), [("two-node", 0.1), ("press-fit", 1e-3), ("block-9", 1e-5)])
+def test_slips_are_below_it_up_to_there_and_not_next_to_it(name, below):
+    problem = shakedown.example(name)
+    limit = slip_limit(problem, below)
+    here, beyond = (
+        shakedown.simulate(problem, x, slip_below=below) for x in (limit.load_factor, limit.exceeded_at)
+    )
+    assert here.slip_criterion.met
+    assert here.slip_criterion.largest == limit.largest
+    assert not beyond.slip_criterion.met
+    assert beyond.load_factor - here.load_factor <= 1.1e-4 * limit.scanned[-1]
+    met = limit.slip_range < below
+    assert met[limit.scanned <= limit.load_factor].all()
+    assert limit.monotone == (not met[limit.scanned > limit.load_factor].any())
+
+
+def test_one_node_in_closed_form():
+    """q = λ sin t + v, |q| ≤ f p = 1/2: the slip range is 2 λ − 1 beyond λ = 1/2, below 0.3 up to 0.65."""
+    problem = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
+    limit = slip_limit(problem, 0.3, accuracy=1e-9)
+    assert limit.load_factor == pytest.approx(0.65, rel=1e-8)
+    assert limit.largest == pytest.approx(0.3, rel=1e-8)
+    assert limit.slip_range == pytest.approx(np.maximum(2 * limit.scanned - 1, 0.0), abs=1e-12)
+
+
+def test_a_tiny_length_asks_for_shakedown():
+    problem = shakedown.example("two-node")
+    strict, limit = shakedown.transient_limit(problem), slip_limit(problem, 1e-12, accuracy=1e-7)
+    assert limit.load_factor == pytest.approx(strict.load_factor, abs=1e-6)
+    assert (limit.largest, limit.node) == (0.0, -1)
+
+
+def test_slips_need_not_grow_with_the_load():
+    joint = any_joint(np.random.default_rng(121))
+    limit = slip_limit(joint, 0.05, largest=4.0, steps=20, accuracy=0.01)
+    assert not limit.monotone
+    met = limit.slip_range < 0.05
+    assert met[limit.scanned < limit.exceeded_at].all()
+    assert met[limit.scanned > limit.exceeded_at].any()
+    assert limit.load_factor == limit.scanned[limit.scanned < limit.exceeded_at].max()
+
+
+def test_a_joint_that_never_slips_has_no_end():
+    quiet = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=[[0.0], [0.0]], p_w=[[2.0], [2.0]])
+    limit = slip_limit(quiet, 1e-6)
+    assert (limit.exceeded_at, limit.largest) == (np.inf, 0.0)
+    assert limit.load_factor == limit.scanned[-1] == 1024.0
+
+
+def test_a_mean_load_that_slides_away_is_below_nothing():
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    sliding = Problem(A=A, B=np.zeros((2, 2)), f=0.5, q_w=np.full((4, 2), 3.0), p_w=np.ones((4, 2)))
+    limit = slip_limit(sliding, 1e3, steps=2)
+    assert np.isnan(limit.load_factor)
+    assert np.isnan(limit.largest)
+    assert limit.exceeded_at == 0.0
+
+
+def test_units_do_not_matter():
+    one = slip_limit(BLOCK, 2.0**-17, accuracy=1e-2)
+    other = slip_limit(in_units(BLOCK, 2.0**20, 2.0**-10), 2.0**-27, accuracy=1e-2)
+    assert one.load_factor == other.load_factor
+    assert np.array_equal(one.slip_range * 2.0**-10, other.slip_range)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"slip_below": 0.0}, "slip_below: expected a positive length"),
+        ({"largest": -1.0}, "largest: expected a positive load factor"),
+        ({"accuracy": 2.0}, "accuracy: expected a number between 0 and 1"),
+        ({"steps": 0}, "steps"),
+    ],
+)
+def test_arguments_out_of_range_are_refused(arguments, message):
+    with pytest.raises(shakedown.UsageError, match=message):
+        slip_limit(BLOCK, **({"slip_below": 1e-5} | arguments))
