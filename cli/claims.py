@@ -13,6 +13,7 @@ from shakedown.ground.visible_text import shortened
 
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")
+NODE_FILES = (".csv", ".vtu", ".vtp")
 RECORD = "the record of -o"  # of a run that can be resumed
 
 

@@ -15,7 +15,7 @@ from shakedown.joint.units import units_of
 from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.node_words import resolution, without_round_off
 
-from .claims import OutputFile
+from .claims import NODE_FILES, OutputFile
 from .initial import initial_state, zone_nodes
 from .options import OpenNodes, cycles_option, json_option, problem_argument, quiet_option
 from .output import echo_json, headline, number, paragraph, say, table, work_unit
@@ -23,7 +23,6 @@ from .output import echo_json, headline, number, paragraph, say, table, work_uni
 if TYPE_CHECKING:  # it loads what computes
     from shakedown import NodeResults
 
-ENDINGS = (".csv", ".vtu", ".vtp")
 WORST, DIGITS = 10, 3  # nodes that are shown, and of their numbers
 LONGEST_LABEL, WIDTH = 11, 80
 
@@ -59,7 +58,7 @@ LONGEST_LABEL, WIDTH = 11, 80
 @click.option(
     "-o",
     "--output",
-    type=OutputFile(ENDINGS),
+    type=OutputFile(NODE_FILES),
     help="Write every node here: .csv, or for ParaView .vtu or .vtp.",
 )
 @json_option

@@ -11,7 +11,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.json_documents import verification_document
-from shakedown.report.node_words import resolution, without_round_off
+from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
 from shakedown.report.words import (
     SEPARATION,
     as_given_in_words,
@@ -23,7 +23,7 @@ from shakedown.report.words import (
     transient_in_words,
 )
 
-from .claims import OutputFile, writes
+from .claims import NODE_FILES, OutputFile, writes
 from .options import (
     cycles_option,
     json_option,
@@ -31,6 +31,7 @@ from .options import (
     open_option,
     problem_argument,
     quiet_option,
+    slip_below_option,
 )
 from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table, tiny
 
@@ -63,6 +64,12 @@ from .output import echo_json, headline, length_unit, number, paragraph, progres
 @open_option
 @cycles_option
 @method_option
+@slip_below_option
+@click.option(
+    "--nodes",
+    type=OutputFile(NODE_FILES),
+    help="Write what every node goes through at λ = 1 here (.csv, .vtu or .vtp).",
+)
 @json_option
 @quiet_option
 @click.pass_context
@@ -76,6 +83,8 @@ def verify(
     open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,
     method: str,
+    slip_below: float | None,
+    nodes: Path | None,
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
@@ -93,10 +102,13 @@ def verify(
             seed=seed,
             cycles=cycles,
             method=method,
+            slip_below=slip_below,
             progress=update,
         )
         if output is not None:
             write_report(output, result)
+    if nodes is not None:
+        shakedown.node_results(result.as_given).save(nodes)
     if as_json:
         echo_json(verification_document(result))
     else:
@@ -123,6 +135,8 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient, problem))]
+    if result.slip_limit is not None:
+        lines += [paragraph(slip_limit_in_words(result.slip_limit, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [

@@ -27,6 +27,7 @@ from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 
 if TYPE_CHECKING:
+    from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.assessment.transient_limit import TransientLimit
 
 
@@ -147,6 +148,22 @@ class JointLimits(Result):
             self.initial_slip,
             largest=end,
             accuracy=self.accuracy,
+            tolerances=self.tolerances,
+        )
+
+    def slip(self, below: float) -> "SlipLimit | Missing":
+        """Up to where every slip range of this history stays below a length."""
+        from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
+        from shakedown.assessment.transient_limit import scan_end
+
+        upper = sought(lambda: self.upper)
+        end = None if isinstance(upper, Missing) else scan_end(upper)
+        return sought(
+            slip_limit,
+            self.problem,
+            below,
+            self.initial_slip,
+            largest=end or 1.0,
             tolerances=self.tolerances,
         )
 

@@ -8,11 +8,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.assessment.transient_limit import scan_end
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Outcome, Status
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_count, checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
@@ -20,8 +21,7 @@ from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 
-ABOVE = 1.05  # of λ_max, where the scan ends if slips are too large there
-DOUBLINGS = 10  # of that end while they are not
+DOUBLINGS = 10  # of the end of the scan while slips are not too large there
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -211,5 +211,4 @@ class _Runs:
 def _first_end(problem: Problem, open_nodes: tuple[int, ...], tolerances: Tolerances) -> float:
     """A little more than the upper bound; 1 where there is none."""
     upper = upper_bound(problem, open_nodes=open_nodes, certify=False, tolerances=tolerances)
-    bounded = upper.status == Status.OPTIMAL and 0 < upper.load_factor < inf
-    return ABOVE * upper.load_factor if bounded else 1.0
+    return scan_end(upper) or 1.0

@@ -32,6 +32,7 @@ from shakedown.report.data_page import (
     stiffness_rows,
 )
 from shakedown.report.json_documents import as_text, verification_document
+from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
     Table,
     bounds_table,
@@ -155,6 +156,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "meaning": [
             *bounds_in_words(v.limits),
             *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
+            *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
         "guarantee": guarantee_picture(v),
         "friction": friction_in_words(v.problem, v.limits.friction),

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import down
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
+
+if TYPE_CHECKING:  # it loads what computes
+    from shakedown.assessment.slip_limit import SlipLimit
 
 MOST_LABELS = 4  # that are listed beside the numbers
 LONGEST_LABEL = 16  # characters of a label in a table
@@ -110,3 +116,31 @@ def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DE
     """
     scale = scales(problem, load_factor)
     return tolerances.periodicity * scale.length, tolerances.periodicity * scale.length * scale.force
+
+
+def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str:
+    """Up to where slips stay below a length, and what was simulated to say so.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown.assessment.slip_limit import slip_limit
+    >>> joint = shakedown.example("press-fit")
+    >>> slip_limit_in_words(slip_limit(joint, 1e-3), joint)
+    'From its initial state every slip range stays below 0.001 mm up to λ = 1.321457: the largest there is
+    0.0009998 mm, at node 4 (FE 40/4) (49 load factors up to 1.506 simulated).'
+    """
+    length = units_of(problem)[1]
+    below = f"{limit.below:.4g} {length}".rstrip()
+    scan = f"({len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated)"
+    if np.isnan(limit.load_factor):
+        return f"From its initial state slip ranges stay below {below} at no load factor {scan}."
+    here = f"From its initial state every slip range stays below {below}"
+    if np.isinf(limit.exceeded_at):
+        return f"{here} at every load factor simulated {scan}."
+    largest = "nothing slips there"
+    if limit.node >= 0:
+        size = f"{limit.largest:.4g} {length}".rstrip()
+        largest = f"the largest there is {size}, at {node_in_words(problem, limit.node)}"
+    again = "" if limit.monotone else "; above it there are load factors at which it does again"
+    return f"{here} up to λ = {down(limit.load_factor)}: {largest}{again} {scan}."

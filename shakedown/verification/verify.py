@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
@@ -15,6 +16,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.long_term.simulation import simulate
 from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
 from shakedown.planar.friction.thresholds import FrictionThresholds
@@ -62,6 +64,8 @@ class Verification(Result):
     curve
         λ_1(R) for initial states near the safe slip, or None where there is no
         gap between the bounds to close, and for a load domain.
+    slip_limit
+        Up to where every slip range stays below a length, where that was asked for.
     runs
         Every simulation.
     disagreements
@@ -81,6 +85,7 @@ class Verification(Result):
     second: SecondRoad
     critical: CriticalLoadFactors | None
     curve: GuaranteeCurve | None
+    slip_limit: SlipLimit | None
     runs: tuple[Run, ...]
     disagreements: tuple[str, ...]
     open_questions: tuple[str, ...]
@@ -109,6 +114,7 @@ class Verification(Result):
             "friction": limits.friction,
             "transient": self.transient,
             "guarantee_curve": self.curve,
+            **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
             "runs": self.runs,
         }
         return {word: plain(value) for word, value in document.items()}
@@ -165,6 +171,7 @@ def verify(
     cycles: int = 1000,
     method: str = "event",
     budget: int = 200_000,
+    slip_below: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
@@ -200,6 +207,9 @@ def verify(
         As for :func:`shakedown.simulate`.
     budget
         Enumerate the critical load factors where there are at most so many subsets.
+    slip_below
+        A limit on the slip range of every node in the long run [length]; up to which load factor it
+        holds from the first given state, or from slip zero, is said beside (:func:`slip_limit`).
     progress
         Called with (done, total) after every piece of work: the bounds, every simulation,
         every other bound.
@@ -222,6 +232,8 @@ def verify(
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)
+    if slip_below is not None:
+        check_slip_below(slip_below)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=open_nodes, tolerances=tolerances)
     limits = found.details
@@ -229,13 +241,14 @@ def verify(
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + len(_Beside._fields), progress)
     runs = tuple(work.done(run_of(problem, case, cycles, method, tolerances)) for case in cases)
-    beside = _beside(limits, budget, work)
+    beside = _beside(limits, budget, slip_below, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(
         assessment=found,
         second=beside.second,
         critical=beside.critical,
         curve=present(beside.curve),
+        slip_limit=present(beside.slip),
         runs=runs,
         disagreements=(
             *(text for agrees, text in roads if agrees is False),
@@ -258,15 +271,17 @@ class _Beside(NamedTuple):
     critical: CriticalLoadFactors | None
     friction: FrictionThresholds
     transient: TransientLimit | Missing | None
+    slip: SlipLimit | Missing | None
 
     def missing(self) -> Iterator[str]:
         """One sentence for each piece of evidence whose solver came to no end."""
-        for name, found in (("the guarantee curve", self.curve), ("λ_T", self.transient)):
+        evidence = {"the guarantee curve": self.curve, "λ_T": self.transient, "the slip limit": self.slip}
+        for name, found in evidence.items():
             if isinstance(found, Missing):
                 yield f"{name} is missing: {found.reason}"
 
 
-def _beside(limits: JointLimits, budget: int, work: "_Work") -> _Beside:
+def _beside(limits: JointLimits, budget: int, slip_below: float | None, work: "_Work") -> _Beside:
     problem = limits.problem
     few = subset_count(problem.n) <= budget
     return _Beside(
@@ -275,6 +290,7 @@ def _beside(limits: JointLimits, budget: int, work: "_Work") -> _Beside:
         critical=work.done(critical_load_factors(problem) if few else None),
         friction=work.done(limits.friction),
         transient=work.done(limits.transient),
+        slip=work.done(None if slip_below is None else limits.slip(slip_below)),
     )
 
 
