@@ -22,6 +22,7 @@ from .options import (
     quiet_option,
     resume_option,
     scheduler_option,
+    slip_below_option,
 )
 from .output import echo_json, progress, say
 
@@ -87,6 +88,7 @@ class LoadFactors(click.ParamType):
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of what is random."
 )
 @cycles_option
+@slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write all states here (NPZ).")
 @resume_option
 @click.option(
@@ -109,6 +111,7 @@ def map_command(
     reach: float,
     seed: int,
     cycles: int,
+    slip_below: float | None,
     output: Path | None,
     resume: bool,
     workers: int | None,
@@ -138,6 +141,7 @@ def map_command(
             workers=workers,
             scheduler=scheduler,
             max_cycles=cycles,
+            slip_below=slip_below,
             progress=update,
         )
     if picture is not None:

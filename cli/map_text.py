@@ -16,7 +16,6 @@ from .output import headline, length_unit, listing, number, paragraph, table, wo
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps, LimitCycle
-
 SAMPLED = {  # after "of N states"
     "grid": "on a grid about {centre}",
     "sobol": "in a box about {centre}",
@@ -42,6 +41,7 @@ def map_text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str
         return "\n".join([*lines, *_one(found)])
     lines.append(paragraph(f"{_initial_states(found.maps[0])} at every load factor."))
     heads = ["λ", "shake down", "95 % [%]", "separate", "undecided", "cycles", "dissipation ≤"]
+    heads += [] if found.maps[0].slip_below is None else [f"below {number(found.maps[0].slip_below, 4)}"]
     rows = [[*_row(one)] for one in found.maps]
     for one in found.missing:
         rows.insert(one.place, [number(one.load_factor), "no energy ball", *[""] * (len(heads) - 2)])
@@ -64,6 +64,7 @@ def _row(one: InitialStateMap) -> list[str]:
         str(one.undecided),
         str(sum(cycle.outcome != "separation" for cycle in one.limit_cycles)),
         number(most, 5),
+        *([] if one.slip_criterion is None else [_percent(one.slip_criterion.met_fraction)]),
     ]
 
 
@@ -94,6 +95,7 @@ def _one(found: InitialStateMap) -> list[str]:
     over = "the decided states" if found.undecided else "all states"
     spread = f"from {least} to {most}; quartiles {first}, {median}, {third}"
     lines.append(paragraph(f"{heading} over {over}: {least if least == most else spread}."))
+    lines += [paragraph(text) for text in [_slips(found)] if text]
     for heading, separation in (("Limit cycles", False), ("Motions with separation", True)):
         cycles = [c for c in found.limit_cycles if (c.outcome == "separation") == separation]
         lines += ["", heading, _cycles(found, cycles)] if cycles else []
@@ -104,6 +106,16 @@ def _one(found: InitialStateMap) -> list[str]:
         kind = found.plane.region_type
         lines.append(paragraph(f"Regions of slip space: type ({kind}), {found.plane.region}."))
     return lines
+
+
+def _slips(found: InitialStateMap) -> str:
+    """From which share of the states slip ranges stay below the length asked for."""
+    length, criterion = length_unit(found.problem), found.slip_criterion
+    if criterion is None:
+        return ""
+    below, largest = (f"{number(x, 4)} {length}".rstrip() for x in (criterion.below, criterion.largest))
+    who = "from every state" if criterion.met else f"from {_percent(criterion.met_fraction)} of the states"
+    return f"Every slip range stays below {below} {who} (largest: {largest})."
 
 
 def _outcomes(found: InitialStateMap) -> str:

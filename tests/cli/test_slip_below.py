@@ -1,8 +1,10 @@
 """`--slip-below` beside the strict answers of verify: a load factor, the sentence, the exit code, every node."""
 
+import numpy as np
 import pandas
 import pytest
 from command import document, run
+from joints import joint_of_kind
 
 import shakedown
 
@@ -26,6 +28,48 @@ def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):
     assert sentence in page.read_text()
     _, out, _ = run(*arguments, "--slip-below", "1e-3")
     assert sentence in " ".join(out.split())
+
+
+def test_a_map_says_from_how_many_states_it_holds(tmp_path):
+    arguments = ("map", "two-node", "--load-factor", "0.7", "--states", "64")
+    strict = document(*arguments)
+    path = tmp_path / "map.npz"
+    found = document(*arguments, "--slip-below", "0.1", "-o", str(path))
+    criterion = found.pop("slip_criterion")
+    assert found == strict
+    joint = shakedown.example("two-node")
+    with np.load(path) as file:
+        starts, ranges = file["initial_slip"], file["slip_range"]
+    expected = [shakedown.simulate(joint, 0.7, start, slip_below=0.1).slip_criterion for start in starts]
+    assert ranges.tolist() == [one.largest for one in expected]
+    assert criterion == {
+        "below": 0.1, "met": False, "largest": ranges.max(), "met_fraction": np.mean([one.met for one in expected]),
+    }  # fmt: skip
+    assert 0 < criterion["met_fraction"] < 1
+    again = document(
+        *arguments, "--slip-below", "1", "-o", str(path), "--resume"
+    )  # another length, the same map
+    assert again["slip_criterion"]["met"] is True
+    code, out, _ = run(*arguments, "--slip-below", "0.1")
+    assert code == 0
+    assert (
+        f"Every slip range stays below 0.1 from {100 * criterion['met_fraction']:.1f} % of the states"
+        in " ".join(out.split())
+    )
+    _, out, _ = run("map", "two-node", "--load-factor", "0.6:0.8:2", "--states", "16", "--slip-below", "0.1")
+    assert "below 0.1" in out
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_a_map_of_undecided_states_says_neither():
+    found = shakedown.initial_state_map(
+        shakedown.example("two-node"), 0.7, states=16, max_cycles=1, slip_below=1.0
+    )
+    assert found.undecided
+    assert found.slip_criterion.met is None
+    walks = joint_of_kind(np.random.default_rng(6), "floating")
+    criterion = shakedown.initial_state_map(walks, 1.0, states=8, slip_below=1e9).slip_criterion
+    assert (criterion.met, criterion.largest) == (False, np.inf)
 
 
 def test_the_state_asked_about_is_the_given_one():

@@ -4,7 +4,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -133,6 +132,8 @@ def slip_ranges(settled: SettledState, tolerances: Tolerances) -> FloatArray:
 
 def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
     """The largest range within any window of one period: slips (s, n) go on with the drift of a period."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # few joints ratchet
+
     s = len(low)
     window = {"size": s, "axis": 0, "mode": "nearest"}
     highest = maximum_filter1d(np.vstack([high, high[1:] + drift]), **window)

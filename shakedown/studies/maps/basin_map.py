@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,27 @@ from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
 from shakedown.studies.maps.undecided import LOOKED_AT, UndecidedReason, undecided_reasons
 
 CONFIDENCE = 0.95
+
+
+class SlipShare(NamedTuple):
+    """From how many states the slip range of every node stays below a length.
+
+    Attributes
+    ----------
+    below
+        The length [length].
+    met
+        Whether it does from all of them; None where it does from all that are decided.
+    largest
+        The largest slip range [length], infinite where slips grow for ever or contact is lost for good.
+    met_fraction
+        From which share of the states it does.
+    """
+
+    below: float
+    met: bool | None
+    largest: float
+    met_fraction: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,6 +71,11 @@ class InitialStateMap(Result):
         Identifies the sequence of contact states of the long-term state.
     limit_cycles
         The distinct limit cycles, the most frequent first.
+    slip_range : (s,) or None
+        The largest slip range of a node in the long-term state [length], where that was asked for; infinite
+        where slips grow for ever or contact is lost for good, NaN where undecided.
+    slip_below
+        The length that it is to stay below, where that was asked for.
     """
 
     sampling: Sampling
@@ -63,6 +89,8 @@ class InitialStateMap(Result):
     contraction: FloatArray
     signature: NDArray[np.uint64]
     limit_cycles: tuple[LimitCycle, ...] = field(default=())
+    slip_range: FloatArray | None = None
+    slip_below: float | None = None
 
     def __repr__(self) -> str:
         return (
@@ -132,6 +160,16 @@ class InitialStateMap(Result):
         """How far apart the slips lie that stay locked in where it shakes down; NaN where it does not."""
         shaken = np.flatnonzero(self.outcome == Outcome.SHAKEDOWN)
         return slip_scatter(self.final_slip, shaken, np.asarray(self.final_slip[shaken[:1]]))
+
+    @cached_property
+    def slip_criterion(self) -> SlipShare | None:
+        """From how many states slip ranges stay below the length asked for; None where none was."""
+        if self.slip_below is None or self.slip_range is None:
+            return None
+        met, unknown = self.slip_range < self.slip_below, np.isnan(self.slip_range)
+        everywhere = None if (met | unknown).all() and unknown.any() else bool(met.all())
+        largest = float(np.nanmax(self.slip_range)) if not unknown.all() else np.nan
+        return SlipShare(self.slip_below, everywhere, largest, float(met.mean()))
 
     @property
     def looked_at_again(self) -> int:
@@ -209,14 +247,18 @@ class InitialStateMap(Result):
             "evidence": self.evidence,
             "undecided_reasons": self.undecided_reasons,
         }
+        if self.slip_criterion is not None:
+            document["slip_criterion"] = self.slip_criterion._asdict()
         return {word: plain(value) for word, value in document.items()}
 
 
-def basin_map(chosen: Sampling, search: Search, columns: Columns) -> InitialStateMap:
+def basin_map(
+    chosen: Sampling, search: Search, columns: Columns, slip_below: float | None = None
+) -> InitialStateMap:
     """The map that the long-term states of all states of a sampling make."""
     own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}
     cycles = limit_cycles(chosen.problem, chosen.load_factor, columns, search)
-    return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, **own)
+    return InitialStateMap(sampling=chosen, search=search, limit_cycles=cycles, slip_below=slip_below, **own)
 
 
 def _quartiles(values: FloatArray) -> FloatArray:

@@ -8,16 +8,20 @@ from shakedown.campaign.payload import packed, unpacked
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_count
+from shakedown.joint.problem import Problem
+from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.many_states import OUTCOMES, long_term_states
+from shakedown.long_term.many_states import OUTCOMES, LongTermStates, long_term_states
+from shakedown.long_term.nodes.node_results import slip_ranges
 from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
 FEW = 1 << 20  # slips of one load factor that are sent to other processes: 8 MB
-COLUMNS = (  # what is kept of every state
+COLUMNS = (  # what is kept of every state in any case
     "initial_slip",
     "final_slip",
     "outcome",
@@ -53,6 +57,12 @@ class MapPieces:
     samplings: tuple[Sampling, ...]
     search: Search
     slips: tuple[FloatArray, ...] = ()  # of all states at each load factor, where they are drawn already
+    slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What is kept of every state."""
+        return (*COLUMNS, "slip_range") if self.slip_ranges else COLUMNS
 
     def for_other_processes(self) -> "MapPieces":
         """The same work with few states drawn here, so that a worker need not load what draws them."""
@@ -99,7 +109,7 @@ class MapPieces:
         wide = (rows, self.samplings[0].problem.n)
         return {
             key: (DTYPES.get(key, FLOAT), wide if key in PER_NODE else (rows,))
-            for key in (*COLUMNS, "load_factor")
+            for key in (*self.columns, "load_factor")
         }
 
     def __call__(self, number: int) -> bytes:
@@ -114,4 +124,30 @@ class MapPieces:
             tolerances=self.search.tolerances,
         )
         columns = {key: getattr(found, key) for key in COLUMNS}
+        if self.slip_ranges:
+            columns["slip_range"] = self._slip_ranges(chosen.problem, found)
         return packed(columns | {"load_factor": np.full(len(found), chosen.load_factor)})
+
+    def _slip_ranges(self, problem: Problem, found: LongTermStates) -> FloatArray:
+        """The largest slip range of a node in each long-term state, (s,), as in :class:`SlipCriterion`."""
+        ranges = np.full(len(found), np.nan)
+        for k, (outcome, period) in enumerate(zip(found.outcome, found.period, strict=True)):
+            if outcome == Outcome.SHAKEDOWN:
+                ranges[k] = 0.0
+            elif outcome == Outcome.RATCHETTING or (outcome == Outcome.SEPARATION and not period):
+                ranges[k] = np.inf
+            elif outcome != Outcome.UNDECIDED:
+                ranges[k] = self._slip_range(problem, found, k)
+        return ranges
+
+    def _slip_range(self, problem: Problem, found: LongTermStates, k: int) -> float:
+        """That of one state, which is followed once more."""
+        state = long_term_state(
+            problem,
+            found.load_factor,
+            found.initial_slip[k],
+            max_cycles=self.search.max_cycles,
+            longest_period=self.search.longest_period,
+            tolerances=self.search.tolerances,
+        )
+        return float(slip_ranges(state, self.search.tolerances).max())

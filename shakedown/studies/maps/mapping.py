@@ -23,6 +23,7 @@ from shakedown.ground.visible_text import visible
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
+from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.studies.maps.basin_map import InitialStateMap, basin_map
 from shakedown.studies.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
 from shakedown.studies.maps.map_pieces import MapPieces, Search
@@ -49,6 +50,7 @@ def initial_state_map(
     scheduler: str | None = ...,
     max_cycles: int = ...,
     longest_period: int = ...,
+    slip_below: float | None = ...,
     progress: Callable[[int, int], None] | None = ...,
     tolerances: Tolerances = ...,
 ) -> InitialStateMap: ...
@@ -70,6 +72,7 @@ def initial_state_map(
     scheduler: str | None = ...,
     max_cycles: int = ...,
     longest_period: int = ...,
+    slip_below: float | None = ...,
     progress: Callable[[int, int], None] | None = ...,
     tolerances: Tolerances = ...,
 ) -> InitialStateMaps: ...
@@ -91,6 +94,7 @@ def initial_state_map(
     scheduler: str | None = None,
     max_cycles: int = 1000,
     longest_period: int = LONGEST_PERIOD,
+    slip_below: float | None = None,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> InitialStateMap | InitialStateMaps:
@@ -129,6 +133,9 @@ def initial_state_map(
         Who works: see :class:`Crew`. None is one process for a little work, else all cores.
     max_cycles, longest_period
         As for :func:`long_term_state`.
+    slip_below
+        A limit on the slip range of every node in the long run [length]; from how many states it holds is
+        said beside the outcomes. A state that does not come to rest is followed twice for that.
     progress
         Called as ``progress(done, total)`` from time to time.
     tolerances
@@ -160,6 +167,8 @@ def initial_state_map(
         raise UsageError("load factor: expected at least one, found none")
     for factor in factors:
         check_load_factor(factor, problem)
+    if slip_below is not None:
+        check_slip_below(slip_below)
     target = None if path is None else check_target(path)
     wanted = [
         sampling(
@@ -180,14 +189,19 @@ def initial_state_map(
         if one.missing_ball
     )
     chosen = tuple(one for one in wanted if not one.missing_ball) or (require_ball(wanted[0]),)
-    work = MapPieces(chosen, Search(max_cycles, longest_period, tolerances))
+    work = MapPieces(
+        chosen, Search(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
+    )
     if workers is None and work.little:
         workers = 1
     columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
     each = chosen[0].states
     maps = tuple(
         basin_map(
-            one, work.search, {key: c[k * each : (k + 1) * each] for key, c in columns.items() if c.ndim}
+            one,
+            work.search,
+            {key: c[k * each : (k + 1) * each] for key, c in columns.items() if c.ndim},
+            slip_below,
         )
         for k, one in enumerate(chosen)
     )
@@ -228,7 +242,8 @@ def _columns(
 def _settings(work: MapPieces) -> dict[str, Any]:
     """What the states of a map depend on, to repeat any of them, and to tell maps apart."""
     first = work.samplings[0]
-    return {
+    asked = {"slip_ranges": True} if work.slip_ranges else {}
+    return asked | {
         "problem_sha256": fingerprint(first.problem),
         "load_factors": [chosen.load_factor for chosen in work.samplings],
         "sampler": str(first.sampler),
