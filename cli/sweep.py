@@ -127,7 +127,7 @@ class TableFile(OutputFile):
     multiple=True,
     required=True,
     help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,…; NAME is f, friction, amplitude, mean, phase, "
-    "stiffness or coupling, or a key of CONFIG.toml. May be given twice.",
+    "stiffness or coupling, or a key or constant load of CONFIG.toml. May be given twice.",
 )
 @click.option(
     "--bounds",
@@ -190,7 +190,8 @@ def sweep(
     against the normal ones. What is proved is proved at the values given, not between them.
     FILE may also be the CONFIG.toml of an import: then its numbers are parameters too, by
     keys like contact.gap or load.2.history.harmonics.1.sin (tables and entries of lists are
-    counted from 1), and the factor on the friction is friction.factor. Exit code 1 where
+    counted from 1), a constant load is varied in its unit by its name ("bolt preload=8:16:5"),
+    and the factor on the friction is friction.factor. Exit code 1 where
     limits contradict each other.
     """
     if len({name for name, _ in vary}) < len(vary):

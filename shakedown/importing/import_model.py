@@ -22,6 +22,7 @@ from shakedown.importing.load_section import (
     held_rows,
     load_section,
     uneven,
+    vary_loads,
 )
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.static_runs import static_run
@@ -33,7 +34,7 @@ from shakedown.readers import Mesh, Stiffness
 from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
 from shakedown.readers.mesh import SOLIDS
-from shakedown.readers.toml_table import Table, read_toml
+from shakedown.readers.toml_table import Table, change_number, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -227,7 +228,8 @@ def import_model(
         What was typed, for ``source``.
     changes
         Dotted key → number that takes the place of the configuration's; tables of a list and
-        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``.
+        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``. Or the
+        name of a constant load → the load in its unit: ``{"bolt preload": 12.0}``.
     before
         The import of the same configuration as it stands: where the changes touch only
         friction, load steps, loads without prescribed displacements or the gap, the matrix is
@@ -240,8 +242,11 @@ def import_model(
     """
     if not isinstance(config_path, str | os.PathLike):
         raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
-    kept = before if before is not None and all(map(_keeps_stiffness, changes or {})) else None
-    root, files = read_toml(config_path, changes), InputFiles(Path(config_path).parent)
+    root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
+    numbers = vary_loads(root, changes or {})
+    for key, value in numbers.items():
+        change_number(root, key, value)
+    kept = before if before is not None and all(map(_keeps_stiffness, numbers)) else None
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
     f = _friction(root)
     sections = {key: root.table(key) for key in ("stiffness", "contact")}

@@ -1,8 +1,9 @@
 """``[[load]]`` and ``[supports]``: what acts, and what is held."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from shakedown.readers import read_nodal_loads, read_op4_columns, read_substruct
 from shakedown.readers.circumference import HOOP
 from shakedown.readers.nastran_op4 import is_op4
 from shakedown.readers.text import quoted, read_lines
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import Table, is_number, shown
 
 UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
 
@@ -62,6 +63,48 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     )
     table.done()
     return LoadSection(case, rows, None if opened is None else opened[1])
+
+
+def vary_loads(root: Table, changes: Mapping[str, float]) -> dict[str, float]:
+    """Set constant load cases that are called by their names to values in their units; the other changes.
+
+    Raises
+    ------
+    ProblemError
+        If a name is that of several loads or of a key too, or a load is not constant.
+    """
+    tables = root.content.get("load")
+    cases = [table for table in tables if isinstance(table, dict)] if isinstance(tables, list) else []
+    others = {}
+    for name, value in changes.items():
+        named = [table for table in cases if table.get("name") == name]
+        if not named:
+            others[name] = value
+        elif len(named) > 1 or name in root.content:
+            found = f"{len(named)} loads" if len(named) > 1 else "a load and a key"
+            raise ProblemError(f"{root.where}: {name}: expected the name of one thing, found {found}")
+        else:
+            _set_constant(named[0], value, f"{root.where}: {name}")
+    return others
+
+
+def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
+    """A constant load of this value; its transient load steps and its mean grow with it."""
+    old, per = table.get("history"), table.get("value", 1.0)
+    if not (is_number(old) and is_number(per) and per):
+        raise ProblemError(
+            f"{where}: expected a constant load (history = a number) with a value other than 0, found "
+            f"history = {shown(old)}, value = {shown(per)}; of others the numbers have keys"
+        )
+    table["history"] = value / per
+    later = [key for key in ("mean", "transient") if key in table]
+    if later and not old:
+        raise ProblemError(f"{where}: expected a history other than 0 beside '{later[0]}', found 0")
+    for key in later:
+        numbers = table[key] if isinstance(table[key], list) else [table[key]]
+        if all(map(is_number, numbers)):  # else refused where it is read
+            scaled = [number * table["history"] / old for number in numbers]
+            table[key] = scaled if isinstance(table[key], list) else scaled[0]
 
 
 def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 import math
 import os
 import tomllib
-from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any
 
@@ -14,21 +13,13 @@ MOST_BYTES = 16 << 20  # of a configuration
 _LARGEST_LABEL = 2**62
 
 
-def read_toml(path: str | os.PathLike[str], changes: Mapping[str, float] | None = None) -> "Table":
-    """The root table of a TOML file, with some of its numbers changed.
-
-    Parameters
-    ----------
-    path
-        The file.
-    changes
-        Dotted key → number; a table of a list of tables, or an entry of a list, is named by
-        its place from 1: ``"load.2.history.harmonics.1.sin"``.
+def read_toml(path: str | os.PathLike[str]) -> "Table":
+    """The root table of a TOML file.
 
     Raises
     ------
     ProblemError
-        If the file is missing, unreadable or not TOML, or has no number at such a key.
+        If the file is missing, unreadable or not TOML.
     """
     name, raw = os.fspath(path), read_bytes(path)
     if len(raw) > MOST_BYTES:
@@ -39,19 +30,34 @@ def read_toml(path: str | os.PathLike[str], changes: Mapping[str, float] | None 
         raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
         raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
-    for key, value in (changes or {}).items():
-        _change(content, key, value, name)
     return Table(content, name)
 
 
-def _change(content: dict[str, Any], key: str, value: float, name: str) -> None:
-    """Put a number in the place of another one, or at a key that a table lacks."""
+def change_number(root: "Table", key: str, value: float) -> None:
+    """Put a number in the place of another one, or at a key that a table lacks.
+
+    Parameters
+    ----------
+    root
+        The root table, of which nothing has been taken.
+    key
+        A dotted key; a table of a list of tables, or an entry of a list, is named by its place
+        from 1: ``"load.2.history.harmonics.1.sin"``.
+    value
+        The number.
+
+    Raises
+    ------
+    ProblemError
+        If there is no number at such a key.
+    """
     *way, last = key.split(".")
-    place: Any = content
+    place: Any = root.content
+    name = root.where
     for part in way:
         place = _inside(place, part, f"{name}: {key}")
     old = place.get(last) if isinstance(place, dict) else _inside(place, last, f"{name}: {key}")
-    if old is not None and not _is_number(old):
+    if old is not None and not is_number(old):
         raise ProblemError(f"{name}: {key}: expected the key of a number, found {shown(old)}")
     new = int(value) if isinstance(old, int) and float(value).is_integer() else float(value)
     if isinstance(place, dict):
@@ -110,7 +116,7 @@ class Table:
         value = self.take(key, "a number", required=False)
         if value is None:
             return default
-        if not _is_number(value):
+        if not is_number(value):
             raise self._wrong(key, "a finite number", value)
         return float(value)
 
@@ -201,7 +207,8 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST_LABEL
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether a value of a configuration is one finite number."""
     if isinstance(value, float):
         return math.isfinite(value)
     return _is_whole(value)
@@ -209,7 +216,7 @@ def _is_number(value: Any) -> bool:
 
 def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
     if not shape:
-        return _is_whole(value) if kind is int else _is_number(value)
+        return _is_whole(value) if kind is int else is_number(value)
     if not isinstance(value, list) or not value or shape[0] not in (None, len(value)):
         return False
     return all(_fits(item, kind, shape[1:]) for item in value)

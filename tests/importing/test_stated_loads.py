@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown import LoadCase, ProblemError
+from shakedown import LoadCase, ProblemError, UsageError
 from shakedown.condensation.load_case import histories, stated_loads
 from shakedown.importing.import_model import import_problem
 from shakedown.importing.templates import write_import_example
@@ -74,6 +74,74 @@ def test_what_is_no_unit_or_value_is_said(stated, line, message):
     stated.write_text(stated.read_text().replace('unit = "kN"', line).replace("value = 0.7\n", ""))
     with pytest.raises(ProblemError, match=message):
         import_problem(stated)
+
+
+def test_a_constant_load_is_varied_in_its_unit_by_its_name(stated):
+    """0.7 kN are factor 1; the matrix is not condensed again."""
+    made = shakedown.import_model(stated)
+    heavier = shakedown.import_model(stated, changes={"pressed down": 1.05}, before=made)
+    assert heavier.condensation is made.condensation
+    assert [load.mean for load in heavier.problem.loads[:1]] == [1.05]
+    stated.write_text(stated.read_text().replace("history = 1.0 ", "history = 1.5 "))
+    edited = import_problem(stated)
+    for key in ("q_w", "p_w", "load_mean", "load_amplitude"):
+        np.testing.assert_allclose(
+            getattr(heavier.problem, key), getattr(edited, key), rtol=1e-13, atol=1e-11
+        )
+
+
+def test_what_comes_before_the_first_period_grows_with_a_constant_load(stated):
+    text = stated.read_text()
+    stated.write_text(text.replace("value = 0.7\n", "value = 0.7\ntransient = [0.5, 1.0]\nmean = 1.0\n"))
+    once, twice = (shakedown.import_model(stated, changes={"pressed down": kN}).problem for kN in (0.7, 1.4))
+    np.testing.assert_allclose(twice.p_transient, 2 * once.p_transient, rtol=1e-14)
+    np.testing.assert_allclose((once.load_mean[0], twice.load_mean[0]), (0.7, 1.4), rtol=1e-15)
+    assert np.array_equal(once.load_amplitude, twice.load_amplitude)
+
+
+def test_a_preload_scan(stated):
+    """The more it is pressed, the larger the loads that it bears; exactly as changed files say."""
+    made = shakedown.import_model(stated)
+    found = shakedown.sweep(made, {"pressed down": [0.7, 1.4]}, bounds=["upper"])
+    changed = shakedown.import_model(stated, changes={"pressed down": 1.4}).problem
+    assert found.upper[0] < found.upper[1] == shakedown.upper_bound(changed, certify=False).load_factor
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("pushed to and fro", "", "", r"expected a constant load .*found history = \{'harmonics'"),
+        ("pressed down", "value = 0.7", "value = 0", "a value other than 0, found history = 1.0, value = 0"),
+        (
+            "friction",
+            '"pressed down"',
+            '"friction"',
+            "friction: expected the name of one thing, found a load and ",
+        ),
+        (
+            "pressed down",
+            '"pushed to and fro"',
+            '"pressed down"',
+            "expected the name of one thing, found 2 loads",
+        ),
+        ("pressed up", "", "", "unknown key 'pressed up'"),
+    ],
+)
+def test_a_name_that_is_no_constant_load_is_said(stated, name, old, new, message):
+    assert old in stated.read_text()
+    if old:
+        stated.write_text(stated.read_text().replace(old, new))
+    with pytest.raises(ProblemError, match=message):
+        shakedown.import_model(stated, changes={name: 1.0})
+
+
+def test_a_sweep_says_which_names_it_cannot_take(stated):
+    problem = import_problem(stated)
+    with pytest.raises(UsageError, match=r"found 'pressed down' \(a load can be varied in the CONFIG.toml"):
+        shakedown.sweep(problem, {"pressed down": [1.0]})
+    stated.write_text(stated.read_text().replace('"pressed down"', '"mean"'))
+    with pytest.raises(UsageError, match="a name of one thing, found 'mean', a parameter and a load"):
+        shakedown.sweep(shakedown.import_model(stated), {"mean": [1.0]})
 
 
 def test_a_value_that_is_no_number_is_refused_by_the_library():

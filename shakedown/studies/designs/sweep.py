@@ -55,7 +55,8 @@ def sweep(
     joint
         A joint, of which named parameters are varied (:func:`with_parameter`). One from
         :func:`import_model`: also the numbers of its configuration, by dotted keys, tables and
-        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``); there the factor
+        entries of lists counted from 1 (``"load.2.history.harmonics.1.sin"``), and constant loads
+        by their names, in their units (``"bolt preload"``); there the factor
         on the friction is ``"friction.factor"``, the coefficient ``"f"``. Or a function
         problem(parameter) or problem(parameter, parameter) that returns one, whose arguments
         may have any names in ``vary``.

@@ -1,7 +1,7 @@
 """A joint as a function of one or two parameters."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
@@ -115,20 +115,24 @@ def checked_variation(
         found = type(joint).__name__
         raise UsageError(f"sweep: expected a Problem, an Import or a function that makes one, found {found}")
     if isinstance(joint, Problem | Import):
-        require_plane("sweep", joint if isinstance(joint, Problem) else joint.problem)
-        _check_meanings(vary, imported=isinstance(joint, Import))
+        base = joint if isinstance(joint, Problem) else joint.problem
+        require_plane("sweep", base)
+        _check_meanings(vary, base.load_names or (), imported=isinstance(joint, Import))
     values = tuple(_rising(name, given) for name, given in vary.items())
     if (count := int(np.prod([len(v) for v in values]))) > MOST_POINTS:
         raise BudgetExceeded(f"vary: {count:,} points are more than {MOST_POINTS:,}; nothing was computed")
     return Variation(Configured(joint) if isinstance(joint, Import) else joint, tuple(vary)), values
 
 
-def _check_meanings(names: Iterable[str], *, imported: bool) -> None:
+def _check_meanings(names: Iterable[str], loads: Sequence[str], *, imported: bool) -> None:
     """Raise ``UsageError`` where a name means nothing, or may mean two things, or two mean the same."""
     for name in names:
         if not imported and not parameter_of(name):
             found = shortened(repr(name))
-            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}")
+            hint = " (a load can be varied in the CONFIG.toml of its import)" if name in loads else ""
+            raise UsageError(f"vary: expected one of {', '.join(PARAMETERS)}, found {found}{hint}")
+        if imported and name in loads and parameter_of(name):
+            raise UsageError(f"vary: expected a name of one thing, found {name!r}, a parameter and a load")
         if imported and name == "friction":
             raise UsageError(
                 "vary: expected f (the friction coefficient) or friction.factor (a factor on it), found "
