@@ -7,7 +7,7 @@ and supports become vectors on these rows (``load_section``, ``time_function``);
 the condensation turns all of it into a problem (``import_model``), with resultants
 and rigid motions beside it (``load_evidence``).
 
-Reading order: ``model_section``, ``contact_section``, ``stiffness_section``, ``time_function``,
-``static_runs``, ``load_section``, ``load_evidence``, ``traces``, ``import_model`` (the public functions),
-``templates`` (files to start from), ``contact_figure`` (a picture for checking).
+Reading order: ``model_section``, ``initial_gap``, ``contact_section``, ``stiffness_section``,
+``time_function``, ``static_runs``, ``load_section``, ``load_evidence``, ``traces``, ``import_model``
+(the public functions), ``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 from shakedown.condensation.contact_frame import node_names
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.importing.initial_gap import initial_gap
 from shakedown.importing.model_section import Model
-from shakedown.readers import Mesh, read_table
+from shakedown.readers import Mesh
 from shakedown.readers.input_files import InputFiles
 from shakedown.readers.toml_table import Table
 
@@ -87,7 +88,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
     _check_axisymmetric(axes, model, table.where)
     labels, from_sets = _labels(table, model)
-    gap, points = _gap(table, files)
+    gap = initial_gap(table, model, files)
     area = _areas(table, model, labels)  # before the normals take 'surface'
     contact = ContactSection(
         labels,
@@ -98,7 +99,7 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         table.flag("relative"),
         _positions(table),
         None if model.mesh is None else model.mesh.at(labels if labels.ndim == 1 else labels[:, 0]),
-        gap,
+        gap.listed,
         area,
     )
     table.done()
@@ -112,7 +113,22 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
                 f"{rotated[0]} in a "
                 "*TRANSFORM"
             )
-    return _with_gap(_placed(contact, table.where, sort=from_sets), points, table.where)
+    placed = _placed(contact, table.where, sort=from_sets)
+    normals = in_space(placed.normals, placed.axes)
+    return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
+
+
+def in_space(vectors: FloatArray, axes: tuple[int, int]) -> FloatArray:
+    """Vectors (n, 2) along two of the axes x, y, z as vectors (n, 3).
+
+    Examples
+    --------
+    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
+    [[0.6, 0.0, 0.8]]
+    """
+    found = np.zeros((len(vectors), 3))
+    found[:, [axes[0] - 1, axes[1] - 1]] = vectors
+    return found
 
 
 def _check_axisymmetric(axes: list[int], model: Model, where: str) -> None:
@@ -129,47 +145,6 @@ def _check_axisymmetric(axes: list[int], model: Model, where: str) -> None:
             f"{model.mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
             f"{model.mesh.coordinates[k, 0]:g} at node {model.mesh.labels[k]}"
         )
-
-
-def _gap(table: Table, files: InputFiles) -> tuple[FloatArray, FloatArray | None]:
-    """The initial gap: a number, one per node, a column of a file; or points (x, gap) to interpolate."""
-    value = table.content.get("gap", 0.0)
-    if not isinstance(value, dict):
-        if isinstance(value, list):
-            return np.array(table.array("gap", float, (None,)), dtype=float), None
-        return np.array(table.number("gap", 0.0)), None
-    source = table.table("gap")
-    points = source.array("points", float, (None, 2), required=False)
-    if points is None:
-        name, column = str(source.text("file")), source.key_of_column("column") or 1
-        source.done()
-        return files.read(name, lambda path: read_table(path).column(column)), None
-    source.done()
-    found = np.array(points, dtype=float)
-    down = np.flatnonzero(np.diff(found[:, 0]) <= 0)
-    if down.size:
-        before, after = found[down[0] : down[0] + 2, 0]
-        raise ProblemError(
-            f"{source.where}: key 'points': expected [x, gap] with x ascending, found {after:g} after "
-            f"{before:g}"
-        )
-    return np.array(0.0), found
-
-
-def _with_gap(contact: ContactSection, points: FloatArray | None, where: str) -> ContactSection:
-    """The contact with its gap, one number or one per node."""
-    if points is not None:
-        if contact.x is None:
-            raise ProblemError(
-                f"{where}: key 'gap': expected positions ('x', or [model]) beside points, found none"
-            )
-        return replace(contact, gap=np.interp(contact.x, points[:, 0], points[:, 1]))
-    if contact.gap.ndim and len(contact.gap) != len(contact.labels):
-        raise ProblemError(
-            f"{where}: key 'gap': expected one for each of {len(contact.labels)} nodes, found "
-            f"{len(contact.gap)}"
-        )
-    return contact
 
 
 def _integers(table: Table, key: str) -> NDArray[np.intp] | None:

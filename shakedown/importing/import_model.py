@@ -15,7 +15,7 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.importing.contact_section import ContactSection, contact_section
+from shakedown.importing.contact_section import ContactSection, contact_section, in_space
 from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
 from shakedown.importing.load_section import (
     absent_before,
@@ -27,7 +27,7 @@ from shakedown.importing.load_section import (
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.static_runs import static_run
 from shakedown.importing.stiffness_section import ImportContext, stiffness_section
-from shakedown.importing.traces import in_space, load_names, positive_areas, source_text
+from shakedown.importing.traces import load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.readers import Mesh, Stiffness
@@ -191,7 +191,9 @@ def import_model(
         [thickness]                of a plane model, for the areas of the nodes; default 1 (of an
                                    axisymmetric one the areas are 2 pi r times a length)
         [gap]                      initial gap, negative for interference: a number, a list,
-                                   {file, column} or {points = [[x, gap], …]}
+                                   {file, column}, {points = [[x, gap], …]},
+                                   {nodes = [[node or set, gap], …]}, or "coordinates": between
+                                   the nodes of the pairs as the deck places them
 
         [supports]                 rows that are held or have prescribed displacements
         [fixed]                    [[node or set, direction], …]

@@ -1,4 +1,4 @@
-"""What leads from an imported problem back to the model: directions in space, areas, names, the source."""
+"""What leads from an imported problem back to the model: areas, names, the source."""
 
 import json
 import os
@@ -14,19 +14,6 @@ from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.importing.contact_section import ContactSection
 
 LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
-
-
-def in_space(vectors: FloatArray, axes: tuple[int, int]) -> FloatArray:
-    """Vectors (n, 2) along two of the axes x, y, z as vectors (n, 3).
-
-    Examples
-    --------
-    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
-    [[0.6, 0.0, 0.8]]
-    """
-    found = np.zeros((len(vectors), 3))
-    found[:, [axes[0] - 1, axes[1] - 1]] = vectors
-    return found
 
 
 def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[str, ...]]:

@@ -126,9 +126,19 @@ def test_a_gap_and_an_interference(punch):
         f"gap = {{ points = {points} }}": (),
         f"gap = {gap.tolist()}": (pairs,),
         'gap = { file = "gap.csv", column = "gap" }': (pairs,),
+        f"gap = {{ nodes = {[[1 + k, float(g)] for k, g in enumerate(gap)]} }}": (),
+        f'gap = {{ nodes = [["PUNCH_FOOT", {gap[0]}]] }}': "even",
+        'gap = "coordinates"\nnormal = [0, 2]': "moved",
     }
-    expected = with_initial_gap(plain, gap)
-    for text, more in kinds.items():
+    moved = (punch / "punch.inp").read_text()
+    for k, g in enumerate(gap):
+        line = f"\n{k + 1}, {1.0 + 0.25 * k}, 1.0\n"
+        assert line in moved
+        moved = moved.replace(line, line.replace(", 1.0\n", f", {1.0 + float(g)!r}\n"))
+    (punch / "moved.inp").write_text(moved)
+    for text, kind in kinds.items():
+        more = {"even": (), "moved": (('file = "punch.inp"', 'file = "moved.inp"'),)}.get(kind, kind)
+        expected = with_initial_gap(plain, gap[0] if kind == "even" else gap)
         found = import_problem(changed(punch, *more, ("[contact]\n", f"[contact]\n{text}\n")))
         np.testing.assert_allclose(found.p_w, expected.p_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
         np.testing.assert_allclose(found.q_w, expected.q_w, rtol=0, atol=1e-9 * np.abs(expected.p_w).max())
@@ -136,6 +146,16 @@ def test_a_gap_and_an_interference(punch):
         ("gap = [0.1]", "key 'gap': expected no list beside sets of nodes, .* found one of length 1"),
         ("gap = { points = [[1, 0], [0, 1]] }", "with x ascending, found 0 after 1"),
         ("gap = nan", "a finite number, found nan"),
+        ('gap = "deck"', "key 'gap': expected 'coordinates', a number, a list or a table, found 'deck'"),
+        ("gap = { nodes = [[17, 0.1]] }", "key 'gap': expected contact nodes, found node 17"),
+        ('gap = { nodes = [["FOOT", 0.1]] }', "key 'nodes': .*FOOT"),
+        ("gap = { nodes = [[1, 0.1], [1, 0.2]] }", "expected every node once, found node 1 twice"),
+        ('gap = { nodes = [[1, "0.1"]] }', r"expected a finite number, found \[1, '0.1'\]"),
+        ("gap = { nodes = [[1.5, 0.1]] }", r"expected a node, or the name of a set, found \[1.5, 0.1\]"),
+        (
+            "gap = { nodes = [[1, 0.1]], points = [[0, 1]] }",
+            "expected one of the keys 'points', 'nodes' and 'file'",
+        ),
     ):
         with pytest.raises(ProblemError, match=message):
             import_problem(changed(punch, ("[contact]\n", f"[contact]\n{text}\n")))
