@@ -10,9 +10,10 @@ import click
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
-from shakedown.report.words import down, simulated_path_in_words, up
+from shakedown.report.words.hint_words import simulated_path_in_words
 
 from .claims import OutputFile
 from .options import json_option, problem_argument, quiet_option

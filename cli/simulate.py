@@ -13,13 +13,8 @@ from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words import (
-    SEPARATION,
-    loads_in_words,
-    margin_at_rest,
-    simulated_path_in_words,
-    sliding_in_words,
-)
+from shakedown.report.words.hint_words import loads_in_words, simulated_path_in_words
+from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile
 from .initial import initial_state, moved_by_transient, zone_nodes

@@ -9,23 +9,21 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.evidence import Missing
+from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.report.json_documents import assessment_document, quick_document
 from shakedown.report.node_words import node_in_words
-from shakedown.report.words import (
-    bounds_in_words,
+from shakedown.report.words.assessment_words import (
     certain_in_words,
-    coupling_in_words,
-    curve_in_words,
-    down,
-    friction_in_words,
-    hints_in_words,
     numbers_in_words,
     quickly_in_words,
     said_as_given_in_words,
-    up,
 )
+from shakedown.report.words.bound_words import bounds_in_words
+from shakedown.report.words.friction_words import friction_in_words
+from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state

@@ -11,10 +11,11 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import shortened
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
-from shakedown.report.words import LOAD_DOMAIN, down, up
+from shakedown.report.words.hint_words import LOAD_DOMAIN
 
 from .claims import PICTURES, RECORD, OutputFile, name_of, reads, writes
 from .initial import initial_state

@@ -12,16 +12,12 @@ from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.json_documents import verification_document
 from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
-from shakedown.report.words import (
-    SEPARATION,
-    as_given_in_words,
-    bounds_in_words,
-    certain_in_words,
-    friction_in_words,
-    hints_in_words,
-    start_in_words,
-    transient_in_words,
-)
+from shakedown.report.words.assessment_words import certain_in_words
+from shakedown.report.words.bound_words import bounds_in_words
+from shakedown.report.words.friction_words import friction_in_words
+from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.limit_words import transient_in_words
+from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
 
 from .claims import NODE_FILES, OutputFile, writes
 from .options import (

@@ -16,7 +16,7 @@ from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
 from shakedown.plot.inline_svg import Drawing, Picture, picture
-from shakedown.report.words import coupling_in_words
+from shakedown.report.words.limit_words import coupling_in_words
 
 FEW = 3  # nodes up to which the loading of each one is drawn
 SOURCE = {

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.shown_values import cycles_in_words
-from shakedown.report.words import down, up
+from shakedown.ground.shown_values import cycles_in_words, down, up
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem

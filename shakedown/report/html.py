@@ -43,16 +43,13 @@ from shakedown.report.page_tables import (
     transient_is_proved,
 )
 from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture
-from shakedown.report.words import (
-    SEPARATION,
-    as_given_in_words,
-    bounds_in_words,
-    certain_in_words,
-    critical_in_words,
-    friction_in_words,
-    hints_in_words,
-    transient_in_words,
-)
+from shakedown.report.words.assessment_words import certain_in_words
+from shakedown.report.words.bound_words import bounds_in_words
+from shakedown.report.words.friction_words import friction_in_words
+from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.limit_words import transient_in_words
+from shakedown.report.words.run_words import SEPARATION, as_given_in_words
+from shakedown.report.words.subset_words import critical_in_words
 from shakedown.verification.verify import Verification
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
@@ -12,7 +13,7 @@ from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.simulation import Simulation
 from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words import down, start_in_words, up
+from shakedown.report.words.run_words import start_in_words
 from shakedown.verification.runs import Run
 from shakedown.verification.verify import Verification
 

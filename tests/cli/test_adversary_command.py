@@ -7,7 +7,7 @@ import pytest
 from command import document, run
 
 import shakedown
-from shakedown.report import words
+from shakedown.ground import shown_values as words
 
 QUICK = ("--states", "16", "--rounds", "3")
 

@@ -1,0 +1,6 @@
+"""Results in sentences, one room per subject.
+
+Reading order: ``assessment_words`` (what is certain), ``bound_words`` (what the bounds mean), ``run_words``
+(a simulation), ``limit_words`` (coupling, guarantee curve, λ_T), ``friction_words``, ``subset_words``,
+``hint_words`` (the data).
+"""

@@ -1,0 +1,78 @@
+"""What the limits beside the bounds say: the coupling ratio, the guarantee curve, λ_T."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shakedown.ground.shown_values import down, up
+from shakedown.report.node_words import open_in_words
+
+if TYPE_CHECKING:
+    from shakedown.assessment.transient_limit import TransientLimit
+    from shakedown.joint.problem import Problem
+    from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
+
+
+def coupling_in_words(ratio: float) -> str:
+    """Which side of 1 a coupling ratio ρ* is on: below it the first collapse is the limit.
+
+    Examples
+    --------
+    >>> coupling_in_words(0.5), coupling_in_words(1.5)
+    ('moderate coupling: the first collapse is the limit', 'strong coupling')
+    """
+    return "moderate coupling: the first collapse is the limit" if ratio < 1 else "strong coupling"
+
+
+def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:
+    """How far the lower bound improves for initial states near the safe slip.
+
+    With the problem it is said that these are states after a transient.
+    """
+    points = ", ".join(
+        f"{down(load_factor, 5)} (R = {radius:g})"
+        for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
+    )
+    over = " when the transient is over" * (problem is not None and problem.q_transient is not None)
+    return (
+        f"For initial states within R of the safe slip{over} the first collapse lies at λ_1(R) = {points}; "
+        f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
+    )
+
+
+def transient_in_words(limit: TransientLimit, problem: Problem | None = None) -> str:
+    """Up to where one history shakes down, and what was scanned to say so.
+
+    With the problem it is said where that history is one path of many through a load domain.
+    """
+    path = ", with the corners of the load domain in their order," * (
+        problem is not None and problem.is_domain
+    )
+    here = f"From its initial state{path}"
+    scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
+    if np.isnan(limit.load_factor):
+        return f"{here} the joint shakes down at no load factor ({scan})."
+    if not np.isfinite(limit.high):
+        return f"{here} the joint shakes down at every load factor scanned ({scan})."
+    order = "" if limit.monotone else "; below it there are load factors at which it does not"
+    proved = ""
+    if np.isfinite(limit.proved):
+        proved = f"; shakedown is proved at λ = {down(limit.proved)}"
+        if np.isfinite(limit.cycling):
+            proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
+    return f"{here} the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} ({scan})."
+
+
+def _found_above(limit: TransientLimit) -> str:
+    """Which long-term state was found at ``cycling``."""
+    outcome = limit.outcomes[limit.scanned.tolist().index(limit.cycling)]
+    state = limit.at_high if limit.at_high is not None and limit.high == limit.cycling else None
+    if state is not None and outcome == "separation":
+        if not state.period:
+            return "the body was found to leave"
+        nodes = tuple(j for j in np.flatnonzero(state.opened).tolist() if j not in state.open_nodes)
+        verbs = "opens and closes" if len(nodes) == 1 else "open and close"
+        return f"separation was found ({open_in_words(nodes)} {verbs}, no slip in contact)"
+    return f"{outcome.replace('-', ' ')} was found"
