@@ -219,7 +219,7 @@ def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
     if outcome.vertex is None:
         return 0.0
     slip, load_factor = rows.slips(outcome.vertex.x[:-1]), outcome.vertex.x[-1]
-    stiffness = np.repeat(np.abs(problem.A) + problem.f[:, None] * np.abs(problem.B), 2, axis=0)
+    stiffness = problem.law.stiffness_terms(problem.A, problem.B)
     terms = stiffness @ np.abs(slip) + np.abs(rows.g) + abs(load_factor) * np.abs(rows.d)
     return float(ROUNDED * np.finfo(float).eps * (np.abs(outcome.vertex.multipliers) @ terms))
 

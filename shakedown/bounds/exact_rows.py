@@ -102,7 +102,7 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     loop, steps, largest = loading(problem), step_loads(problem), constraints(problem).d
     pressed = problem.law.limit(np.abs(problem.p_w) + np.abs(loop.p0))
     terms = np.abs(problem.q_w) + np.abs(loop.q0) + pressed
-    slack = _NEAR * terms.max(axis=0).repeat(2)
+    slack = _NEAR * terms.max(axis=0).repeat(law.rows)
     near = steps >= largest - slack
     d = np.empty_like(largest, dtype=object)
     for row, (j, side) in enumerate(np.ndindex(problem.n, law.rows)):

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -20,7 +19,6 @@ GAP = 0  # the row of an open node: its gap
 DISC = 2  # one of the rows of a disc, which has no sides
 SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc"}
 CONE = 3  # rows of a disc: f p, q_x, q_y
-ROUND_OFF_LOAD = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,7 +132,7 @@ def constraints(problem: Problem) -> Constraints:
 
     With one direction only the extreme sample of the loading loop enters, one per row: an LP over
     every load step (thesis (5.16)) has the same solutions. With two, of every node the load steps
-    that none of the others implies (:func:`extreme_steps`).
+    that none of the others implies (:meth:`~shakedown.joint.law.Law.extreme_steps`).
 
     Examples
     --------
@@ -147,7 +145,7 @@ def constraints(problem: Problem) -> Constraints:
     G, g = law.stiffness(problem.A, problem.B), law.cone(loop.q0, loop.p0)
     rigid = rigid_slips(problem)
     if problem.directions > 1:
-        place = extreme_steps(law, loop.q1, loop.p1)
+        place = law.extreme_steps(loop.q1, loop.p1)
         return _cones(G, step_loads(problem), np.broadcast_to(g, (problem.m, g.size)), place, rigid)
     steps = step_loads(problem)
     return Constraints(
@@ -211,7 +209,7 @@ def through_transient(problem: Problem) -> Constraints:
     law = problem.law
     room = law.cone(problem.q_transient, problem.p_transient)
     if problem.directions > 1:
-        place = extreme_steps(law, problem.q_transient, problem.p_transient)
+        place = law.extreme_steps(problem.q_transient, problem.p_transient)
         before = _cones(law.stiffness(problem.A, problem.B), np.zeros_like(room), room, place, rows.rigid)
     else:
         before = replace(rows, d=np.zeros_like(rows.d), g=room.min(axis=0), step=room.argmin(axis=0))
@@ -234,47 +232,6 @@ def rows_of(nodes: int | NDArray[np.intp]) -> NDArray[np.intp]:
 def by_side(rows: NDArray[Any]) -> NDArray[Any]:
     """What belongs to the 2n rows of a joint in the plane by node and side, backward first, (n, 2, …)."""
     return rows.reshape(-1, 2, *rows.shape[1:])
-
-
-def extreme_steps(law: Law, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The (node, load step) pairs whose discs, of reactions (m, 2n) and (m, n), imply all others.
-
-    A disc is convex: of the load path (q_x, q_y, p) of a node only the corners of its hull matter. Nor
-    does a step k matter that another one, l, implies: |q_k − q_l| ≤ f (p_k − p_l).
-
-    Examples
-    --------
-    >>> q, p = np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.1, 0.1]]), np.array([[1.0], [1], [1], [9]])
-    >>> extreme_steps(Law(np.array([0.5]), 2), q, p)
-    (array([0, 0]), array([0, 1]))
-    """
-    path = np.concatenate([law.layout.by_node(q), p[..., None]], axis=-1)
-    found = []
-    for node in range(p.shape[1]):
-        steps = _hull(path[:, node])
-        apart = path[steps, node][:, None] - path[steps, node]
-        implied = Law(law.f[[node]], 2).excess(apart[..., :2], apart[..., 2:])[..., 0] <= 0
-        earlier = np.tri(len(steps), k=-1, dtype=bool)
-        found.append(steps[~(implied & (earlier | ~implied.T) & ~np.eye(len(steps), dtype=bool)).any(axis=1)])
-    return np.repeat(np.arange(p.shape[1]), [len(steps) for steps in found]), np.concatenate(found)
-
-
-def _hull(points: FloatArray) -> NDArray[np.intp]:
-    """The corners of the convex hull of points (m, 3) that may lie in a plane or a line, in order."""
-    from scipy.spatial import ConvexHull, QhullError  # in space only
-
-    size = float(np.abs(points).max())
-    spread = np.ldexp(points - points[0], -int(np.frexp(size)[1]))
-    values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
-    rank = int(np.count_nonzero(values > ROUND_OFF_LOAD * len(points)))
-    along = spread @ directions[:rank].T
-    if rank < 2:
-        ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]
-        return np.sort(np.array(ends, dtype=np.intp))
-    try:
-        return np.sort(ConvexHull(along).vertices.astype(np.intp))
-    except QhullError:  # nearly flat: all of them imply themselves
-        return np.arange(len(points))
 
 
 def rows_named(rows: Constraints, indices: NDArray[np.intp]) -> tuple[tuple[int, int], ...]:

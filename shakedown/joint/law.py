@@ -11,6 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.layout import Layout
 
 Numbers = NDArray[Any]  # floats, or exact numbers as objects
+ROUND_OFF = 16 * np.finfo(float).eps  # of a load, relative to the largest of its node
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +113,37 @@ class Law:
             return np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * len(B), -1)
         return -np.stack([fB, *np.moveaxis(A.reshape(len(B), 2, -1), 1, 0)], axis=1).reshape(3 * len(B), -1)
 
+    def stiffness_terms(self, A: FloatArray, B: FloatArray) -> FloatArray:
+        """The sizes of the terms of :meth:`stiffness` together: what its round-off is relative to."""
+        if self.d == 1:
+            return np.repeat(np.abs(A) + self.limit_rows(np.abs(B)), 2, axis=0)
+        return np.abs(self.stiffness(A, B))
+
+    def extreme_steps(self, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The (node, load step) pairs whose discs, of reactions (m, 2n) and (m, n), imply all others.
+
+        A disc is convex: of the load path (q_x, q_y, p) of a node only the corners of its hull matter.
+        Nor does a step k matter that another one, l, implies: |q_k − q_l| ≤ f (p_k − p_l).
+
+        Examples
+        --------
+        >>> q = np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [0.1, 0.1]])
+        >>> p = np.array([[1.0], [1.0], [1.0], [9.0]])
+        >>> Law(np.array([0.5]), 2).extreme_steps(q, p)
+        (array([0, 0]), array([0, 1]))
+        """
+        path = np.concatenate([self.layout.by_node(q), p[..., None]], axis=-1)
+        found = []
+        for node in range(self.layout.n):
+            steps = _hull(path[:, node])
+            apart = path[steps, node][:, None] - path[steps, node]
+            implied = Law(self.f[[node]], 2).excess(apart[..., :2], apart[..., 2:])[..., 0] <= 0
+            earlier = np.tri(len(steps), k=-1, dtype=bool)
+            others = ~np.eye(len(steps), dtype=bool)
+            found.append(steps[~(implied & (earlier | ~implied.T) & others).any(axis=1)])
+        count = [len(steps) for steps in found]
+        return np.repeat(np.arange(self.layout.n), count), np.concatenate(found)
+
     def _components(self, q: Numbers) -> Numbers:
         return np.moveaxis(self.layout.by_node(q), -1, 0)
 
@@ -127,3 +159,21 @@ class Law:
 def _by_node(*parts: Numbers) -> Numbers:
     """Rows (…, n) of every node together: those of node 0, of node 1, …"""
     return np.stack(parts, axis=-1).reshape(*parts[0].shape[:-1], -1)
+
+
+def _hull(points: FloatArray) -> NDArray[np.intp]:
+    """The corners of the convex hull of points (m, 3) that may lie in a plane or a line, in order."""
+    from scipy.spatial import ConvexHull, QhullError  # in space only
+
+    size = float(np.abs(points).max())
+    spread = np.ldexp(points - points[0], -int(np.frexp(size)[1]))
+    values, directions = np.linalg.svd(spread, full_matrices=False)[1:]
+    rank = int(np.count_nonzero(values > ROUND_OFF * len(points)))
+    along = spread @ directions[:rank].T
+    if rank < 2:
+        ends = [along[:, 0].argmin(), along[:, 0].argmax()] if rank else [0]
+        return np.sort(np.array(ends, dtype=np.intp))
+    try:
+        return np.sort(ConvexHull(along).vertices.astype(np.intp))
+    except QhullError:  # nearly flat: all of them imply themselves
+        return np.arange(len(points))

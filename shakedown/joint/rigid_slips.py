@@ -100,10 +100,10 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     """
     n, accuracy = problem.layout.slip_size, problem.stiffness_accuracy
     held = RigidSlips(np.zeros((n, 0)), ())
-    A, B, lengths = _scaled(problem)
+    A, lengths, power = _scaled(problem)
     if accuracy is None and _clearly_held(A):
         return held
-    M = np.vstack([A, B])
+    M = np.vstack([A, _coupling(problem, lengths, power)])
     values, directions = np.linalg.svd(M, full_matrices=False)[1:]
     size = np.abs(M)
     most = float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
@@ -138,21 +138,24 @@ def _below(values: FloatArray, accuracy: float) -> tuple[int, str]:
     return count, _doubt(values[count]) if np.any(values[count:] <= RESOLVED * noise) else ""
 
 
-def _scaled(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A and B with the slip of every node in units in which its stiffness is 1, and these units.
+def _scaled(problem: Problem) -> tuple[FloatArray, FloatArray, int]:
+    """A with every slip in units in which its stiffness is 1, these units, and the power of two of A.
 
-    Rows of B that are larger than 1 then are divided by their largest entry: the accuracy is that of
-    each row. Nothing of this is stored, so powers of two in the units cancel.
+    Nothing of this is stored, so powers of two in the units cancel.
     """
     diagonal = np.diagonal(problem.A)
     largest = float(diagonal.max(initial=0.0))
     relative = np.ldexp(diagonal, -int(np.frexp(largest)[1]))
     lengths = 1.0 / np.sqrt(np.where(diagonal > 0, relative, 1.0))
     power = int(np.frexp(largest or float(np.abs(problem.B).max(initial=0.0)))[1])
-    A = np.ldexp(problem.A, -power) * lengths * lengths[:, None]
-    of_node = problem.layout.by_node(lengths).max(axis=-1)
-    B = np.ldexp(problem.B, -power) * lengths * of_node[:, None]
-    return A, B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0), lengths
+    return np.ldexp(problem.A, -power) * lengths * lengths[:, None], lengths, power
+
+
+def _coupling(problem: Problem, lengths: FloatArray, power: int) -> FloatArray:
+    """B likewise. Rows that are larger than 1 then are divided by their largest entry: accuracy is by row."""
+    of_nodes = problem.layout.by_node(lengths).max(axis=-1)
+    B = np.ldexp(problem.B, -power) * lengths * of_nodes[:, None]
+    return np.asarray(B / np.maximum(np.abs(B).max(axis=1, keepdims=True), 1.0))
 
 
 def _clearly_held(A: FloatArray) -> bool:

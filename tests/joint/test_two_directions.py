@@ -88,7 +88,7 @@ def test_the_shapes_tell_the_directions(tmp_path):
         ),
         (
             {"tangent": np.tile([1.0, 0.0, 0.0], (3, 1))},
-            "key 'tangent': expected only with one tangential direction, found two tangential directions",
+            "key 'tangent': expected only with one tangential direction, found two",
         ),
     ],
 )

@@ -109,7 +109,7 @@ def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRo
     metric = energy_metric(problem.A, problem.B, rows.rigid, tolerances=tolerances)
     spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
     spread = np.tile(spread, len(rows.g) // len(spread))
-    terms = np.repeat(np.abs(problem.A) + problem.f[:, None] * np.abs(problem.B), 2, axis=0)
+    terms = problem.law.stiffness_terms(problem.A, problem.B)
     G = cleaned(rows.G, np.tile(terms, (len(rows.g) // len(terms), 1)))
     return EnergyRows(G, rows.d, rows.g, spread, rows.node, rows.side, metric, rows.rigid)
 

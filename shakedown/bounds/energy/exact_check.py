@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.bounds.exact_rows import exact_rows
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.law import Law
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
@@ -100,10 +101,8 @@ class ExactBall:
     def _least_transient(self, problem: Problem) -> list[Fraction] | None:
         if problem.q_transient is None or problem.p_transient is None or not len(problem.q_transient):
             return None
-        least = []
-        for i, f in enumerate(self._f):
-            q, p = (_vector(part[:, i]) for part in (problem.q_transient, problem.p_transient))
-            least += [min(f * b - sign * a for a, b in zip(q, p, strict=True)) for sign in (1, -1)]
+        q, p = (np.array(_fractions(part)) for part in (problem.q_transient, problem.p_transient))
+        least: list[Fraction] = Law(np.array(self._f)).cone(q, p).min(axis=0).tolist()
         return least
 
 

@@ -93,7 +93,6 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
     directions = directions_of(A, shapes["B"])
     sizes = {"dn": A[0], "n": A[0] // directions}
     for key, shape in shapes.items():
-        _check_directions(key, directions)
         _check_shape(key, shape, sizes, directions)
     if sizes["m"] == 0:
         raise ProblemError("key 'q_w': expected at least one load step, found m = 0")
@@ -110,15 +109,14 @@ def directions_of(A: tuple[int, ...], B: tuple[int, ...]) -> int:
     return 2 if len(B) == 2 and B[1] == A[0] == 2 * B[0] else 1
 
 
-def _check_directions(key: str, directions: int) -> None:
-    wanted, words = FIELDS[key].directions, ("none", "one tangential direction", "two tangential directions")
-    if wanted not in (0, directions):
-        raise ProblemError(f"key '{key}': expected only with {words[wanted]}, found {words[directions]}")
-
-
 def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], directions: int) -> None:
     """Match one shape against its axis names, learning m, k and s where they first occur."""
     field = FIELDS[key]
+    if field.directions not in (0, directions):
+        wanted, found = (
+            ("one tangential direction", "two") if directions > 1 else ("two tangential directions", "one")
+        )
+        raise ProblemError(f"key '{key}': expected only with {wanted}, found {found}")
     axes = field.axes
     if field.one is not None and len(shape) == len(field.one):
         axes = field.one

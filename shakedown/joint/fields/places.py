@@ -8,16 +8,21 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 
+NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
+DIRECTIONS = ("normal", "tangent", "tangents")
+
 
 def check_places(arrays: Mapping[str, FloatArray]) -> None:
     """Raise ``ProblemError`` unless areas and amplitudes are >= 0, directions perpendicular unit vectors."""
-    for key, what, where in (("node_area", "areas", "node"), ("load_amplitude", "amplitudes", "load")):
-        sizes = arrays.get(key, np.zeros(0))
-        if np.any(sizes < 0):
-            j = int(np.argmax(sizes < 0))
-            raise ProblemError(f"key '{key}': expected {what} >= 0, found {sizes[j]:.9g} at {where} {j}")
-    for key in ("normal", "tangent", "tangents"):
-        length = np.linalg.norm(arrays.get(key, np.zeros((0, 3))), axis=-1)
+    for key in filter(arrays.__contains__, NOT_NEGATIVE):
+        what, where = NOT_NEGATIVE[key]
+        if np.any(arrays[key] < 0):
+            j = int(np.argmax(arrays[key] < 0))
+            raise ProblemError(
+                f"key '{key}': expected {what} >= 0, found {arrays[key][j]:.9g} at {where} {j}"
+            )
+    for key in filter(arrays.__contains__, DIRECTIONS):
+        length = np.linalg.norm(arrays[key], axis=-1)
         wrong = np.abs(length - 1) > DEFAULT.printed_digits
         if np.any(wrong):
             place = tuple(np.argwhere(wrong)[0])
