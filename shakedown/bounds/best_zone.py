@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -16,8 +17,7 @@ from shakedown.joint.constraints import GAP, Constraints, by_side
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.programs.linear_program import INF
-from shakedown.programs.row_programs import Widest, load_factor_program, widest
+from shakedown.programs.solver import solve
 
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
 BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
@@ -173,23 +173,13 @@ def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> 
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, -inf, nothing, nothing, -inf)
     rows = zone.constraints
-    end = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
+    end = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
     if end.status == "unbounded":
         return _Visit(nodes, zone, inf, nothing, nothing)
-    if end.vertex is not None:
-        return _Visit(
-            nodes, zone, float(end.vertex.x[-1]), rows.slips(end.vertex.x[:-1]), -end.vertex.multipliers
-        )
-    against = _contradiction(rows, tolerances)
+    if end.optimal:
+        return _Visit(nodes, zone, float(end.x[-1]), rows.slips(end.x[:-1]), end.multipliers)
+    against = contradiction(rows, tolerances)
     return _Visit(nodes, zone, -inf, nothing, against.multipliers, against.margin)
-
-
-def _contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:
-    """By how much the rows leave no safe slip at any load factor, and the multipliers that show it."""
-    matrix = np.column_stack([rows.coefficients, rows.d])
-    sizes = np.abs(matrix).max(axis=1)
-    norms = np.where(sizes > 0, sizes, 1.0)
-    return widest(matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
 
 
 def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from shakedown.bounds.exact_rows import ExactRows, exact_rows
 from shakedown.bounds.interior_point import extreme_load_factor
+from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -18,7 +19,7 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.exact.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
 from shakedown.programs.exact.integer_algebra import enclosure
 from shakedown.programs.exact.verified_vertex import verified_vertex
-from shakedown.programs.linear_program import Solution
+from shakedown.programs.program import Solution
 from shakedown.programs.vertex import without_round_off
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
@@ -190,7 +191,7 @@ def _accepted(
     """
     rows = constraints(problem)
     plain = inf if outcome.status == Status.UNBOUNDED else nan
-    plain = plain if outcome.vertex is None else float(outcome.vertex.x[-1])
+    plain = float(outcome.x[-1]) if outcome.optimal else plain
     exact = certificate.load_factor
     margin = _left_open(problem, rows, outcome)
     if outcome.status == certificate.status and _agree(plain, exact, margin, rows, tolerances):
@@ -198,10 +199,9 @@ def _accepted(
     touching = certificate.status == Status.INFEASIBLE and _agree(plain, 0.0, margin, rows, tolerances)
     if touching:  # in floats the limits still meet in a point, at no load factor at all
         return certificate
-    sign = np.where(rows.node == node, -1.0, 1.0)
-    matrix = np.column_stack([rows.coefficients, rows.d]) * sign[:, None]
     towards = -1.0 if node is None else 1.0
-    second = extreme_load_factor(matrix, rows.g * sign, towards, None, tolerances)
+    program = load_factor_program(rows, towards, tolerances)
+    second = extreme_load_factor(reversed_rows(program, rows.node == node))
     confirmed = second.status == outcome.status and _agree(
         second.load_factor, plain, margin, rows, tolerances
     )
@@ -216,12 +216,12 @@ def _accepted(
 
 def _left_open(problem: Problem, rows: Constraints, outcome: Solution) -> float:
     """By how much the round-off of the stored stiffness and loads can shift λ at the vertex of the floats."""
-    if outcome.vertex is None:
+    if not outcome.optimal:
         return 0.0
-    slip, load_factor = rows.slips(outcome.vertex.x[:-1]), outcome.vertex.x[-1]
+    slip, load_factor = rows.slips(outcome.x[:-1]), outcome.x[-1]
     stiffness = problem.law.stiffness_terms(problem.A, problem.B)
     terms = stiffness @ np.abs(slip) + np.abs(rows.g) + abs(load_factor) * np.abs(rows.d)
-    return float(ROUNDED * np.finfo(float).eps * (np.abs(outcome.vertex.multipliers) @ terms))
+    return float(ROUNDED * np.finfo(float).eps * (np.abs(outcome.multipliers) @ terms))
 
 
 def _agree(one: float, two: float, margin: float, rows: Constraints, tolerances: Tolerances) -> bool:
@@ -268,7 +268,7 @@ def _collapse_program(rows: ExactRows, node: int) -> ExactProgram:
 
 def _start(program: ExactProgram, outcome: Solution) -> tuple[list[int], list[int]]:
     """Active rows and free columns; where λ is at its bound 0, the last row is active."""
-    active, free = outcome.active.tolist(), outcome.free.tolist()
+    active, free = (each.tolist() for each in outcome.meeting)
     last_row, last_column = len(program.matrix) - 1, len(program.cost) - 1
     if last_column not in free:
         return [*active, last_row], [*free, last_column]

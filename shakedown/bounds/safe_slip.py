@@ -16,7 +16,7 @@ from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import Constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.row_programs import widest
+from shakedown.programs.margin import widest
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,6 +15,7 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
+from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -25,8 +26,9 @@ from shakedown.joint.constraints import Constraints, constraints, rows_named, th
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.linear_program import INF, Solution
-from shakedown.programs.row_programs import load_factor_program, widest
+from shakedown.programs.margin import widest
+from shakedown.programs.program import Solution
+from shakedown.programs.solver import solve
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
@@ -206,7 +208,7 @@ def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
 
 
 def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tolerances) -> UpperBound:
-    outcome = load_factor_program(rows, towards=-1.0, tolerances=tolerances).solve()
+    outcome = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
     found: Certificate | Missing = Missing("")
     if certify:
         found = sought(certified_upper, problem, outcome, tolerances)
@@ -225,9 +227,9 @@ def _solved(problem: Problem, rows: Constraints, certify: bool, tolerances: Tole
 
 def _in_floats(rows: Constraints, outcome: Solution) -> FloatArray:
     """The slip and the load factor that a program found, (n + 1,); NaN where it found none."""
-    if outcome.vertex is None:
+    if not outcome.optimal:
         return np.full(rows.n + 1, nan)
-    return np.append(rows.slips(outcome.vertex.x[:-1]), outcome.vertex.x[-1])
+    return np.append(rows.slips(outcome.x[:-1]), outcome.x[-1])
 
 
 def _optimal(
@@ -238,9 +240,8 @@ def _optimal(
         slip = significant(rows, certificate.slip, load_factor, tolerances)[:-1]
         active, certified = np.array(certificate.rows, dtype=np.intp), (certificate.low, certificate.high)
     else:
-        assert outcome.vertex is not None
-        slip, load_factor = _in_floats(rows, outcome)[:-1], float(outcome.vertex.x[-1])
-        y, active, certified = -outcome.vertex.multipliers, outcome.active, None
+        slip, load_factor = _in_floats(rows, outcome)[:-1], float(outcome.x[-1])
+        y, active, certified = outcome.multipliers, outcome.meeting[0], None
     least, missing = _least(rows, tolerances)
     return UpperBound(
         status=Status.OPTIMAL,
@@ -270,11 +271,11 @@ def least_load_factor(rows: Constraints, tolerances: Tolerances) -> float:
         rows.g >= 0
     ):  # what is safe is so at every smaller load factor; v = 0 is
         return 0.0
-    vertex = load_factor_program(rows, towards=+1.0, tolerances=tolerances).solve().vertex
-    if vertex is None:
+    least = solve(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
+    if not least.optimal:
         return nan
-    at_mean = rows.relative_excess(rows.slips(vertex.x[:-1]), 0.0).max()
-    return 0.0 if at_mean <= tolerances.feasibility else float(vertex.x[-1])
+    at_mean = rows.relative_excess(rows.slips(least.x[:-1]), 0.0).max()
+    return 0.0 if at_mean <= tolerances.feasibility else float(least.x[-1])
 
 
 def _infeasible(
@@ -284,10 +285,7 @@ def _infeasible(
     if certificate is not None:
         y = certificate.multipliers
     else:
-        matrix = np.column_stack([rows.coefficients, rows.d])
-        sizes = np.abs(matrix).max(axis=1)
-        norms = np.where(sizes > 0, sizes, 1.0)
-        found = sought(widest, matrix, norms, rows.g, cap=INF, signed=rows.n, tolerances=tolerances)
+        found = sought(contradiction, rows, tolerances)
         if isinstance(found, Missing):
             missing = (f"multipliers: {found.reason}",)
         else:

@@ -24,7 +24,8 @@ from shakedown.joint.loading import loading, loop_path, ramp_start, transient_pa
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import scales
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 
 MARGIN = 1e-9  # least distance from a limit, relative to the force scale, that proves that it is not reached
 
@@ -157,16 +158,16 @@ class _States:
         for i in np.flatnonzero(nodes):
             values = []
             for cost in costs(i):
-                program = LinearProgram(
+                program = Program(
                     matrix[:, used],
+                    np.append(np.full(len(rows), INF), 1.0),
                     cost=cost[used],
-                    lower=np.append(-(rows @ constant), 1.0),
-                    upper=np.append(np.full(len(rows), INF), 1.0),
-                    column_lower=lower[used],
-                    column_upper=upper[used],
+                    left=np.append(-(rows @ constant), 1.0),
+                    lower=lower[used],
+                    upper=upper[used],
                 )
-                end = program.solve()
-                values.append(-np.inf if end.vertex is None else cost[used] @ end.vertex.x + cost @ constant)
+                end = solve(program)
+                values.append(cost[used] @ end.x + cost @ constant if end.optimal else -np.inf)
             out[i] = min(values)
         return out
 

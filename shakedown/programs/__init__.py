@@ -1,7 +1,8 @@
-"""Programs over the rows of a joint: linear ones and cones, in floats and in exact arithmetic.
+"""Programs in arrays alone: a linear cost over rows, bounds and second-order cones, in floats and exactly.
 
-Reading order: ``equilibration`` (scaling by powers of two), ``vertex`` (polish),
-``linear_program`` (HiGHS), ``row_programs`` (load factor and largest margin over all rows),
-``polygon`` (corners in the plane), ``cone_program`` (one second-order cone, Clarabel). Below
-them ``exact/`` (rational arithmetic) and ``interior/`` (dense interior points).
+Reading order: ``program`` (statement, numbers near 1, solution with residuals), ``scaling`` (by powers
+of two), ``solver`` (the road that the cones ask for; planes that cut cones), ``simplex`` (HiGHS, held
+for many solves), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``margin`` (the point with the most
+room), ``polygon`` (corners in the plane). Below them ``exact/`` (rational arithmetic) and
+``interior/`` (dense interior points).
 """

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.programs.row_programs import widest
+from shakedown.programs.margin import widest
 
 FAR = 1e3  # a point so many times farther than the sides is on a polygon without end
 

@@ -26,9 +26,10 @@ from shakedown.joint.arguments import (
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.equilibration import typical_size
-from shakedown.programs.linear_program import INF, LinearProgram, Solution
-from shakedown.programs.row_programs import widest
+from shakedown.programs.margin import widest
+from shakedown.programs.program import INF, Program, Solution
+from shakedown.programs.scaling import typical_size
+from shakedown.programs.solver import solve
 
 NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"
 NOT_HELD = "no ball at this load factor reaches the state given"
@@ -225,14 +226,12 @@ def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = 
     if found.status == "infeasible":
         return _nothing(rows, load_factor, NO_SAFE_SLIP)
     status = Status.OPTIMAL
-    if found.vertex is None:
+    if not found.optimal:
         wide = rows.spread > 0
         cap = typical_size(np.abs(room[wide]) / rows.spread[wide])
         found, status = _widest_ball(rows, room, cap, tolerances), Status.UNBOUNDED
-    assert found.vertex is not None
-    vertex = found.vertex
-    active = np.flatnonzero(vertex.multipliers)
-    ball = _ball(rows, load_factor, vertex.x[:-1], float(vertex.x[-1]), active, tolerances)
+    active = np.flatnonzero(found.multipliers)
+    ball = _ball(rows, load_factor, found.x[:-1], float(found.x[-1]), active, tolerances)
     if status == Status.UNBOUNDED and ball.status == Status.OPTIMAL:
         return replace(ball, status=status, reason=WEDGED)
     return ball
@@ -283,15 +282,16 @@ def _ball(
 def _widest_ball(rows: EnergyRows, room: FloatArray, cap: float, tolerances: Tolerances) -> Solution:
     """Maximise R in 0 ≤ R ≤ cap over the columns (v, R)."""
     n = rows.n
-    return LinearProgram(
-        np.column_stack([rows.coefficients, rows.spread]),
-        cost=np.append(np.zeros(n), -1.0),
-        lower=np.full(len(room), -INF),
-        upper=room,
-        column_lower=np.append(np.full(n, -INF), 0.0),
-        column_upper=np.append(np.full(n, INF), cap),
-        tolerances=tolerances,
-    ).solve()
+    return solve(
+        Program(
+            np.column_stack([rows.coefficients, rows.spread]),
+            room,
+            cost=np.append(np.zeros(n), -1.0),
+            lower=np.append(np.full(n, -INF), 0.0),
+            upper=np.append(np.full(n, INF), cap),
+            tolerances=tolerances,
+        )
+    )
 
 
 def _ratio(rows: EnergyRows, slip: FloatArray, load_factor: float, relative: float) -> float:

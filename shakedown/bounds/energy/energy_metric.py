@@ -9,7 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.law import Law
 from shakedown.joint.rigid_slips import RigidSlips
-from shakedown.programs.equilibration import power_of_two
+from shakedown.programs.scaling import power_of_two
 
 ROUND_OFF = 8 * np.finfo(float).eps  # of one eigenvalue per node, relative to the largest
 

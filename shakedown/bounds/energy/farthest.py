@@ -11,7 +11,8 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.programs.cone_program import ROADS, ConeProgram
+from shakedown.programs.program import Program, ball
+from shakedown.programs.solver import ROADS, solve
 
 FIRST_ROWS = (
     40  # with these, and half as many as there are nodes, most programs are solved in one or two rounds
@@ -88,17 +89,21 @@ def _solved(rows: ConeRows, road: int) -> Farthest:
     """The program of a few rows, in the space of y that they span."""
     basis = _span(rows.H)
     rank = basis.shape[1]
-    H = rows.H @ basis
-    program = ConeProgram(
-        np.column_stack([H, rows.s, rows.d]),
-        rows.g,
-        np.append(np.zeros(rank + 1), -1.0),
-        rank,
-        rows.offset,
-    )
-    found = program.solve(road)
+    matrix = np.column_stack([rows.H @ basis, rows.s, rows.d])
+    found = solve(_within_cone(matrix, rows.g, rank, rows.offset), road)
     y = basis @ found.x[:rank]
-    return Farthest(found.status, y, float(found.x[-1]), found.multipliers)
+    return Farthest(found.status, y, float(found.x[-1]), found.multipliers[: len(rows.g)])
+
+
+def _within_cone(matrix: FloatArray, right: FloatArray, rank: int, offset: float) -> Program:
+    """Maximise the last of the unknowns (y, R, …) subject to rows and to ‖y‖ + offset ≤ R."""
+    columns = matrix.shape[1]
+    return Program(
+        np.vstack([matrix, ball(rank, columns)]),
+        np.concatenate([right, [-offset], np.zeros(rank)]),
+        cost=np.append(np.zeros(columns - 1), -1.0),
+        cones=(rank + 1,),
+    )
 
 
 def _span(H: FloatArray) -> FloatArray:
@@ -206,13 +211,11 @@ def widest_room(rows: ConeRows) -> Room:
     rank = rows.H.shape[1]
     matrix = np.column_stack([rows.H, rows.s, rows.d, sizes])
     matrix = np.vstack([matrix, np.append(np.zeros(rank + 2), 1.0)])
-    program = ConeProgram(
-        matrix, np.append(rows.g, 1.0), np.append(np.zeros(rank + 2), -1.0), rank, rows.offset
-    )
-    found = program.solve()
+    found = solve(_within_cone(matrix, np.append(rows.g, 1.0), rank, rows.offset))
     if found.status != Status.OPTIMAL:
         raise SolverError(f"the cone program for the largest margin ended as '{found.status}'")
-    return Room(found.x[:rank], float(found.x[-2]), float(found.x[-1]), found.multipliers[:-1])
+    multipliers = found.multipliers[: len(rows.g)]
+    return Room(found.x[:rank], float(found.x[-2]), float(found.x[-1]), multipliers)
 
 
 def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
@@ -22,8 +23,8 @@ from shakedown.planar.collapse.collapse_programs import collapse_in_box, collaps
 from shakedown.planar.collapse.least_box import Box, BoxMap
 from shakedown.planar.collapse.lift_off import lift_off_bound
 from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.programs.linear_program import INF
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.program import INF
+from shakedown.programs.simplex import Simplex
 
 WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes, no limit in effect up to 100
 DOUBLINGS = 60  # of the load factor, where no λ_max ends the search
@@ -198,7 +199,7 @@ class _Boxes:
     ) -> None:
         self.problem, self.start, self._tolerances = problem, start, tolerances
         self.map, self._transient = BoxMap(problem, transient=transient), transient
-        self._program = load_factor_program(self.map.rows, towards=+1.0, tolerances=tolerances).hold_basis()
+        self._program = Simplex(load_factor_program(self.map.rows, towards=+1.0, tolerances=tolerances))
         self._anywhere = collapse_limits(self.map.rows).load_factors  # a node collapses nowhere below
         self._left = max(WORK // problem.n**3, 2)  # how many programs may still be solved
         self._known = self._anywhere  # a node does not collapse below, in boxes no larger than …
@@ -210,9 +211,9 @@ class _Boxes:
     def safe_at_mean(self, box: Box) -> bool:
         """Whether some slip in a box is safe under the mean load."""
         self._program.set_columns(np.arange(self.problem.n), box.low, box.high)
-        found = self._program.solve().vertex
+        found = self._program.solve()
         feasible = self._tolerances.feasibility
-        return found is not None and bool(self.map.rows.relative_excess(found.x[:-1], 0.0).max() <= feasible)
+        return found.optimal and bool(self.map.rows.relative_excess(found.x[:-1], 0.0).max() <= feasible)
 
     def all_apart(self, box: Box, load_factor: float) -> bool:
         """Whether some slip in a box is safe at a load factor, and all limits are apart at every one."""
@@ -220,10 +221,10 @@ class _Boxes:
         near = np.flatnonzero(self.map.apart_below(box) <= load_factor)
         if not near.size:  # then some slip in the box is safe as well: it is mapped into itself
             return True
-        program = load_factor_program(rows, towards=+1.0, tolerances=self._tolerances).hold_basis()
+        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self._tolerances))
         program.set_columns(np.arange(n), box.low, box.high)
         program.set_columns(np.array([n]), np.array([load_factor]), np.array([load_factor]))
-        if program.solve().vertex is None:
+        if not program.solve().optimal:
             return False
         room = rows.g - load_factor * rows.d
         for node in near.tolist():
@@ -232,9 +233,9 @@ class _Boxes:
             cost = -(rows.G[pair] / own[:, None]).sum(axis=0)  # U − L = room / own + cost · v
             program.set_rows(pair, -free, free)
             program.set_cost(np.append(cost, 0.0))
-            found = program.solve().vertex
+            found = program.solve()
             program.set_rows(pair, -free, rows.g[pair])
-            if found is None:
+            if not found.optimal:
                 return False
             terms = np.concatenate([room[pair] / own, cost * found.x[:-1]])
             if not terms.sum() > self._tolerances.feasibility * np.abs(terms).max():

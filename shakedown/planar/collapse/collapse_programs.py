@@ -12,8 +12,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, by_side, rows_of
 from shakedown.joint.problem import Problem
-from shakedown.programs.equilibration import power_of_two
-from shakedown.programs.linear_program import INF, LinearProgram, Solution
+from shakedown.programs.program import INF, Solution
+from shakedown.programs.scaling import power_of_two
+from shakedown.programs.simplex import Simplex
 
 _SWEEPS = 60  # of the iteration for the multipliers of all nodes
 _NEWTON_UP_TO = 12  # nodes, with one system of equations for each
@@ -22,16 +23,16 @@ _NEARLY_FIRST = 1e-8  # relative; nodes this near are told apart by polish, not 
 
 
 def mean_load_is_safe(
-    problem: Problem, rows: Constraints, program: LinearProgram, certify: bool, tolerances: Tolerances
+    problem: Problem, rows: Constraints, program: Simplex, certify: bool, tolerances: Tolerances
 ) -> bool:
     """Whether some slip is safe under the mean load alone."""
     if np.all(rows.g > 0) or _unloads(rows):  # slip zero is, or one found without a program
         return True
     start = program.solve()
     exact = sought(starts_safe, problem, start, tolerances) if certify else None
-    if isinstance(exact, bool) or start.vertex is None:
+    if isinstance(exact, bool) or not start.optimal:
         return exact is True
-    return bool(rows.relative_excess(rows.slips(start.vertex.x[:-1]), 0.0).max() <= tolerances.feasibility)
+    return bool(rows.relative_excess(rows.slips(start.x[:-1]), 0.0).max() <= tolerances.feasibility)
 
 
 def _unloads(rows: Constraints) -> bool:
@@ -48,7 +49,7 @@ def _unloads(rows: Constraints) -> bool:
 
 
 def collapses(
-    rows: Constraints, program: LinearProgram, limits: "CollapseLimits", all_nodes: bool
+    rows: Constraints, program: Simplex, limits: "CollapseLimits", all_nodes: bool
 ) -> dict[int, Solution]:
     """The end of the programs of nodes: in one model the two rows of one node are reversed at a time.
 
@@ -190,7 +191,7 @@ def first_to_collapse(outcomes: dict[int, Solution]) -> int:
 
 
 def _value(outcome: Solution) -> float:
-    return inf if outcome.vertex is None else float(outcome.vertex.x[-1])
+    return float(outcome.x[-1]) if outcome.optimal else inf
 
 
 def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
@@ -200,7 +201,7 @@ def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
 
 
 def collapse_in_box(
-    program: LinearProgram, rows: Constraints, node: int, low: FloatArray, high: FloatArray
+    program: Simplex, rows: Constraints, node: int, low: FloatArray, high: FloatArray
 ) -> FloatArray | None:
     """(slip, load factor) where a node collapses first while all other slips keep to a box, or None.
 
@@ -209,7 +210,7 @@ def collapse_in_box(
     pair, free, column = rows_of(node), np.full(2, INF), np.array([node])
     program.set_rows(pair, rows.g[pair], free)
     program.set_columns(column, -free[:1], free[:1])
-    vertex = program.solve().vertex
+    found = program.solve()
     program.set_rows(pair, -free, rows.g[pair])
     program.set_columns(column, low[column], high[column])
-    return None if vertex is None else vertex.x
+    return found.x if found.optimal else None

@@ -11,7 +11,8 @@ from shakedown.joint.constraints import constraints, rows_of, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.planar.collapse.least_box import Box
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.simplex import Simplex
 
 SEGMENTS_UP_TO = 2000
 
@@ -90,21 +91,22 @@ def _first_lift_off(
     rows, count = constraints(problem), len(corners)
     all_slips = np.full(rows.n, INF)
     low, high = (-all_slips, all_slips) if within is None else (within.low, within.high)
-    program = LinearProgram(
-        np.column_stack([rows.coefficients, corners.T]),
-        cost=np.append(np.zeros(rows.n), np.ones(count)),
-        lower=np.full(len(rows.g), -INF),
-        upper=rows.g,
-        column_lower=np.append(low, np.zeros(count)),
-        column_upper=np.append(high, np.full(count, INF)),
-        tolerances=tolerances,
-    ).hold_basis()
+    program = Simplex(
+        Program(
+            np.column_stack([rows.coefficients, corners.T]),
+            rows.g,
+            cost=np.append(np.zeros(rows.n), np.ones(count)),
+            lower=np.append(low, np.zeros(count)),
+            upper=np.append(high, np.full(count, INF)),
+            tolerances=tolerances,
+        )
+    )
     first, free = inf, np.full(2, INF)
     for node in nodes.tolist():
         pair = rows_of(node)
         program.set_rows(pair, rows.g[pair], free)
-        vertex = program.solve().vertex
+        found = program.solve()
         program.set_rows(pair, -free, rows.g[pair])
-        if vertex is not None:
-            first = min(first, float(vertex.x[rows.n :].sum()))
+        if found.optimal:
+            first = min(first, float(found.x[rows.n :].sum()))
     return first

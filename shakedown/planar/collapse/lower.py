@@ -14,6 +14,7 @@ from shakedown.bounds.certificate import (
     certified_lower,
     significant,
 )
+from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -32,8 +33,8 @@ from shakedown.planar.collapse.collapse_programs import (
     mean_load_is_safe,
 )
 from shakedown.planar.collapse.proof_status import Evidence, GuaranteeStatus, guarantee_status
-from shakedown.programs.linear_program import Solution
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.program import Solution
+from shakedown.programs.simplex import Simplex
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,7 +131,7 @@ class LowerBound(Result):
         if self.node < 0:
             return self.collapse_limits
         rows = constraints(self.problem)
-        program = load_factor_program(rows, towards=+1.0, tolerances=self.tolerances)
+        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self.tolerances))
         values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
         values[self.node] = self.load_factor
         return values
@@ -232,7 +233,7 @@ def lower_bound(
 
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> LowerBound:
     rows = constraints(problem)
-    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances)
+    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
     if not mean_load_is_safe(problem, rows, program, certify, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)
@@ -242,8 +243,7 @@ def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> 
     if certify:
         exact = sought(certified_lower, problem, outcomes, node, tolerances)
         node, found = (node, exact) if isinstance(exact, Missing) else exact
-    vertex = outcomes[node].vertex
-    if vertex is None and isinstance(found, Missing):
+    if not outcomes[node].optimal and isinstance(found, Missing):
         upper = upper_bound(problem, certify=certify, tolerances=tolerances)
         if upper.status == Status.OPTIMAL:
             return _vanishing(problem, upper, tolerances)
@@ -267,16 +267,15 @@ def _collapse(
     found: Certificate | Missing,
     tolerances: Tolerances,
 ) -> LowerBound:
-    rows, vertex = constraints(problem), outcomes[node].vertex
+    rows, outcome = constraints(problem), outcomes[node]
     if isinstance(found, Certificate):
         x = significant(rows, found.slip, found.load_factor, tolerances)
         x[-1] = found.load_factor
         y = np.where(rows.node == node, 1.0, -1.0) * found.multipliers
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
     else:
-        assert vertex is not None
-        x = np.append(rows.slips(vertex.x[:-1]), vertex.x[-1])
-        y, active, certified = vertex.multipliers, outcomes[node].active, None
+        x = np.append(rows.slips(outcome.x[:-1]), outcome.x[-1])
+        y, active, certified = -outcome.multipliers, outcome.meeting[0], None
     return LowerBound(
         problem=problem,
         status=Status.OPTIMAL,

@@ -12,7 +12,8 @@ from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_of, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 
 SINGLE_NODE_UP_TO = 40
 
@@ -93,17 +94,9 @@ def _least_last(
     taken = np.arange(len(right)) < core
     sizes = np.abs(matrix)
     while True:  # ends: every round takes further rows, and there are finitely many
-        program = LinearProgram(
-            matrix[taken],
-            cost=np.append(np.zeros(count - 1), 1.0),
-            lower=np.full(int(taken.sum()), -INF),
-            upper=right[taken],
-            column_lower=np.append(np.full(count - 1, -INF), 0.0),
-            column_upper=np.full(count, INF),
-            tolerances=tolerances,
-        )
-        found = program.solve().vertex
-        if found is None:
+        least, lower = np.append(np.zeros(count - 1), 1.0), np.append(np.full(count - 1, -INF), 0.0)
+        found = solve(Program(matrix[taken], right[taken], cost=least, lower=lower, tolerances=tolerances))
+        if not found.optimal:
             return None
         terms = np.maximum(sizes @ np.abs(found.x), np.abs(right))
         excess = (matrix @ found.x - right) / np.where(terms > 0, terms, 1.0)

@@ -12,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, rows_named
 from shakedown.joint.result import Result
-from shakedown.programs.equilibration import equilibration
+from shakedown.programs.scaling import equilibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -7,7 +7,8 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.result import Result
 from shakedown.planar.uniqueness.scaled_stiffness import ScaledStiffness
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 
 LARGEST_PROBLEM = 100  # nodes
 PROGRAMS = 60  # linear programs that one search may take
@@ -186,15 +187,8 @@ def wedged_slip(stiffness: ScaledStiffness, factor: float, weights: FloatArray) 
     pressure = stiffness.B.sum(axis=0) / np.abs(stiffness.B).max()
     matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
     matrix[:, list(stiffness.pinned)] = 0.0  # no friction limit knows the rigid slips
-    program = LinearProgram(
-        matrix,
-        cost=np.append(np.zeros(n), 1.0),
-        lower=np.append(np.full(len(matrix) - 1, -INF), 1.0),
-        upper=np.append(np.zeros(len(matrix) - 1), 1.0),
-        column_lower=np.full(n + 1, -INF),
-        column_upper=np.full(n + 1, INF),
-    )
-    vertex = program.solve().vertex
-    if vertex is None:  # no slip presses the nodes together at all
+    left, right = (np.append(np.full(len(matrix) - 1, end), 1.0) for end in (-INF, 0.0))
+    found = solve(Program(matrix, right, cost=np.append(np.zeros(n), 1.0), left=left))
+    if not found.optimal:  # no slip presses the nodes together at all
         return np.full(n, np.nan), np.inf
-    return vertex.x[:-1], float(vertex.x[-1])
+    return found.x[:-1], float(found.x[-1])

@@ -10,8 +10,10 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.constraints import constraints, rows_of, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.programs.equilibration import power_of_two
-from shakedown.programs.linear_program import INF, LinearProgram, Solution
+from shakedown.programs.program import INF, Program
+from shakedown.programs.scaling import power_of_two
+from shakedown.programs.simplex import Simplex
+from shakedown.programs.solver import solve
 
 
 @dataclass(frozen=True)
@@ -52,17 +54,13 @@ class AdmissibleStates:
 
 
 class Extreme(NamedTuple):
-    """The least value of a linear function of the slip, and how fast it changes with the load factor.
+    """The least value of a linear function of the slip, and the multipliers of the 2n limits that prove it.
 
-    ``value`` is inf where there is no state, −inf where it is unbounded; ``slope``, ``slip`` and
-    ``multipliers`` (of the 2n limits) are NaN there.
+    The value is inf where there is no state, −inf where it is unbounded; the multipliers are NaN there.
     """
 
     value: float
-    slope: float
-    slip: FloatArray
     multipliers: FloatArray
-    end: Solution
 
 
 class Swing(NamedTuple):
@@ -118,13 +116,14 @@ class StateProgram:
         self._g = states.g / self._force
         half = np.column_stack([states.G * self._length, states.loads, np.zeros_like(self._g)]) / self._force
         share = np.concatenate([np.zeros(n), np.ones(k), [-1.0]])
-        self._program = LinearProgram(
-            np.vstack([half, share]),
-            cost=np.append(np.zeros(len(share) - 1), 1.0),
-            lower=np.append(np.full(len(half), -INF), 0.0),
-            upper=np.append(self._g, 0.0),
-            column_lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
-            column_upper=np.full(len(share), INF),
+        self._program = Simplex(
+            Program(
+                np.vstack([half, share]),
+                np.append(self._g, 0.0),
+                cost=np.append(np.zeros(len(share) - 1), 1.0),
+                left=np.append(np.full(len(half), -INF), 0.0),
+                lower=np.concatenate([np.full(n, -INF), np.zeros(k + 1)]),
+            )
         )
         self._active = -1
 
@@ -154,19 +153,10 @@ class StateProgram:
         cost = direction / power_of_two(np.abs(direction).max())
         self._program.set_cost(np.append(cost, np.zeros(self._k + 1)))
         end = self._program.solve()
-        if end.vertex is None:
-            unknown = np.full(2 * self._n, np.nan)
-            value = np.inf if end.status == "infeasible" else -np.inf
-            return Extreme(value, np.nan, unknown[: self._n], unknown, end)
-        slip, y = end.vertex.x[: self._n] * self._length, end.vertex.multipliers
-        scale = power_of_two(np.abs(direction).max())
-        return Extreme(
-            float(direction @ slip),
-            float(y[-1]) * scale * self._length,
-            slip,
-            y[:-1] * scale * self._length / self._force,
-            end,
-        )
+        if not end.optimal:
+            return Extreme(np.inf if end.status == "infeasible" else -np.inf, end.multipliers[:-1])
+        slip, scale = end.x[: self._n] * self._length, power_of_two(np.abs(direction).max())
+        return Extreme(float(direction @ slip), end.multipliers[:-1] * scale * self._length / self._force)
 
 
 def first_overlap(
@@ -192,19 +182,18 @@ def first_overlap(
             [swing, -swing, np.zeros(1)],
         ]
     )
-    lower = np.append(np.full(4 * n + 2, -INF), 0.0)
-    lower[2 * node + 1], lower[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
-    lower[4 * n : 4 * n + 2] = 0.0  # Σ α = λ
+    left = np.append(np.full(4 * n + 2, -INF), 0.0)
+    left[2 * node + 1], left[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
+    left[4 * n : 4 * n + 2] = 0.0  # Σ α = λ
     least = np.append(np.full(n, -INF), np.zeros(k))
-    program = LinearProgram(
+    program = Program(
         matrix,
+        np.concatenate([g, g, [0.0, 0.0, INF]]),
         cost=np.append(np.zeros(2 * (n + k)), 1.0),
-        lower=lower,
-        upper=np.concatenate([g, g, [0.0, 0.0, INF]]),
-        column_lower=np.concatenate([least, least, [0.0]]),
-        column_upper=np.full(2 * (n + k) + 1, INF),
+        left=left,
+        lower=np.concatenate([least, least, [0.0]]),
     )
-    vertex = program.solve().vertex
-    if vertex is None:
+    found = solve(program)
+    if not found.optimal:
         return np.inf, np.full(n, np.nan), np.full(n, np.nan)
-    return max(float(vertex.x[-1]), 0.0), vertex.x[:n] * length, vertex.x[n + k : 2 * n + k] * length
+    return max(float(found.x[-1]), 0.0), found.x[:n] * length, found.x[n + k : 2 * n + k] * length

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
@@ -20,7 +21,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.collapse.collapse_programs import collapse_in_box
 from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.simplex import Simplex
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,7 +192,7 @@ def _first_collapses(
     nothing = inf, -1, np.full(rows.n, nan)
     if np.any(np.isnan(centre)):
         return [(nan, *nothing[1:])] * len(radii)
-    program = load_factor_program(rows, towards=+1.0, tolerances=tolerances).hold_basis()
+    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
     found = [nothing] * len(radii)
     shape = np.where(np.isin(np.arange(rows.n), rows.pinned), 0.0, shape)
     known = np.zeros(rows.n)  # load factors below which a node does not collapse

@@ -8,7 +8,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.equilibration import power_of_two
+from shakedown.programs.scaling import power_of_two
 
 SWEEPS = 60  # of the iteration for all nodes together, each one product of matrices
 CORRECTIONS = 30  # of the sides of one node for which it does not settle, each one linear system

@@ -10,7 +10,8 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.planar.universal.admissible_states import AdmissibleStates, StateProgram
 from shakedown.planar.universal.swing_lines import SwingLines, known_lines
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 
 TANGENTS = 8  # of every node, at most
 
@@ -59,7 +60,7 @@ def _tangents(
     for i in range(problem.n):
         for side, extreme in enumerate(half.swing(i, resisting[i])):
             if np.isfinite(extreme.value) and np.isfinite(lines.values[i, side]):
-                multipliers[i, side] = -extreme.multipliers
+                multipliers[i, side] = extreme.multipliers
     taken = known_lines(states, multipliers)
     lower = taken.values + load_factor * taken.slopes < lines.values + load_factor * lines.slopes
     return SwingLines(
@@ -89,13 +90,13 @@ def _held_rigidly(lines: SwingLines, rigid: FloatArray, most: float) -> float:
 
 def _largest_load_factor(rows: FloatArray, right: FloatArray, rigid: FloatArray, most: float) -> float:
     n, r = rigid.shape
-    program = LinearProgram(
+    program = Program(
         np.vstack([rows, np.column_stack([rigid.T, np.zeros(r)])]),
+        np.append(right, np.zeros(r)),
         cost=np.append(np.zeros(n), -1.0),
-        lower=np.append(np.full(len(rows), -INF), np.zeros(r)),
-        upper=np.append(right, np.zeros(r)),
-        column_lower=np.append(np.full(n, -INF), 0.0),
-        column_upper=np.append(np.full(n, INF), most),
+        left=np.append(np.full(len(rows), -INF), np.zeros(r)),
+        lower=np.append(np.full(n, -INF), 0.0),
+        upper=np.append(np.full(n, INF), most),
     )
-    vertex = program.solve().vertex
-    return -INF if vertex is None else float(vertex.x[-1])
+    found = solve(program)
+    return float(found.x[-1]) if found.optimal else -INF

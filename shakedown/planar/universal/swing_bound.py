@@ -180,7 +180,7 @@ def _completed(
     multipliers, unbounded = lines.multipliers.copy(), np.zeros(lines.values.shape, dtype=bool)
     for i in np.flatnonzero(np.isnan(lines.values).any(axis=1)).tolist():
         for side, extreme in enumerate(half.swing(i, stiffness[i])):
-            multipliers[i, side], unbounded[i, side] = -extreme.multipliers, extreme.value == -inf
+            multipliers[i, side], unbounded[i, side] = extreme.multipliers, extreme.value == -inf
     known = known_lines(states, multipliers)
     return replace(known, values=np.where(unbounded, inf, known.values))
 

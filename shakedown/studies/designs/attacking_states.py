@@ -7,7 +7,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.problem import Problem
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import Program
+from shakedown.programs.simplex import Simplex
 
 CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
@@ -71,20 +72,12 @@ class AttackingStates:
         """Extreme points of the slips admissible under the first load, those that exist, at most so many."""
         rows, n = constraints(self.problem), self.problem.n
         limits = rows.g - load_factor * step_loads(self.problem)[0]
-        program = LinearProgram(
-            rows.coefficients,
-            cost=np.ones(n),
-            lower=np.full(len(limits), -INF),
-            upper=limits,
-            column_lower=np.full(n, -INF),
-            column_upper=np.full(n, INF),
-            tolerances=self.tolerances,
-        )
+        program = Simplex(Program(rows.coefficients, limits, cost=np.ones(n), tolerances=self.tolerances))
         directions = np.vstack([np.eye(n), -np.eye(n), self.generator.normal(size=(DIRECTIONS * n, n))])
         found = []
         for direction in self.generator.permutation(directions)[:most]:
             program.set_cost(direction)
-            vertex = program.solve().vertex
-            if vertex is not None:
-                found.append(vertex.x)
+            end = program.solve()
+            if end.optimal:
+                found.append(end.x)
         return np.array(found).reshape(-1, n)

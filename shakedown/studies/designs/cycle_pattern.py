@@ -14,7 +14,8 @@ from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.problem import Problem
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.programs.linear_program import INF, LinearProgram
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 
 
 @dataclass(frozen=True)
@@ -71,17 +72,16 @@ class CyclePattern:
         taken = rows.equal | rows.kept
         sizes = np.abs(rows.matrix)
         while True:  # ends: every round takes further rows, and there are finitely many
-            program = LinearProgram(
+            program = Program(
                 rows.matrix[taken],
+                rows.right[taken],
                 cost=rows.cost,
-                lower=np.where(rows.equal, rows.right, -INF)[taken],
-                upper=rows.right[taken],
-                column_lower=rows.lowest,
-                column_upper=np.full(len(rows.cost), INF),
+                left=np.where(rows.equal, rows.right, -INF)[taken],
+                lower=rows.lowest,
                 tolerances=tolerances,
             )
-            found = program.solve().vertex
-            if found is None:
+            found = solve(program)
+            if not found.optimal:
                 return None
             terms = np.maximum(sizes @ np.abs(found.x), np.abs(rows.right))
             excess = (rows.matrix @ found.x - rows.right) / np.where(terms > 0, terms, 1.0)

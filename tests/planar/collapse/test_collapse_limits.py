@@ -5,9 +5,10 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, in_units, joint
+from shakedown.bounds.row_programs import load_factor_program
 from shakedown.joint.constraints import constraints
 from shakedown.planar.collapse.collapse_programs import collapse_limits, collapse_values, collapses
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs.simplex import Simplex
 
 
 def every_program(problem):
@@ -15,7 +16,7 @@ def every_program(problem):
     rows = constraints(problem)
     nothing = collapse_limits(rows)
     unknown = type(nothing)(np.zeros(rows.n), nothing.rows, np.zeros(rows.n, dtype=bool))
-    program = load_factor_program(rows, towards=+1.0)
+    program = Simplex(load_factor_program(rows, towards=+1.0))
     return collapse_values(rows.n, collapses(rows, program, unknown, all_nodes=True))
 
 
@@ -48,7 +49,7 @@ def test_most_joints_need_no_solver(monkeypatch):
     def solver(*_):
         raise AssertionError("a solver was asked")
 
-    monkeypatch.setattr("shakedown.programs.linear_program._highs", solver)
+    monkeypatch.setattr("shakedown.programs.simplex._highs", solver)
     for seed in range(6):
         assert shakedown.lower_bound(joint(n=6, seed=seed), certify=False).load_factor > 0
 

@@ -5,29 +5,24 @@ import pytest
 
 import shakedown
 from benchmarks.problems import chain, joint
+from shakedown.bounds.row_programs import load_factor_program
 from shakedown.joint.constraints import constraints
-from shakedown.programs import linear_program
-from shakedown.programs.linear_program import INF, LinearProgram
-from shakedown.programs.row_programs import load_factor_program
+from shakedown.programs import simplex
+from shakedown.programs.program import INF, Program
+from shakedown.programs.simplex import Simplex
+from shakedown.programs.solver import solve
 
 
 def square(cost, upper=(1.0, 1.0)):
     """x ≤ upper, x ≥ −1 as columns' bounds."""
-    return LinearProgram(
-        np.eye(2),
-        cost=np.array(cost),
-        lower=np.full(2, -INF),
-        upper=np.array(upper),
-        column_lower=np.full(2, -1.0),
-        column_upper=np.full(2, INF),
-    )
+    return Simplex(Program(np.eye(2), np.array(upper), cost=np.array(cost), lower=-np.ones(2)))
 
 
 def test_a_vertex_is_taken_only_where_it_is_optimal():
     both = np.arange(2)
-    assert square((-1.0, -2.0)).at(both).vertex.x == pytest.approx([1.0, 1.0])
+    assert square((-1.0, -2.0)).at(both).x == pytest.approx([1.0, 1.0])
     assert square((-1.0, 2.0)).at(both) is None  # a multiplier of the wrong sign
-    assert square((-1.0, 2.0)).at(np.array([0]), fixed=[1]).vertex.x == pytest.approx([1.0, -1.0])
+    assert square((-1.0, 2.0)).at(np.array([0]), fixed=[1]).x == pytest.approx([1.0, -1.0])
     assert square((-1.0, -2.0)).at(np.array([0]), fixed=[1]) is None  # the bound would have to pull
     assert square((-1.0, -2.0), upper=(1.0, -3.0)).at(both) is None  # below its bound
     assert square((-1.0, -2.0)).at(np.array([0, 0])) is None  # meets nowhere
@@ -38,24 +33,26 @@ def test_bounds_changed_before_the_solver_is_made_count():
     program.set_rows(np.array([1]), np.array([-INF]), np.array([0.25]))
     program.set_columns(np.array([0]), np.array([-1.0]), np.array([0.5]))
     program.set_cost(np.array([-2.0, -1.0]))
-    assert program.solve().vertex.x == pytest.approx([0.5, 0.25])
+    assert program.solve().x == pytest.approx([0.5, 0.25])
     program.set_rows(np.array([1]), np.array([-INF]), np.array([0.75]))
-    assert program.solve().vertex.x == pytest.approx([0.5, 0.75])
+    assert program.solve().x == pytest.approx([0.5, 0.75])
 
 
 @pytest.mark.parametrize("problem", [joint(n=30, seed=1), joint(n=90), chain(90)], ids=["30", "90", "chain"])
 def test_both_roads_lead_to_one_upper_bound(problem, monkeypatch):
     ends = []
     for dense_from in (2, 10**6):
-        monkeypatch.setattr(linear_program, "DENSE_FROM", dense_from)
-        ends.append(load_factor_program(constraints(problem), towards=-1.0).solve())
-    dense, simplex = ends
-    assert dense.vertex.x[-1] == pytest.approx(simplex.vertex.x[-1], rel=1e-12)
+        monkeypatch.setattr(simplex, "DENSE_FROM", dense_from)
+        ends.append(solve(load_factor_program(constraints(problem), towards=-1.0)))
+    dense, pivoted = ends
+    assert dense.x[-1] == pytest.approx(pivoted.x[-1], rel=1e-12)
     assert not dense.reduced_accuracy
+    for end in ends:
+        assert np.abs(end.residuals).max() <= 1e-12
 
 
 def test_an_upper_bound_that_does_not_exist_is_left_to_the_simplex(monkeypatch):
-    monkeypatch.setattr(linear_program, "DENSE_FROM", 2)
+    monkeypatch.setattr(simplex, "DENSE_FROM", 2)
     for changes, status in (({"p_w": -1.0}, "infeasible"), ({"q_w": 0.0}, "unbounded")):
         problem = joint(n=8)
         arrays = {key: np.full_like(getattr(problem, key), value) for key, value in changes.items()}
@@ -70,17 +67,29 @@ def test_an_upper_bound_that_does_not_exist_is_left_to_the_simplex(monkeypatch):
         assert shakedown.upper_bound(changed, certify=False).status == status
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_solver_made_late_starts_where_dense_points_have_led(seed, monkeypatch):
+    """Changed after that, the program ends where one does that the simplex has solved throughout."""
+    rows = constraints(joint(n=12, seed=seed))
+    ends = []
+    for dense_from in (2, 10**6):
+        monkeypatch.setattr(simplex, "DENSE_FROM", dense_from)
+        held = Simplex(load_factor_program(rows, towards=-1.0))
+        most = held.solve().x[-1]
+        assert (held._made is None) == (dense_from == 2)
+        held.set_columns(np.array([rows.n]), np.array([0.0]), np.array([0.5 * most]))
+        held.set_cost(np.append(np.ones(rows.n), 0.0))
+        ends.append(held.solve())
+        assert np.abs(ends[-1].residuals).max() <= 1e-12
+    np.testing.assert_allclose(ends[0].x, ends[1].x, rtol=1e-9)
+    assert ends[0].value == pytest.approx(ends[1].value, rel=1e-9)
+
+
 def test_a_slip_that_meets_little_resistance_is_followed_as_far_as_it_gains():
     """A reduced cost of 3e-11 is none for HiGHS; where slips of 2e7 are possible it is 6e-4 of the optimum."""
-    program = LinearProgram(
-        np.array([[1.0, -1.0, 0.0], [1e-7 - 1.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-        cost=np.array([-3e-11, 0.0, -1.0]),
-        lower=np.full(3, -INF),
-        upper=np.ones(3),
-        column_lower=np.full(3, -INF),
-        column_upper=np.full(3, INF),
-    )
-    assert program.solve().vertex.x[0] == pytest.approx(2e7, rel=1e-8)
+    matrix = np.array([[1.0, -1.0, 0.0], [1e-7 - 1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    program = Simplex(Program(matrix, np.ones(3), cost=np.array([-3e-11, 0.0, -1.0])))
+    assert program.solve().x[0] == pytest.approx(2e7, rel=1e-8)
     assert program.solve().value == pytest.approx(-1.0006, rel=1e-12)
 
 

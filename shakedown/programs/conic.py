@@ -1,0 +1,140 @@
+"""Programs with cones by interior points: Clarabel called directly, or any solver that cvxpy knows."""
+
+import warnings
+from functools import cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import clarabel
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from shakedown.ground.errors import SolverError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.programs.program import Program, Sides, Solution, columnwise, ended
+from shakedown.programs.scaling import Scales
+
+_ENDS = {  # what Clarabel's words mean; others are no answer
+    "Solved": Status.OPTIMAL,
+    "AlmostSolved": Status.OPTIMAL,
+    "PrimalInfeasible": Status.INFEASIBLE,
+    "AlmostPrimalInfeasible": Status.INFEASIBLE,
+    "DualInfeasible": Status.UNBOUNDED,
+    "AlmostDualInfeasible": Status.UNBOUNDED,
+}
+
+
+class Way(NamedTuple):
+    """How the interior points are followed: to which accuracy, in which steps, in whose scaling.
+
+    Beyond what the data allow the solver goes astray; to ask for less is a way of its own. ``reduced``
+    is what an end must reach; where ``stalled`` is taken too, its residuals alone: its gap is to be judged.
+    """
+
+    accuracy: float
+    step: float
+    rescaled: bool
+    reduced: float
+    stalled: bool = False
+
+
+def by_clarabel(program: Program, way: Way) -> Solution:
+    """The end of a program by Clarabel, in numbers near 1.
+
+    Raises
+    ------
+    SolverError
+        If it ends without an answer.
+    """
+    form = _conic_form(program)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = settings.presolve_enable = False
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = way.accuracy
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = way.reduced
+    settings.equilibrate_enable, settings.max_step_fraction = way.rescaled, way.step
+    columns, (equal, less) = len(form.cost), form.counts
+    cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
+    cones += [clarabel.SecondOrderConeT(count) for count in program.cones]
+    matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
+    end = clarabel.DefaultSolver(_no_square(columns), form.cost, matrix, form.right, cones, settings).solve()
+    status, word = _ENDS.get(str(end.status)), str(end.status)
+    if way.stalled and word in ("InsufficientProgress", "MaxIterations"):
+        status = Status.OPTIMAL if max(end.r_prim, end.r_dual) <= way.reduced else None
+    if status is None:
+        raise SolverError(f"the cone program of shape {program.matrix.shape} ended as '{word}'")
+    reduced = word not in ("Solved", "PrimalInfeasible", "DualInfeasible")
+    return form.end(status, np.array(end.x), np.array(end.z), reduced)
+
+
+@cache
+def _no_square(columns: int) -> sparse.csc_matrix:
+    """Nothing is quadratic here."""
+    return sparse.csc_matrix((columns, columns))
+
+
+def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
+    """The end of a program by a solver of this name through cvxpy; raises as :func:`by_clarabel`."""
+    import cvxpy as cp  # slow to import, and needed only here
+
+    form = _conic_form(program)
+    x, ends = cp.Variable(len(form.cost)), np.cumsum([0, *form.counts, *program.cones]).tolist()
+    parts = [(form.matrix[rows], form.right[rows]) for rows in (slice(*each) for each in pairwise(ends))]
+    (same, value), (below, most), *cones = parts
+    limits = [same @ x == value] * bool(len(value)) + [below @ x <= most] * bool(len(most))
+    limits += [cp.SOC(right[0] - matrix[0] @ x, right[1:] - matrix[1:] @ x) for matrix, right in cones]
+    told = cp.Problem(cp.Minimize(form.cost @ x), limits)
+    keys = ("tol_gap_abs", "tol_gap_rel", "tol_feas") if solver == "CLARABEL" else ()
+    with warnings.catch_warnings():  # an inaccurate answer is a status here, not a warning
+        warnings.simplefilter("ignore", UserWarning)
+        try:
+            told.solve(solver=solver, **dict.fromkeys(keys, accuracy))
+        except cp.SolverError as error:
+            raise SolverError(f"{solver}: {error}") from None
+    if told.status not in list(Status):
+        raise SolverError(f"the program of shape {program.matrix.shape} ended as '{told.status}'")
+    if told.status != Status.OPTIMAL:
+        return form.end(Status(told.status), np.full(x.size, np.nan), np.full(ends[-1], np.nan), False)
+    duals = [np.ravel(part.value) for each in limits for part in each.dual_variables]
+    return form.end(Status.OPTIMAL, np.array(x.value, dtype=float), np.concatenate(duals), False)
+
+
+class _ConicForm(NamedTuple):
+    """Minimise cᵀ x: right − M x is zero in the first rows, ≥ 0 in the next, in cones in the last."""
+
+    matrix: FloatArray
+    right: FloatArray
+    cost: FloatArray
+    counts: tuple[int, int]
+    used: NDArray[np.bool_]  # columns; what no row knows stays zero
+    parts: list[Sides]
+    program: Program
+    scales: Scales
+
+    def end(self, status: Status, x: FloatArray, z: FloatArray, reduced: bool) -> Solution:
+        """The end of the program, as the solver of this form says it."""
+        whole, y, start = np.zeros(len(self.used)), np.zeros(len(self.program.right)), 0
+        whole[self.used] = x if status != Status.INFEASIBLE else np.nan
+        for _, right, row, sign in self.parts:
+            if row[0] >= 0:  # those of bounds follow from the balance
+                y[row] += sign * z[start : start + len(row)] if status != Status.UNBOUNDED else np.nan
+            start += len(right)
+        return ended(self.program, self.scales, status, whole, y, reduced=reduced)
+
+
+def _conic_form(given: Program) -> _ConicForm:
+    program, scales = given.scaled()
+    linear, same = program.linear, (program.left == program.right)[: program.linear]
+    parts = program.inequalities(without=same)
+    less = sum(len(part.row) for part in parts)
+    parts = [program.sides(np.flatnonzero(same))] * bool(same.any()) + parts
+    if program.cones:
+        parts.append(program.sides(np.arange(linear, len(program.right))))
+    matrix, right = (np.concatenate([part[k] for part in parts]) for k in range(2))
+    used = matrix.any(axis=0) | (program.cost != 0)
+    matrix = matrix if used.all() else matrix[:, used]
+    return _ConicForm(
+        matrix, right, program.cost[used], (int(same.sum()), less), used, parts, program, scales
+    )

@@ -1,0 +1,264 @@
+"""A program: a linear cost over rows, bounds and second-order cones; the same in numbers near 1; its end."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.programs.scaling import Scales, ball_scales, equilibration, typical_size
+
+INF = float("inf")
+
+
+class Sides(NamedTuple):
+    """Rows of M x ≤ right: ``sign`` times those that ``row`` names; −1 − the column for its bounds."""
+
+    matrix: FloatArray
+    right: FloatArray
+    row: NDArray[np.intp]
+    sign: float
+
+
+class Residuals(NamedTuple):
+    """What is left, at x and multipliers, of the conditions of an optimum, computed anew.
+
+    ``primal`` is the largest violation of a row, a bound or a cone, ``dual`` of the balance Mᵀ y + c = 0 or
+    of a sign of y, ``gap`` by how much cᵀ x exceeds what y proves, relative to its terms.
+    """
+
+    primal: float
+    dual: float
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Minimise cᵀ x subject to left ≤ M x ≤ right, lower ≤ x ≤ upper, and the last rows in cones.
+
+    Attributes
+    ----------
+    matrix : (R, N)
+        M.
+    right : (R,)
+        Right sides of the rows.
+    cost : (N,)
+        c.
+    cones
+        Sizes of second-order cones, which the last rows are in, in this order: with u = right − M x each
+        has ‖(u_1, …)‖ ≤ u_0 over its own rows.
+    left
+        Left sides of the rows that are in no cone: (R,), or one for all.
+    lower, upper
+        Bounds of the columns: (N,), or one for all.
+    tolerances
+        ``equilibration_sweeps`` and ``cancellation`` are used.
+
+    Examples
+    --------
+    >>> row, cost = np.array([[-1.0, -1.0]]), np.array([1.0, 3.0])
+    >>> cheapest = Program(row, np.array([-2.0]), cost, lower=np.zeros(2))
+    >>> cheapest.residuals(np.array([2.0, 0.0]), np.array([1.0]))
+    Residuals(primal=0.0, dual=0.0, gap=0.0)
+    """
+
+    matrix: FloatArray
+    right: FloatArray
+    cost: FloatArray
+    cones: tuple[int, ...] = ()
+    left: FloatArray = field(default_factory=partial(np.array, -INF))
+    lower: FloatArray = field(default_factory=partial(np.array, -INF))
+    upper: FloatArray = field(default_factory=partial(np.array, INF))
+    tolerances: Tolerances = DEFAULT
+
+    @property
+    def linear(self) -> int:
+        """How many rows, the first ones, are in no cone."""
+        return len(self.right) - sum(self.cones)
+
+    def blocks(self) -> Iterator[slice]:
+        """The rows of every cone."""
+        start = self.linear
+        for count in self.cones:
+            yield slice(start, start + count)
+            start += count
+
+    @cached_property
+    def rank(self) -> int | None:
+        """r where the last rows are ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r, the others right sides; else None."""
+        limited = (np.any(np.isfinite(each)) for each in (self.left, self.lower, self.upper))
+        if len(self.cones) != 1 or self.cones[0] > len(self.cost) or any(limited):
+            return None
+        rank, right = self.cones[0] - 1, self.right[self.linear :]
+        same = np.array_equal(self.matrix[self.linear :], ball(rank, len(self.cost)))
+        return rank if same and right[0] <= 0 and not right[1:].any() else None
+
+    def scaled(self) -> tuple["Program", Scales]:
+        """The program in numbers near 1, with sides and bounds of its own for every row and column."""
+        columns, left = len(self.cost), np.full(len(self.right), self.left)
+        if self.rank is None:
+            row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
+            sizes = np.abs(np.concatenate([left, self.right])) * np.concatenate([row, row])
+            size = typical_size(sizes, otherwise=0.0)
+            if size == 0.0:  # no right side has a size: the dearest column keeps its unit
+                size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
+        else:
+            row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
+        cost, scales = Scales(row, column, size).with_cost(self.cost)
+        program = Program(
+            self.matrix * row[:, None] * column,
+            self.right * row / size,
+            cost,
+            self.cones,
+            left * row / size,
+            np.full(columns, self.lower) / scales.x,
+            np.full(columns, self.upper) / scales.x,
+            self.tolerances,
+        )
+        return program, scales
+
+    def sides(self, rows: NDArray[np.intp], sign: float = 1.0) -> Sides:
+        """Right (+1) or left (−1) sides of some rows."""
+        right = self.right if sign > 0 else -self.left
+        matrix = self.matrix[rows] if sign > 0 else -self.matrix[rows]
+        return Sides(matrix, right[rows], rows, sign)
+
+    def inequalities(self, without: NDArray[np.bool_] | None = None) -> list[Sides]:
+        """Rows that have a right, rows that have a left side, upper and lower bounds; without some rows."""
+        linear, parts = self.linear, []
+        for side, sign in ((self.right[:linear], 1.0), (-self.left[:linear], -1.0)):
+            limited = side < INF if without is None else (side < INF) & ~without
+            if limited.any():
+                parts.append(self.sides(np.flatnonzero(limited), sign))
+        for bound, sign in ((self.upper, 1.0), (-self.lower, -1.0)):
+            columns = np.flatnonzero(bound < INF)
+            if columns.size:
+                matrix = np.zeros((len(columns), len(self.cost)))
+                matrix[np.arange(len(columns)), columns] = sign
+                parts.append(Sides(matrix, bound[columns], -1 - columns, sign))
+        return parts
+
+    def violation(self, x: FloatArray) -> float:
+        """By how much x breaks a row, a bound or a cone at most; NaN where x is none."""
+        value = self.matrix @ x
+        excess = np.maximum(value - self.right, self.left - value)
+        for rows in self.blocks():
+            excess[rows] = _outside((self.right - value)[rows])
+        bounds = np.maximum(x - self.upper, self.lower - x)
+        return float(max(excess.max(initial=0.0), bounds.max(initial=0.0), 0.0))
+
+    def residuals(self, x: FloatArray, y: FloatArray) -> Residuals:
+        """What is left of the conditions of an optimum; best in numbers near 1."""
+        rest, side = self.cost + y @ self.matrix, np.where(y > 0, self.right, self.left)
+        wrong = np.where(np.isfinite(side), 0.0, np.abs(y))
+        for rows in self.blocks():
+            side[rows], wrong[rows] = self.right[rows], _outside(y[rows])
+        bound = np.where(rest > 0, self.lower, self.upper)
+        loose = np.where(np.isfinite(bound), 0.0, np.abs(rest))
+        proved = [
+            float(weights @ np.where(np.isfinite(ends), ends, 0.0))
+            for weights, ends in ((-y, side), (rest, bound))
+        ]
+        size = max(float(np.abs(self.cost) @ np.abs(x)), *map(abs, proved))
+        return Residuals(
+            self.violation(x),
+            float(max(wrong.max(initial=0.0), loose.max(initial=0.0))),
+            float(self.cost @ x - sum(proved)) / (size or 1.0),
+        )
+
+
+def columnwise(matrix: FloatArray) -> tuple[FloatArray, NDArray[np.int32], NDArray[np.int32]]:
+    """A matrix by columns, as solvers take it: values, their rows, and where each column starts."""
+    transposed = np.ascontiguousarray(matrix.T)
+    nonzero = transposed != 0
+    starts = np.concatenate([[0], np.cumsum(nonzero.sum(axis=1))]).astype(np.int32)
+    return transposed[nonzero], np.nonzero(nonzero)[1].astype(np.int32), starts
+
+
+def ball(rank: int, columns: int) -> FloatArray:
+    """The rows −(x_r, x_0, …, x_{r−1}) of a cone over the first columns."""
+    rows = np.zeros((rank + 1, columns))
+    rows[np.arange(rank + 1), np.roll(np.arange(rank + 1), 1)] = -1.0
+    return rows
+
+
+def _outside(u: FloatArray) -> float:
+    return float(np.linalg.norm(u[1:]) - u[0])
+
+
+Meeting = tuple[NDArray[np.intp], NDArray[np.intp]]  # rows that meet, the columns that they determine
+Point = tuple[FloatArray, FloatArray]  # x and multipliers
+NOWHERE = np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """How a program ended; worked out, and judged, when first asked for.
+
+    Attributes
+    ----------
+    status
+        Optimal, infeasible or unbounded.
+    value
+        cᵀ x to the accuracy of the solver, without polish; NaN unless optimal.
+    reduced_accuracy
+        Whether the solver reached an answer only at loosened tolerances.
+    solved, scales
+        The program in numbers near 1, as it was solved, and its units.
+    """
+
+    status: Status
+    value: float
+    reduced_accuracy: bool
+    solved: Program = field(repr=False)
+    scales: Scales = field(repr=False)
+    _point: Callable[["Solution"], Point] = field(repr=False)
+    _meeting: Callable[[], Meeting] = field(repr=False, default=lambda: NOWHERE)
+
+    @cached_property
+    def meeting(self) -> Meeting:
+        """The rows held as equalities at the end and the columns that they determine, (K,) each.
+
+        Every other column is at a bound, or zero. Both are empty where a program has cones.
+        """
+        return self._meeting()
+
+    @cached_property
+    def _ends(self) -> Point:
+        return self._point(self)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether there is a solution."""
+        return self.status == Status.OPTIMAL
+
+    @property
+    def x(self) -> FloatArray:
+        """The solution, (N,); NaN where there is none; the ray of an unbounded program with cones."""
+        return self._ends[0]
+
+    @property
+    def multipliers(self) -> FloatArray:
+        """Of the rows, (R,): y ≥ 0 at a right, y ≤ 0 at a left side, with c + Mᵀ y = 0 but at column bounds.
+
+        NaN where there is no solution; of an infeasible program with cones those that prove it.
+        """
+        return self._ends[1]
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """What is left of the conditions of an optimum, in numbers near 1."""
+        return self.solved.residuals(self.x / self.scales.x, self.multipliers / self.scales.y)
+
+
+def ended(
+    program: Program, scales: Scales, status: Status, x: FloatArray, y: FloatArray, *, reduced: bool = False
+) -> Solution:
+    """The end of a program with cones, given x (or a ray) and multipliers in numbers near 1."""
+    value = scales.value(float(program.cost @ x)) if status == Status.OPTIMAL else np.nan
+    return Solution(status, value, reduced, program, scales, lambda _: (x * scales.x, y * scales.y))

@@ -1,0 +1,325 @@
+"""A program without cones, held for many solves: HiGHS from one basis to the next, exact to round-off."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache, partial
+
+import highspy
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import SolverError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.programs.interior.dense_programs import meeting_rows
+from shakedown.programs.program import INF, Meeting, Point, Program, Solution, columnwise
+from shakedown.programs.vertex import cleaned, polished, sharpened
+
+PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
+DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
+TOLERANCE = 1e-10  # the smallest that HiGHS accepts
+MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
+FINEST = 1e-13  # of a reduced cost: what is larger is no round-off, and where slips are large it counts
+FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
+REDUCED_TOLERANCE = 1e-7  # HiGHS's own
+OWN_SCALING = 4  # of HiGHS's simplex: the strongest
+_BASIC = highspy.HighsBasisStatus.kBasic
+
+_OPTIONS: dict[str, bool | int | float | str] = {
+    "output_flag": False,
+    "presolve": "off",
+    "solver": "simplex",
+    "parallel": "off",
+    "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
+    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
+    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
+    "primal_feasibility_tolerance": TOLERANCE,
+    "dual_feasibility_tolerance": TOLERANCE,
+    "small_matrix_value": 1e-12,
+}
+_LOOSE = {f"{side}_feasibility_tolerance": REDUCED_TOLERANCE for side in ("primal", "dual")}
+
+
+class Simplex:
+    """The state of a solver between solves of one program: its sides, bounds and cost may change.
+
+    The data are handed to HiGHS once, equilibrated by powers of two, and every solve starts from the
+    basis of the last. Where there is none yet and the program is large, dense interior points lead to
+    it. The vertex is solved again from its active rows, so that it is exact to round-off and
+    not only to the feasibility tolerance; what round-off leaves of a zero is zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> held = Simplex(Program(np.array([[1.0, 2.0], [3.0, 1.0]]), np.array([4.0, 6.0]),
+    ...     cost=np.array([-1.0, -1.0]), lower=np.zeros(2)))
+    >>> held.solve().x
+    array([1.6, 1.2])
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program, self.scales = program.scaled()
+        self._meeting: Meeting | None = None  # of the last vertex, where no solver has led to it
+        self._made: highspy.Highs | None = None
+
+    @property
+    def _highs(self) -> highspy.Highs:
+        """The solver; made when first asked for, for where the active rows are known none is needed."""
+        if self._made is None:
+            self._made = _highs(self.program)
+            if self._meeting is not None:
+                self._made.setBasis(_basis(self.program, self._meeting))
+        return self._made
+
+    def set_cost(self, cost: FloatArray) -> None:
+        """Change what is minimised; the basis stays, and with it the feasible vertex."""
+        scaled, self.scales = self.scales.with_cost(cost)
+        self.program = replace(self.program, cost=scaled)
+        if self._made:
+            self._made.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), scaled)
+
+    def set_rows(self, rows: NDArray[np.intp], left: FloatArray, right: FloatArray) -> None:
+        """Change the sides of some rows; the basis stays."""
+        program, unit, size = self.program, self.scales.row[rows], self.scales.size
+        program.left[rows], program.right[rows] = left * unit / size, right * unit / size
+        if self._made:
+            for i in rows:
+                self._made.changeRowBounds(int(i), program.left[i], program.right[i])
+
+    def set_columns(self, columns: NDArray[np.intp], lower: FloatArray, upper: FloatArray) -> None:
+        """Change the bounds of some columns; the basis stays."""
+        program, unit = self.program, self.scales.column[columns] * self.scales.size
+        program.lower[columns], program.upper[columns] = lower / unit, upper / unit
+        if self._made:
+            for j in columns:
+                self._made.changeColBounds(int(j), program.lower[j], program.upper[j])
+
+    def solve(self) -> Solution:
+        """Solve from the current basis.
+
+        Raises
+        ------
+        SolverError
+            If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances,
+            in its own scaling and by interior points.
+        """
+        found = self._dense()
+        if found is not None:
+            self._meeting = found.meeting
+            return found
+        attempts: tuple[Callable[[], Status | None], ...] = (
+            self._warm,
+            self._cold,
+            self._dual,
+            self._loosened,
+            self._rescaled,
+            self._interior,
+        )
+        for attempt in attempts:
+            status = attempt()
+            if status is not None:
+                break
+        if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
+            status = Status.UNBOUNDED  # it cannot be, but no road has another answer
+        if status is None:
+            reason = self._highs.modelStatusToString(self._highs.getModelStatus())
+            raise SolverError(f"the linear program of shape {self.program.matrix.shape} ended as '{reason}'")
+        reduced = attempt in attempts[3:]
+        if status == Status.OPTIMAL and not reduced:
+            self._finish()
+        basis = self._highs.getBasis()
+        if status != Status.OPTIMAL:
+            return self._end(status, np.nan, reduced, _nowhere, lambda: _basic(basis))
+        solution = self._highs.getSolution()
+        x, y = np.array(solution.col_value), -np.array(solution.row_dual)
+        sharp = partial(_polished, x, y)
+        return self._end(status, float(self.program.cost @ x), reduced, sharp, lambda: _basic(basis))
+
+    def _end(
+        self,
+        status: Status,
+        value: float,
+        reduced: bool,
+        point: Callable[[Solution], Point],
+        meeting: Callable[[], Meeting],
+    ) -> Solution:
+        """A solution of the program as it is now, whatever sides and bounds are changed later."""
+        now = self.program
+        kept = replace(
+            now, left=now.left.copy(), right=now.right.copy(), lower=now.lower.copy(), upper=now.upper.copy()
+        )
+        return Solution(status, self.scales.value(value), reduced, kept, self.scales, point, meeting)
+
+    def at(self, active: NDArray[np.intp], fixed: Iterable[int] = ()) -> Solution | None:
+        """The vertex in which these rows meet, if it is optimal to the solver's tolerances.
+
+        No solver is asked. Columns that are ``fixed``, and those without an entry, are at a bound, or
+        zero where they have none; there must be as many rows as other columns. None where they have
+        no vertex, where it breaks another row or bound, or where a multiplier has the wrong sign.
+        """
+        program = self.program
+        held: NDArray[np.bool_] = np.asarray(~program.matrix.any(axis=0))
+        held[list(fixed)] = True
+        idle, meeting = np.flatnonzero(held), (active, np.flatnonzero(~held))
+        x = np.zeros(len(held))
+        low, high = program.lower[idle] > -INF, program.upper[idle] < INF
+        x[idle] = np.select([low, high], [program.lower[idle], program.upper[idle]])
+        try:
+            x, y = sharpened(program, x, meeting)
+        except np.linalg.LinAlgError:
+            return None
+        rest = (program.cost + y @ program.matrix)[idle]
+        wrong = (
+            np.where(program.right < INF, -y, y).max(initial=0.0),  # what a limit does is to push back
+            np.select([low, high], [-rest, rest], np.abs(rest)).max(initial=0.0),
+        )
+        if not (np.max(wrong) <= FINEST and program.violation(x) <= TOLERANCE):  # nor is NaN a vertex
+            return None
+        point, value = (cleaned(program, x) * self.scales.x, y * self.scales.y), float(program.cost @ x)
+        return self._end(Status.OPTIMAL, value, False, lambda _: point, lambda: meeting)
+
+    def _dense(self) -> Solution | None:
+        """The vertex that dense interior points lead to, where that is quicker than the first simplex."""
+        rows, columns = self.program.matrix.shape
+        if self._made or self._meeting is not None or not DENSE_FROM <= columns <= rows:
+            return None  # a wide one is square in memory
+        sides = self.program.inequalities()
+        matrix, right, named = (np.concatenate([part[k] for part in sides]) for k in range(3))
+        found = meeting_rows(matrix, right, self.program.cost)
+        if found is None:
+            return None
+        named = named[found]
+        return self.at(np.sort(named[named >= 0]), -1 - named[named < 0])
+
+    def _warm(self) -> Status | None:
+        """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
+        self._highs.run()
+        status = _STATUSES.get(self._highs.getModelStatus())
+        return None if status == Status.UNBOUNDED and self._limited() else status
+
+    def _limited(self) -> bool:
+        """Whether the columns that cost something are at most at their bounds: nothing is unbounded then."""
+        best = np.where(self.program.cost > 0, self.program.lower, self.program.upper)
+        return bool(np.all(np.isfinite(best[self.program.cost != 0])))
+
+    def _finish(self) -> None:
+        """Go on where a reduced cost is more than round-off: the solver takes 1e-10 for none.
+
+        Along a slip with little resistance even that much can change the optimum.
+        """
+        if self._left_to_gain() <= FINEST:
+            return
+        basis, columns = self._highs.getBasis(), np.arange(len(self.program.cost), dtype=np.int32)
+        self._highs.changeColsCost(len(columns), columns, self.program.cost * FINER)
+        done = self._warm() == Status.OPTIMAL
+        basis = self._highs.getBasis() if done else basis
+        self._highs.changeColsCost(len(columns), columns, self.program.cost)
+        self._highs.setBasis(basis)
+        self._highs.run()
+
+    def _left_to_gain(self) -> float:
+        """The largest multiplier, of a row or of a column, with the wrong sign."""
+        end = self._highs.getSolution()
+        y, rest = np.array(end.row_dual), np.array(end.col_dual)
+        x, program = np.array(end.col_value), self.program
+        pulls = np.where(rest > 0, x > program.lower, x < program.upper) * np.abs(rest)
+        limited = program.right < INF
+        sides = np.where(limited & (program.left > -INF), 0.0, np.where(limited, y, -y))
+        return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
+
+    def _cold(self) -> Status | None:
+        self._highs.clearSolver()
+        return self._warm()
+
+    def _dual(self) -> Status | None:
+        return self._with(simplex_strategy=DUAL)
+
+    def _loosened(self) -> Status | None:
+        """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
+        return self._with(**_LOOSE)
+
+    def _rescaled(self) -> Status | None:
+        """In the scaling that HiGHS finds by itself."""
+        return self._with(**_LOOSE, simplex_scale_strategy=OWN_SCALING)
+
+    def _interior(self) -> Status | None:
+        """By interior points, with a crossover to a vertex: another method altogether."""
+        return self._with(**_LOOSE, solver="ipm")
+
+    def _with(self, **options: float | str) -> Status | None:
+        """From scratch with other options, which are put back afterwards."""
+        for name, value in options.items():
+            self._highs.setOptionValue(name, value)
+        status = self._cold()
+        for name in options:
+            self._highs.setOptionValue(name, _OPTIONS[name])
+        return status
+
+
+_STATUSES = {
+    highspy.HighsModelStatus.kOptimal: Status.OPTIMAL,
+    highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE,
+    highspy.HighsModelStatus.kUnbounded: Status.UNBOUNDED,
+}
+
+
+def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
+    sharp = polished(end.solved, x, y, end.meeting)
+    return sharp[0] * end.scales.x, sharp[1] * end.scales.y
+
+
+def _nowhere(end: Solution) -> Point:
+    rows, columns = end.solved.matrix.shape
+    return np.full(columns, np.nan), np.full(rows, np.nan)
+
+
+def _basic(basis: highspy.HighsBasis) -> Meeting:
+    """Of a basis of the solver: the rows that are not in it, the columns that are."""
+    rows = np.flatnonzero([status != _BASIC for status in basis.row_status])
+    return rows, np.flatnonzero([status == _BASIC for status in basis.col_status])
+
+
+def _basis(program: Program, meeting: Meeting) -> highspy.HighsBasis:
+    """The other way round."""
+    basis = highspy.HighsBasis()
+    held = np.isin(np.arange(len(program.right)), meeting[0])
+    free = np.isin(np.arange(len(program.cost)), meeting[1])
+    basis.row_status = _statuses(~held, program.left, program.right)
+    basis.col_status = _statuses(free, program.lower, program.upper)
+    basis.valid = True
+    return basis
+
+
+def _statuses(basic: NDArray[np.bool_], low: FloatArray, high: FloatArray) -> list[highspy.HighsBasisStatus]:
+    status = highspy.HighsBasisStatus
+    return [
+        _BASIC if inside else status.kUpper if right < INF else status.kLower if left > -INF else status.kZero
+        for inside, left, right in zip(basic, low, high, strict=True)
+    ]
+
+
+@cache
+def _options() -> highspy.HighsOptions:
+    highs = highspy.Highs()
+    for name, value in _OPTIONS.items():
+        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
+            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
+    return highs.getOptions()
+
+
+def _highs(program: Program) -> highspy.Highs:
+    rows, columns = program.matrix.shape
+    model = highspy.HighsLp()
+    model.num_row_, model.num_col_ = rows, columns
+    model.col_cost_ = program.cost
+    model.row_lower_, model.row_upper_ = program.left, program.right
+    model.col_lower_, model.col_upper_ = program.lower, program.upper
+    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    by_columns = columnwise(program.matrix)
+    model.a_matrix_.value_, model.a_matrix_.index_, model.a_matrix_.start_ = by_columns
+    highs = highspy.Highs()
+    highs.passOptions(_options())
+    highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
+    if highs.passModel(model) == highspy.HighsStatus.kError:
+        raise SolverError(f"HiGHS refuses the linear program of shape {program.matrix.shape}")
+    return highs
