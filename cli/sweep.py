@@ -12,7 +12,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.words.hint_words import LOAD_DOMAIN
@@ -25,8 +25,9 @@ from .options import (
     quiet_option,
     resume_option,
     scheduler_option,
+    slip_below_option,
 )
-from .output import echo_json, headline, number, paragraph, progress, say, table
+from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table
 
 BOUNDS = ("lower", "universal", "energy", "box", "transient", "upper")
 COLUMNS = {
@@ -160,6 +161,7 @@ class TableFile(OutputFile):
     help="Whether λ_max and λ_E may be those of a zone of open nodes.",
 )
 @click.option("--quick", is_flag=True, help="λ_T to 0.1 %.")
+@slip_below_option
 @click.option("-o", "--output", type=TableFile(), help="Write one row per point here (.csv or .parquet).")
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw the regions here (.png, .svg or .pdf).")
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
@@ -177,6 +179,7 @@ def sweep(
     initial: str,
     open_nodes: Literal["auto", "none"],
     quick: bool,
+    slip_below: float | None,
     output: Path | None,
     picture: Path | None,
     workers: int,
@@ -213,6 +216,7 @@ def sweep(
             initial_slip=initial_state(problem, 0.0, initial),
             open_nodes=open_nodes,
             quick=quick,
+            slip_below=slip_below,
             workers=workers,
             scheduler=scheduler,
             output=output,
@@ -241,12 +245,34 @@ def _text(problem: Problem, found: shakedown.Sweep, load_factor: float) -> str:
     lines += [paragraph(sentence) for sentence in sweep_in_words(found, load_factor)]
     lines += [paragraph(LOAD_DOMAIN)] if problem.is_domain else []
     lines += ["", _limits(found, load_factor)]
+    lines += _slips(problem, found)
     simulated = found.load_factors_simulated
     for first in range(0, len(simulated), MOST_OUTCOMES):
         chosen = range(first, min(first + MOST_OUTCOMES, len(simulated)))
         lines += ["", "Simulated from the state asked about:" if first == 0 else "and", ""]
         lines += [_outcomes(found, chosen)]
     return "\n".join(lines)
+
+
+def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
+    """Up to where slips stay below a length, where that was asked about."""
+    known = [slips for slips in found.slip_criteria if slips is not None]
+    if not known:
+        return []
+    unit = length_unit(problem)
+    below = f"{number(known[0].below, 4)} {unit}".rstrip()
+    rows = [
+        [
+            *(number(value, 5) for value in point.values),
+            _limit(slips.load_factor, "", 6),
+            number(slips.largest, 4),
+        ]
+        for point, slips in zip(found.points, found.slip_criteria, strict=True)
+        if slips is not None
+    ]
+    said = f"From the state asked about every slip range stays below {below} up to (scanned and bisected):"
+    head = [*_names(found), "λ", with_unit("largest slip range", unit)]
+    return ["", paragraph(said), "", table(head, rows)]
 
 
 def _names(found: shakedown.Sweep) -> list[str]:

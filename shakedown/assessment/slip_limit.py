@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.transient_limit import scan_end
+from shakedown.assessment.transient_limit import SCANNED, scan_end
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
@@ -79,7 +79,7 @@ def slip_limit(
     *,
     open_nodes: Iterable[int] = (),
     largest: float | None = None,
-    steps: int = 40,
+    steps: int = SCANNED,
     accuracy: float = 1e-4,
     tolerances: Tolerances = DEFAULT,
 ) -> SlipLimit:

@@ -128,7 +128,7 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
     >>> joint = shakedown.example("press-fit")
     >>> slip_limit_in_words(slip_limit(joint, 1e-3), joint)
     'From its initial state every slip range stays below 0.001 mm up to λ = 1.321457: the largest there is
-    0.0009998 mm, at node 4 (FE 40/4) (49 load factors up to 1.506 simulated).'
+    0.0009998 mm, at node 4 (FE 40/4) (30 load factors up to 1.506 simulated).'
     """
     length = units_of(problem)[1]
     below = f"{limit.below:.4g} {length}".rstrip()

@@ -7,6 +7,8 @@ from command import document, run
 from joints import joint_of_kind
 
 import shakedown
+from shakedown.assessment.slip_limit import slip_limit
+from shakedown.studies.designs.parameters import with_parameter
 
 
 def test_verify_says_up_to_where_slips_stay_below_a_length(tmp_path, undrawn):
@@ -70,6 +72,27 @@ def test_a_map_of_undecided_states_says_neither():
     walks = joint_of_kind(np.random.default_rng(6), "floating")
     criterion = shakedown.initial_state_map(walks, 1.0, states=8, slip_below=1e9).slip_criterion
     assert (criterion.met, criterion.largest) == (False, np.inf)
+
+
+def test_a_sweep_says_at_every_point_up_to_where(tmp_path):
+    path = tmp_path / "sweep.csv"
+    arguments = ("sweep", "press-fit", "--vary", "f=0.15,0.2", "--bounds", "upper")
+    strict = document(*arguments)
+    found = document(*arguments, "--slip-below", "1e-3", "-o", str(path))
+    joint = shakedown.example("press-fit")
+    expected = [slip_limit(with_parameter(joint, "f", f), 1e-3) for f in (0.15, 0.2)]
+    criteria = [point.pop("slip_criterion") for point in found["points"]]
+    assert found == strict
+    assert criteria == [{"below": 1e-3, "load_factor": x.load_factor, "largest": x.largest} for x in expected]
+    table = pandas.read_csv(path)
+    assert table["lambda_slip [1]"].tolist() == [x.load_factor for x in expected]
+    assert table["largest_slip_range"].tolist() == [x.largest for x in expected]
+    code, out, _ = run(*arguments, "--slip-below", "1e-3")
+    assert code == 0
+    assert "every slip range stays below 0.001 mm up to" in " ".join(out.split())
+    assert max(map(len, out.splitlines())) <= 80
+    again = document(*arguments, "--slip-below", "1e-3", "-o", str(path), "--resume")
+    assert [point["slip_criterion"] for point in again["points"]] == criteria
 
 
 def test_the_state_asked_about_is_the_given_one():

@@ -56,6 +56,24 @@ class Limit(NamedTuple):
     high: float = nan
 
 
+class SlipAllowed(NamedTuple):
+    """Up to where slips stay below a length (:class:`~shakedown.assessment.slip_limit.SlipLimit`).
+
+    Attributes
+    ----------
+    below
+        The length [length].
+    load_factor
+        The largest load factor simulated up to which every slip range does; NaN where there is none.
+    largest
+        The largest slip range there [length].
+    """
+
+    below: float
+    load_factor: float
+    largest: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignPoint(Result):
     """The limits of the load factor of one joint.
@@ -77,6 +95,8 @@ class DesignPoint(Result):
         What becomes of the joint at each load factor that was asked for (:class:`Outcome`).
     contradictions
         Limits that cannot all be right, in words: an error of this toolkit or of its theory.
+    slip_criterion
+        Up to where slips stay below a length; None where that was not asked for.
     """
 
     values: tuple[float, ...]
@@ -86,6 +106,7 @@ class DesignPoint(Result):
     reason: str = ""
     outcomes: tuple[Outcome, ...] = ()
     contradictions: tuple[str, ...] = ()
+    slip_criterion: SlipAllowed | None = None
 
     @property
     def exists(self) -> bool:
@@ -111,6 +132,7 @@ class DesignPoint(Result):
         """
         try:
             known = json.loads(piece)
+            slips = known["slip_criterion"]
             return cls(
                 values=tuple(map(float, known["values"])),
                 limits={name: _recorded_limit(*limit) for name, limit in known["limits"].items()},
@@ -119,6 +141,7 @@ class DesignPoint(Result):
                 reason=str(known["reason"]),
                 outcomes=tuple(map(Outcome, known["outcomes"])),
                 contradictions=tuple(map(str, known["contradictions"])),
+                slip_criterion=None if slips is None else SlipAllowed(*map(float, slips)),
             )
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError) as error:
             raise ProblemError(f"expected a recorded point, found a damaged one ({error})") from None
@@ -143,6 +166,8 @@ class Question(NamedTuple):
         ``"auto"``: the zone with the largest λ_max; ``()``: all nodes in contact.
     quick
         λ_T to 0.1 %.
+    slip_below
+        A length that slip ranges are to stay below; None: nothing is asked about slips.
     """
 
     bounds: tuple[str, ...] = LIMITS
@@ -150,6 +175,7 @@ class Question(NamedTuple):
     initial_slip: FloatArray | None = None
     open_nodes: tuple[()] | Literal["auto"] = "auto"
     quick: bool = False
+    slip_below: float | None = None
 
 
 def design_point(
@@ -189,6 +215,7 @@ def design_point(
         open_nodes=open_nodes,
         outcomes=tuple(_outcome(problem, x, question, tolerances) for x in question.load_factors),
         contradictions=tuple(_contradictions(known, tolerances)),
+        slip_criterion=None if question.slip_below is None else _slips(joint, question.slip_below),
     )
 
 
@@ -236,6 +263,13 @@ def _transient(found: TransientLimit) -> Limit:
 def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:
     found = allowed(long_term_state, problem, load_factor, question.initial_slip, tolerances=tolerances)
     return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
+
+
+def _slips(joint: JointLimits, below: float) -> SlipAllowed:
+    found = allowed(joint.slip, below)
+    if isinstance(found, Missing):
+        return SlipAllowed(below, nan, nan)
+    return SlipAllowed(below, found.load_factor, found.largest)
 
 
 class _Known(NamedTuple):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from math import inf
+from math import inf, nan
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.result import Result
-from shakedown.studies.designs.design_point import FROM_HERE, SYMBOLS, DesignPoint
+from shakedown.studies.designs.design_point import FROM_HERE, SYMBOLS, DesignPoint, SlipAllowed
 from shakedown.studies.designs.parameters import FACTORS, PARAMETERS
 
 COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
@@ -175,6 +175,11 @@ class Sweep(Result):
         entries = [[str(x) for x in point.outcomes or nothing] for point in self.points]
         return np.array(entries, dtype=np.str_).reshape(*self.shape, len(nothing))
 
+    @property
+    def slip_criteria(self) -> tuple[SlipAllowed | None, ...]:
+        """Up to where slips stay below the length asked about, point by point; None where there is none."""
+        return tuple(point.slip_criterion for point in self.points)
+
     def load_factors(self, name: str) -> FloatArray:
         """The load factors of a limit by its name; NaN where there is none."""
         self._check(name)
@@ -266,6 +271,7 @@ class Sweep(Result):
             "guarantee": point.guarantee,
             "open_nodes": list(point.open_nodes),
             "outcomes": [str(outcome) for outcome in point.outcomes],
+            **({} if point.slip_criterion is None else {"slip_criterion": point.slip_criterion._asdict()}),
             **{name: limit._asdict() for name, limit in point.limits.items()},
         }
 
@@ -282,6 +288,10 @@ class Sweep(Result):
                 yield "guarantee", [point.guarantee for point in self.points]
         for k, load_factor in enumerate(self.load_factors_simulated):
             yield f"outcome at lambda = {load_factor!r}", self.outcomes[..., k].ravel().tolist()
+        if any(self.slip_criteria):
+            known = [slips or SlipAllowed(nan, nan, nan) for slips in self.slip_criteria]
+            yield "lambda_slip [1]", [slips.load_factor for slips in known]
+            yield "largest_slip_range", [slips.largest for slips in known]
         yield "open_nodes", [" ".join(map(str, point.open_nodes)) for point in self.points]
         yield "remark", ["; ".join(_remarks(point)) for point in self.points]
 

@@ -21,6 +21,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.importing.import_model import Import
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
+from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.studies.designs.design_point import LIMITS, DesignPoint, Question, design_point
 from shakedown.studies.designs.diagram import Sweep
 from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation
@@ -38,6 +39,7 @@ def sweep(
     initial_slip: ArrayLike | None = None,
     open_nodes: Literal["auto", "none"] = "auto",
     quick: bool = False,
+    slip_below: float | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     output: str | PathLike[str] | None = None,
@@ -74,6 +76,9 @@ def sweep(
         nodes in contact.
     quick
         λ_T to 0.1 %.
+    slip_below
+        A limit on the slip range of every node in the long run [length]; up to which load factor it holds
+        from the state asked about is said beside (:class:`~shakedown.assessment.slip_limit.SlipLimit`).
     workers
         Number of processes; of a function that makes joints it has to be one that can be
         imported, and the script has to keep the call under ``if __name__ == "__main__"``.
@@ -114,6 +119,7 @@ def sweep(
         initial_slip=None if initial_slip is None else real_array("initial slip", initial_slip),
         open_nodes=_checked_zone(open_nodes),
         quick=bool(quick),
+        slip_below=None if slip_below is None else check_slip_below(slip_below),
     )
     work = _Points(variation, values, question, tolerances)
     crew, partial = Crew(workers, scheduler), None if output is None else f"{os.fspath(output)}.partial"
@@ -186,6 +192,7 @@ class _Points:
             point.values == self._at(number)
             and set(point.limits) == set(limits)
             and len(point.outcomes) == simulated
+            and _asked(point) == (self.question.slip_below if point.exists else None)
         )
 
     def _at(self, number: int) -> tuple[float, ...]:
@@ -207,6 +214,11 @@ class _Points:
             "tolerances": repr(self.tolerances),
             "version": version("shakedown-bounds"),
         }
+
+
+def _asked(point: DesignPoint) -> float | None:
+    """The length that slips are to stay below, where that was asked about."""
+    return None if point.slip_criterion is None else point.slip_criterion.below
 
 
 def _sources(variation: Variation) -> str:
