@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 import shakedown
 from shakedown.importing.templates import import_template, import_template_names, write_import_example
@@ -142,6 +143,9 @@ def _echo_check(made: shakedown.Import) -> None:
     columns |= _numbers([f"normal {a}" for a in axes], reduced.frame.normals, ".4f")
     if problem.node_area is not None:
         columns |= _numbers([f"area [{length}²]" if length else "area"], problem.node_area[:, None], ".5g")
+    if contact.gap.any():
+        gap = np.broadcast_to(contact.gap, reduced.n)[:, None]
+        columns |= _numbers([f"gap [{length}]" if length else "gap"], gap, ".4g")
     rows = [[str(k), *cells] for k, cells in enumerate(zip(*columns.values(), strict=True))]
     say(table(["node", *columns], rows))
     say(f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}")

@@ -98,6 +98,7 @@ class Import(Result):
             "normals": reduced.frame.normals,
             "coordinates": contact.coordinates,
             "node_area": self.problem.node_area,
+            "gap": contact.gap,
             "rigid_residual": self.rigid_residual,
             "loads": self.loads,
             "sources": self.sources,

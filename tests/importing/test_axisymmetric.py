@@ -1,6 +1,7 @@
 """Axisymmetric models: what stands for which part of the circumference."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from model_files import RING
 from skfem import Basis, BilinearForm, ElementQuadS2, ElementVector, MeshQuad
 from skfem.helpers import ddot, sym_grad, trace
 
+import shakedown
 from shakedown import ProblemError, import_model
 from shakedown.readers import Mesh, read_calculix_storage, read_deck
 
@@ -74,6 +76,17 @@ def test_the_pressure_of_a_press_fit_is_lame_s(ring):
     lame = INTERFERENCE * YOUNG / FIT / (hub + shaft)
     np.testing.assert_allclose(pressure, lame, rtol=7e-3)  # of the mesh
     np.testing.assert_allclose(pressure @ problem.node_area, lame * problem.node_area.sum(), rtol=1e-3)
+
+
+def test_results_per_node_are_in_mpa(ring):
+    """Hardly any friction: forces on the circumference over areas 2 pi r l are Lamé's pressure."""
+    problem = replace(import_model(ring / "import.toml").problem, f=1e-6)
+    nodes = shakedown.node_results(shakedown.simulate(problem, 0.0))
+    assert nodes.units["pressure_max"] == "MPa"
+    hub, shaft = ((RIM**2 + FIT**2) / (RIM**2 - FIT**2), (FIT**2 + BORE**2) / (FIT**2 - BORE**2))
+    lame = INTERFERENCE * YOUNG / FIT / (hub + shaft)
+    assert nodes.area @ nodes.pressure_max / nodes.area.sum() == pytest.approx(lame, rel=1e-3)
+    assert nodes.pressure_max == pytest.approx(lame, rel=7e-3)  # of the mesh
 
 
 def test_the_stiffness_is_that_of_the_whole_circumference(ring):
