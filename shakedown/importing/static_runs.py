@@ -143,7 +143,13 @@ def opened_run(
         raise ProblemError(f"{source.where}: {error}") from None
     first, *second = (run.vectors[places][:, columns] for places in bodies)
     rounding = np.sum([run.rounding[places][:, columns] for places in bodies], axis=0)
-    return first - sum(second), rounding
+    apart = first - sum(second)
+    if (np.abs(apart) <= rounding).all():
+        raise ProblemError(
+            f"{source.where}: expected displacements with the contact open, found contact nodes that do not "
+            f"move{' apart' if second else ''} (held, tied or in contact? then 'reactions')"
+        )
+    return apart, rounding
 
 
 def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values | None) -> str:

@@ -14,7 +14,7 @@ from shakedown.condensation.stiffness_checks import zero_modes
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import stress_unit, units_of
+from shakedown.joint.units import loads_in_words, stress_unit, units_of
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.report.words.limit_words import coupling_in_words
 
@@ -111,7 +111,7 @@ def loading_rows(problem: Problem) -> list[tuple[str, str]]:
         ("initial states given", "none" if problem.initial_slip is None else str(len(problem.initial_slip))),
     ]
     if problem.load_names:
-        rows.append(("load cases", ", ".join(problem.load_names)))
+        rows.append(("load cases", loads_in_words(problem) or ", ".join(problem.load_names)))
     return rows
 
 

@@ -122,6 +122,7 @@ def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):
         'open = { file = "blocks.sti", step = 1 }': "expected the columns step, node, ux, uy and maybe uz",
         'open = { file = "open.dat", step = 1, bodies = "tied" }': "unknown key 'bodies'",
         'open = "open.dat"': "key 'open': expected a table",
+        'open = { file = "clamped.dat", step = 1 }': "found contact nodes that do not move apart .held, tied or",
     }
     for line, message in refused.items():
         with pytest.raises(ProblemError, match=message):
