@@ -277,11 +277,12 @@ def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
 
 def _names(found: shakedown.Sweep) -> list[str]:
     """Headings of the parameters."""
-    longest = LONGEST_HEADING[len(found.parameters)]
-    return [
-        f"{found.meanings[axis]} ×" if found.is_factor(axis) else shortened(name, longest)
-        for axis, name in enumerate(found.parameters)
-    ]
+    longest, names = LONGEST_HEADING[len(found.parameters)], []
+    for axis, name in enumerate(found.parameters):
+        named = name if found.meanings[axis] else with_unit(name, found.units[axis])
+        own = named if len(named) <= longest else shortened(name, longest)
+        names.append(f"{found.meanings[axis]} ×" if found.is_factor(axis) else own)
+    return names
 
 
 def _outcomes(found: shakedown.Sweep, chosen: range) -> str:

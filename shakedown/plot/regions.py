@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
 
@@ -87,6 +88,10 @@ class Diagram(Protocol):
     @property
     def meanings(self) -> tuple[str, ...]:
         """Which quantity of the joint each one changes; empty for the user's own."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Their units; empty where they are not known."""
 
     @property
     def values(self) -> tuple[FloatArray, ...]:
@@ -215,7 +220,8 @@ def _unseen(curves: Mapping[str, FloatArray]) -> list[str]:
 
 def _named(diagram: Diagram, axis: int) -> str:
     """The label of a parameter's axis."""
-    return NAMES.get(diagram.meanings[axis], diagram.parameters[axis])
+    own = with_unit(diagram.parameters[axis], diagram.units[axis])
+    return NAMES.get(diagram.meanings[axis], own)
 
 
 def _name_inside(axes: Axes, x: FloatArray, layer: _Layer, top: float, simulated: tuple[float, ...]) -> bool:

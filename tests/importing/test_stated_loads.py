@@ -104,6 +104,7 @@ def test_a_preload_scan(stated):
     made = shakedown.import_model(stated)
     found = shakedown.sweep(made, {"pressed down": [0.7, 1.4]}, bounds=["upper"])
     changed = shakedown.import_model(stated, changes={"pressed down": 1.4}).problem
+    assert next(iter(found.columns())) == "pressed down [kN]"
     assert found.upper[0] < found.upper[1] == shakedown.upper_bound(changed, certify=False).load_factor
 
 

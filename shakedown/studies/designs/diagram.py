@@ -20,7 +20,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.arguments import check_load_factor
 from shakedown.joint.result import Result
 from shakedown.studies.designs.design_point import FROM_HERE, SYMBOLS, DesignPoint, SlipAllowed
-from shakedown.studies.designs.parameters import FACTORS, PARAMETERS
+from shakedown.studies.designs.parameters import FACTORS
 
 COLUMNS = {name: symbol.replace("λ", "lambda") for name, symbol in SYMBOLS.items()}
 
@@ -82,6 +82,8 @@ class Sweep(Result):
     meanings
         Which parameter of :func:`with_parameter` each one is; empty for a number of a
         configuration, and for a function's own.
+    units
+        Their units; empty where these are not known.
     values
         Their values, one rising array each.
     bounds
@@ -95,6 +97,7 @@ class Sweep(Result):
     name: str
     parameters: tuple[str, ...]
     meanings: tuple[str, ...]
+    units: tuple[str, ...]
     values: tuple[FloatArray, ...]
     bounds: tuple[str, ...]
     load_factors_simulated: tuple[float, ...]
@@ -276,8 +279,8 @@ class Sweep(Result):
         }
 
     def _columns(self) -> Iterator[tuple[str, list[Any]]]:
-        for k, (name, meaning) in enumerate(zip(self.parameters, self.meanings, strict=True)):
-            yield heading(name, meaning), [point.values[k] for point in self.points]
+        for k, (name, unit) in enumerate(zip(self.parameters, self.units, strict=True)):
+            yield with_unit(name, unit), [point.values[k] for point in self.points]
         for name in self.bounds:
             yield f"{COLUMNS[name]} [1]", self.load_factors(name).ravel().tolist()
             if name == "transient":
@@ -309,11 +312,6 @@ def _never_from(point: DesignPoint) -> float:
     if limit is None or point.open_nodes or limit.status == Status.UNDECIDED:
         return inf
     return 0.0 if limit.status == Status.INFEASIBLE else limit.load_factor
-
-
-def heading(parameter: str, meaning: str) -> str:
-    """The heading of a parameter's column, with its unit where that is known."""
-    return with_unit(parameter, PARAMETERS.get(meaning, ""))
 
 
 def _remarks(point: DesignPoint) -> Iterator[str]:

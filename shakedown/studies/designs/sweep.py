@@ -132,6 +132,7 @@ def sweep(
             name=variation.name,
             parameters=variation.parameters,
             meanings=variation.meanings,
+            units=variation.units,
             values=values,
             bounds=question.bounds,
             load_factors_simulated=question.load_factors,

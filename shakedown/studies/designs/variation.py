@@ -77,6 +77,16 @@ class Variation:
         own = self.base is None
         return tuple("" if own else parameter_of(name) for name in self.parameters)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each parameter; empty where it is not known."""
+        base = self.base
+        loads = {load.name: load.unit for load in (base.loads if base is not None else ())}
+        return tuple(
+            PARAMETERS.get(meaning, loads.get(name, ""))
+            for name, meaning in zip(self.parameters, self.meanings, strict=True)
+        )
+
     def at(self, values: tuple[float, ...]) -> Problem:
         """The joint at some values of its parameters.
 
