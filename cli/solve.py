@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import click
 
@@ -10,7 +11,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
-from shakedown.ground.visible_text import with_unit
+from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.report.json_documents import assessment_document, quick_document
 from shakedown.report.node_words import node_in_words
@@ -30,6 +31,10 @@ from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
 from .output import bound, echo_json, headline, length_unit, listing, node_table, number, paragraph, say
 
+CLAIMS = {
+    "proved-from-state": "proved_from_this_state",
+    "proved-from-every-state": "proved_from_every_state",
+}  # what may be required, and the number it is about
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
 F_THRESHOLD = (
     "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
@@ -39,10 +44,35 @@ CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
 
+class Requirement(click.ParamType):
+    """What has to be proved, and up to which load factor: CLAIM=X."""
+
+    name = "claim"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        claim, _, text = value.partition("=")
+        number = load_factor_of(text)
+        if claim not in CLAIMS or number is None:
+            expected = "=X or ".join(CLAIMS)
+            raise click.UsageError(
+                f"--require: expected {expected}=X with X > 0, found '{shortened(value, 60)}'"
+            )
+        return claim, number
+
+
+def load_factor_of(text: str) -> float | None:
+    """A load factor > 0, None where a text is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if 0.0 < number < float("inf") else None
+
+
 @click.command(
-    short_help="Bounds, safe slip, friction thresholds.",
+    short_help="What is proved, bounds, safe slip.",
     epilog="Exit codes: 0 computed, whatever the bounds are; 1 an answer is open, or disputed in exact "
-    "arithmetic; 2 bad usage or bad input.",
+    "arithmetic, or what is required is not proved; 2 bad usage or bad input.",
 )
 @problem_argument
 @click.option(
@@ -64,6 +94,14 @@ ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
     is_flag=True,
     help="Only what takes few programs: λ_E, λ_max and the safe slip (no λ_1, λ_U, thresholds).",
 )
+@click.option(
+    "--require",
+    "required",
+    type=Requirement(),
+    multiple=True,
+    help="Exit with 1 unless shakedown is proved up to load factor X: proved-from-state=X or "
+    "proved-from-every-state=X. May be given twice.",
+)
 @open_option
 @json_option
 @quiet_option
@@ -74,6 +112,7 @@ def solve(
     initial: str,
     distance: float,
     quick: bool,
+    required: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
     as_json: bool,
 ) -> None:
@@ -83,6 +122,8 @@ def solve(
     """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
+    if quick and required:
+        raise click.UsageError("--require: not with --quick, which leaves out what is proved")
     state = initial_state(problem, 0.0, initial)
     if quick:
         upper = shakedown.upper_bound(problem, open_nodes=open_nodes, certify=False)
@@ -104,17 +145,28 @@ def solve(
         echo_json(assessment_document(found, curve))
     else:
         say(_text(found, curve))
-    _leave(context, limits.lower, limits.upper, limits.energy, limits.universal)
+    unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]
+    _leave(context, limits.lower, limits.upper, limits.energy, limits.universal, unmet=unmet)
+
+
+def _unmet(found: shakedown.Assessment, claim: str, least: float) -> str:
+    """How a requirement is missed; empty where it is met."""
+    proved = getattr(found, CLAIMS[claim])
+    if proved >= least:
+        return ""
+    known = "open" if proved != proved else f"up to λ = {down(proved)}"
+    return f"--require {claim}={least:g}: not met, proved is {known}"
 
 
 def _leave(
     context: click.Context,
     *results: shakedown.LowerBound | shakedown.UpperBound | shakedown.EnergyBound | shakedown.UniversalBound,
+    unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""
     from shakedown.verification.open_ends import open_ends  # loads what the results were made with
 
-    left = list(open_ends(*results))
+    left = [*open_ends(*results), *unmet]
     for sentence in left:
         click.echo(sentence, err=True)
     context.exit(1 if left else 0)

@@ -49,8 +49,31 @@ def test_initial_state_and_distance_are_the_energy_bounds(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("required", "code"),
+    [
+        (["proved-from-state=0.73"], 0),
+        (["proved-from-state=0.732"], 1),
+        (["proved-from-every-state=0.65", "proved-from-state=0.73"], 0),
+        (["proved-from-every-state=0.66", "proved-from-state=0.8"], 1),
+    ],
+)
+def test_what_is_required_is_proved_or_the_exit_code_is_1(required, code):
+    options = [word for claim in required for word in ("--require", claim)]
+    found, out, err = run("solve", "two-node", "--json", *options)
+    assert (found, err.count("\n")) == (code, len(required) * code)
+    assert "assessment" in out
+    if code:
+        name, least = required[-1].split("=")
+        assert f"--require {name}={least}: not met, proved is up to λ = 0.7315934\n" in err
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("--require", "proved=1"), "--require: expected proved-from-state=X or proved-from-every-state=X"),
+        (("--require", "proved-from-state=nan"), "with X > 0, found 'proved-from-state=nan'"),
+        (("--require", "proved-from-state"), "with X > 0, found 'proved-from-state'"),
+        (("--require", "proved-from-state=1", "--quick"), "--require: not with --quick"),
         (("--distance", "-1"), "distance: expected a number >= 0, found -1"),
         (("--distance", "nan"), "distance: expected a number >= 0, found nan"),
         (("--initial", "safe"), "expected zero, given, given:K or PATH.npy"),

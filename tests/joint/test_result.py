@@ -88,6 +88,8 @@ RESULTS = {  # one of every function that makes one
     "lower": lambda: shakedown.lower_bound(two()),
     "upper": lambda: shakedown.upper_bound(many()),
     "bounds": lambda: shakedown.shakedown_bounds(shakedown.example("one-node")),
+    "assessment": lambda: shakedown.assess(two()),
+    "limits": lambda: shakedown.assess(many()).details,
     "infeasible": lambda: shakedown.upper_bound(shakedown.example("receding-block")),
     "safe": lambda: shakedown.safe_slip(many(), 0.5),
     "energy": lambda: shakedown.energy_bound(many()),
