@@ -11,6 +11,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.shown_values import down, up
+from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.words.hint_words import simulated_path_in_words
@@ -77,7 +78,7 @@ def adversary(
         say(_text(problem, found))
         if output is not None and found.state is not None:
             say(f"\nwrote {output}: simulate FILE --load-factor {found.load_factor!r} --initial {output}")
-    if found.status != "found":
+    if found.status != Search.FOUND:
         context.exit(1)
 
 

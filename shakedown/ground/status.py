@@ -47,6 +47,39 @@ class Outcome(StrEnum):
     UNDECIDED = "undecided"
 
 
+class Guarantee(StrEnum):
+    """How sure it is that below the first collapse a joint shakes down from every initial state.
+
+    PROVED
+        It is, from every state with all nodes closed.
+    EXCLUDED
+        No node alone can slip cyclically; several together may.
+    EVIDENCE
+        Nothing is proved.
+    """
+
+    PROVED = "proved"
+    EXCLUDED = "single-node-excluded"
+    EVIDENCE = "evidence"
+
+
+class Search(StrEnum):
+    """What a search for the smallest cycle came to.
+
+    FOUND
+        A cycle.
+    NONE_FOUND
+        None.
+    CONTRADICTION
+        A cycle or separation below a load factor that is proved to have none: an error of this toolkit or of
+        its theory.
+    """
+
+    FOUND = "found"
+    NONE_FOUND = "none found"
+    CONTRADICTION = "contradiction"
+
+
 class Said(StrEnum):
     """What the bounds alone say of the loading as given, without a simulation.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from shakedown.ground.shown_values import plain, short
-from shakedown.ground.status import Outcome
+from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -110,7 +110,7 @@ def disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
             f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
-        if run.region == BELOW and lower.guarantee != "proved":
+        if run.region == BELOW and lower.guarantee != Guarantee.PROVED:
             text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
         yield text
 

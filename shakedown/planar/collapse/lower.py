@@ -18,7 +18,7 @@ from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Status
+from shakedown.ground.status import Guarantee, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, require_plane
 from shakedown.joint.constraints import constraints, rows_named
@@ -114,7 +114,7 @@ class LowerBound(Result):
     def proof(self) -> GuaranteeStatus:
         """How far λ_1 is a guarantee; worked out when first read, at several times the cost of λ_1."""
         if self.status == Status.INFEASIBLE:
-            return GuaranteeStatus("evidence", UNSAFE_MEAN, nan, nan, nan)
+            return GuaranteeStatus(Guarantee.EVIDENCE, UNSAFE_MEAN, nan, nan, nan)
         return guarantee_status(self.evidence)
 
     @cached_property
@@ -137,11 +137,8 @@ class LowerBound(Result):
         return values
 
     @property
-    def guarantee(self) -> str:
-        """``"proved"``, ``"single-node-excluded"`` or ``"evidence"``.
-
-        How sure it is that below λ_1 the system shakes down from every initial state.
-        """
+    def guarantee(self) -> Guarantee:
+        """How sure it is that below λ_1 the system shakes down from every initial state."""
         return self.proof.guarantee
 
     @property
@@ -219,7 +216,7 @@ def lower_bound(
     --------
     >>> import shakedown
     >>> lower = shakedown.lower_bound(shakedown.example("two-node"))
-    >>> round(lower.load_factor, 6), lower.node, lower.guarantee
+    >>> round(lower.load_factor, 6), lower.node, lower.guarantee.value
     (0.657373, 1, 'proved')
     """
     require_plane("first collapse", problem, NO_SIDES)

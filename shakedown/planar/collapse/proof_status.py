@@ -18,6 +18,7 @@ import numpy as np
 
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.shown_values import down, up
+from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
@@ -41,9 +42,7 @@ class GuaranteeStatus:
     Attributes
     ----------
     guarantee
-        ``"proved"``: below λ_1 the system shakes down from every initial state with
-        all nodes closed. ``"single-node-excluded"``: no node alone can slip
-        cyclically. ``"evidence"``: nothing is proved.
+        Proved, single-node-excluded or evidence (:class:`Guarantee`).
     reason
         Why, in words.
     coupling_ratio
@@ -55,7 +54,7 @@ class GuaranteeStatus:
         Load factor below which no admissible slip lifts a node off; NaN where not computed.
     """
 
-    guarantee: str
+    guarantee: Guarantee
     reason: str
     coupling_ratio: float
     single_node_bound: float
@@ -145,7 +144,7 @@ def guarantee_status(known: Evidence) -> GuaranteeStatus:
     --------
     >>> import shakedown
     >>> status = guarantee_status(Evidence(shakedown.example("three-node"), 3.096))
-    >>> status.guarantee, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
+    >>> status.guarantee.value, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
     ('evidence', 1.039, 2.4442)
     """
     if isinstance(known.alone, Missing):
@@ -158,23 +157,23 @@ def _status(known: Evidence, alone: float) -> GuaranteeStatus:
     """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
     load_factor, ratio = known.load_factor, coupling(known.problem).ratio
     if known.problem.is_domain and load_factor > 0.0:
-        return GuaranteeStatus("evidence", ANY_ORDER, ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.EVIDENCE, ANY_ORDER, ratio, alone, nan)
     argument = known.argument
     if argument is not None and argument.keeps_closed:
-        return GuaranteeStatus("proved", argument.reason, ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, nan)
     if load_factor == 0.0:
-        return GuaranteeStatus("evidence", "there is nothing to guarantee", ratio, alone, nan)
+        return GuaranteeStatus(Guarantee.EVIDENCE, "there is nothing to guarantee", ratio, alone, nan)
     reached = load_factor * (1 - known.tolerances.feasibility)
     if argument is not None and argument.drift_bound >= reached:
         stays_closed = known.lift_off
         if isinstance(stays_closed, Missing):
             caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
-            return GuaranteeStatus("single-node-excluded", caveat, ratio, alone, nan)
+            return GuaranteeStatus(Guarantee.EXCLUDED, caveat, ratio, alone, nan)
         if stays_closed >= reached:
-            return GuaranteeStatus("proved", argument.reason, ratio, alone, stays_closed)
+            return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, stays_closed)
         caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
         text = f"{argument.reason}, but {caveat}"
-        return GuaranteeStatus("single-node-excluded", text, ratio, alone, stays_closed)
+        return GuaranteeStatus(Guarantee.EXCLUDED, text, ratio, alone, stays_closed)
     return _without_proof(reached, coupling(known.problem), alone)
 
 
@@ -200,9 +199,9 @@ def _drift_bound(problem: Problem) -> float:
 
 def _without_proof(reached: float, influence: Coupling, alone: float) -> GuaranteeStatus:
     """No proof: at most, cycles of one node alone are excluded."""
-    status, ratio = "evidence", influence.ratio
+    status, ratio = Guarantee.EVIDENCE, influence.ratio
     if alone >= reached:
-        status = "single-node-excluded"
+        status = Guarantee.EXCLUDED
         reason = f"no node can cycle alone below {down(alone)}, which is weak evidence: several together may"
     elif isnan(ratio):
         reason = "a node is at or above its own critical friction: there is no proof, only simulation"

@@ -57,7 +57,7 @@ class SwingBound(Result):
         Why the proof in exact arithmetic failed where it was tried; else empty.
     """
 
-    status: str
+    status: Status
     load_factor: float
     node: int
     forward_slip: FloatArray

@@ -54,7 +54,7 @@ class UniversalBound(Result):
         before they are over.
     """
 
-    status: str
+    status: Status
     load_factor: float
     node: int
     argument: str

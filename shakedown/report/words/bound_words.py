@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.shown_values import down, up
-from shakedown.ground.status import Status
+from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading
 from shakedown.report.node_words import node_in_words
 from shakedown.report.words.assessment_words import admissible_in_words, proved_up_to
@@ -65,7 +65,7 @@ def _below(limits: JointLimits) -> str:
     where = f"Below λ_1 = {down(lower.load_factor)}"
     if lower.status == Status.UNBOUNDED:
         where = "At every load factor"
-    if lower.guarantee == "proved":
+    if lower.guarantee == Guarantee.PROVED:
         return (
             f"{where} the joint, closed at all nodes{_transient_over(lower)}, shakes down from every initial "
             f"state ({lower.reason})."
@@ -175,7 +175,7 @@ def _below_collapse(limits: JointLimits) -> str:
     known = proved_up_to(limits.universal)
     if known > 1:
         return "below λ_U: proved from every initial state that is " + admissible_in_words(limits.universal)
-    if limits.lower.guarantee == "proved":
+    if limits.lower.guarantee == Guarantee.PROVED:
         return "below λ_1"
     return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(limits)
 

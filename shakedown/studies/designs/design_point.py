@@ -14,7 +14,7 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import nodes_in_words
-from shakedown.ground.status import Outcome, Status
+from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -235,7 +235,7 @@ def _limit(name: str, found: Mapping[str, Any]) -> Limit:
     if isinstance(result, EnergyBound) and result.least_load_factor > 0:
         begins = f"proved only from λ = {result.least_load_factor:.9g} on"
         return Limit(result.load_factor, Status.UNDECIDED, begins)
-    return Limit(result.load_factor, Status(result.status), result.reason)
+    return Limit(result.load_factor, result.status, result.reason)
 
 
 def _upper(upper: UpperBound) -> Limit:
@@ -297,7 +297,7 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
         return
     proofs = list(FROM_HERE)
     if not known.transient:  # these are about closed nodes, and a transient may open some
-        proofs += ["universal"] + ["lower"] * (known.guarantee == "proved")
+        proofs += ["universal"] + ["lower"] * (known.guarantee == Guarantee.PROVED)
     slipping = [
         x
         for x, outcome in zip(known.history.scanned, known.history.outcomes, strict=True)

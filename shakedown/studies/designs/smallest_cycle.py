@@ -13,7 +13,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.ground.status import Outcome, Status
+from shakedown.ground.status import Guarantee, Outcome, Search, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
@@ -36,7 +36,6 @@ from shakedown.studies.designs.descent import (
 
 Progress = Callable[[int, int], None]
 
-FOUND, NONE_FOUND, CONTRADICTION = "found", "none found", "contradiction"
 ABOVE = 1.01  # of λ_max: there every state slips for ever, or opens
 DEPTHS = (0.02, 0.1, 0.3, 0.6, 0.9)  # how far down towards λ_U the rounds look, one after the other
 PROVED = (0.999, 0.9)  # of λ_U: where nothing may be found
@@ -49,8 +48,7 @@ class SmallestCycle(Result):
     Attributes
     ----------
     status
-        ``"found"`` a cycle; ``"none found"``; ``"contradiction"``: a cycle or separation below a
-        load factor that is proved to have none, an error of this toolkit or of its theory.
+        Found a cycle, none found, or contradiction (:class:`Search`).
     load_factor
         λ_cycle, the smallest at which a cycle (:class:`Outcome` cyclic slip or ratchetting)
         was found; inf where none was.
@@ -96,7 +94,7 @@ class SmallestCycle(Result):
     )
     TABLE: ClassVar[str] = "initial_slip slip_per_cycle"
 
-    status: str
+    status: Search
     load_factor: float
     separation_load_factor: float
     separation_slip: FloatArray = field(repr=False)
@@ -275,7 +273,7 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
     state = None if best is None else best.state
     load_factor = inf if best is None else best.load_factor
     contradiction = _contradiction(search, limits)
-    status = CONTRADICTION if contradiction else NONE_FOUND if best is None else FOUND
+    status = Search.CONTRADICTION if contradiction else Search.NONE_FOUND if best is None else Search.FOUND
     return SmallestCycle(
         status=status,
         load_factor=load_factor,
@@ -308,6 +306,6 @@ def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
     sure = min(real, default=inf) / (1.0 - tolerances.second_road)
     if sure < limits.universal.load_factor:
         return f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
-    if limits.lower.guarantee == "proved" and sure < limits.lower.load_factor:
+    if limits.lower.guarantee == Guarantee.PROVED and sure < limits.lower.load_factor:
         return f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
     return ""
