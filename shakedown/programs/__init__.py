@@ -1,8 +1,8 @@
 """Programs in arrays alone: a linear cost over rows, bounds and second-order cones, in floats and exactly.
 
 Reading order: ``program`` (statement, numbers near 1, solution with residuals), ``scaling`` (by powers
-of two), ``solver`` (the road that the cones ask for; planes that cut cones), ``simplex`` (HiGHS, held
-for many solves), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``margin`` (the point with the most
-room), ``polygon`` (corners in the plane). Below them ``exact/`` (rational arithmetic) and
-``interior/`` (dense interior points).
+of two), ``solver`` (the road that the cones ask for; planes that cut cones), ``simplex`` (held for many
+solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``margin`` (the
+point with the most room), ``polygon`` (corners in the plane). Below them ``exact/`` (rational
+arithmetic) and ``interior/`` (dense interior points).
 """

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 import highspy
 import numpy as np
@@ -11,33 +11,23 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
+from shakedown.programs.highs import (
+    EXACT_RUNGS,
+    OPTIONS,
+    RUNGS,
+    STATUSES,
+    TOLERANCE,
+    basis_of,
+    made,
+    meeting_of,
+)
 from shakedown.programs.interior.dense_programs import meeting_rows
-from shakedown.programs.program import INF, Meeting, Point, Program, Solution, columnwise
+from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 
-PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 DENSE_FROM = 80  # columns, from where on dense interior points are the quicker road to the first vertex
-TOLERANCE = 1e-10  # the smallest that HiGHS accepts
-MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
 FINEST = 1e-13  # of a reduced cost: what is larger is no round-off, and where slips are large it counts
 FINER = 2.0**14  # by how much costs are larger where HiGHS's tolerance leaves such a reduced cost
-REDUCED_TOLERANCE = 1e-7  # HiGHS's own
-OWN_SCALING = 4  # of HiGHS's simplex: the strongest
-_BASIC = highspy.HighsBasisStatus.kBasic
-
-_OPTIONS: dict[str, bool | int | float | str] = {
-    "output_flag": False,
-    "presolve": "off",
-    "solver": "simplex",
-    "parallel": "off",
-    "simplex_strategy": PRIMAL,  # with free columns the dual simplex often fails to prove infeasibility
-    "primal_simplex_bound_perturbation_multiplier": 0.0,  # its clean-up sometimes ends without a verdict
-    "simplex_scale_strategy": 0,  # the data are equilibrated here, so that the tolerances mean one thing
-    "primal_feasibility_tolerance": TOLERANCE,
-    "dual_feasibility_tolerance": TOLERANCE,
-    "small_matrix_value": 1e-12,
-}
-_LOOSE = {f"{side}_feasibility_tolerance": REDUCED_TOLERANCE for side in ("primal", "dual")}
 
 
 class Simplex:
@@ -66,9 +56,9 @@ class Simplex:
     def _highs(self) -> highspy.Highs:
         """The solver; made when first asked for, for where the active rows are known none is needed."""
         if self._made is None:
-            self._made = _highs(self.program)
+            self._made = made(self.program)
             if self._meeting is not None:
-                self._made.setBasis(_basis(self.program, self._meeting))
+                self._made.setBasis(basis_of(self.program, self._meeting))
         return self._made
 
     def set_cost(self, cost: FloatArray) -> None:
@@ -107,33 +97,24 @@ class Simplex:
         if found is not None:
             self._meeting = found.meeting
             return found
-        attempts: tuple[Callable[[], Status | None], ...] = (
-            self._warm,
-            self._cold,
-            self._dual,
-            self._loosened,
-            self._rescaled,
-            self._interior,
-        )
-        for attempt in attempts:
-            status = attempt()
-            if status is not None:
-                break
+        status, rung = self._warm(), 0
+        while status is None and rung < len(RUNGS):
+            status, rung = self._with(RUNGS[rung]), rung + 1
         if status is None and self._highs.getModelStatus() == highspy.HighsModelStatus.kUnbounded:
             status = Status.UNBOUNDED  # it cannot be, but no road has another answer
         if status is None:
             reason = self._highs.modelStatusToString(self._highs.getModelStatus())
             raise SolverError(f"the linear program of shape {self.program.matrix.shape} ended as '{reason}'")
-        reduced = attempt in attempts[3:]
+        reduced = rung > EXACT_RUNGS
         if status == Status.OPTIMAL and not reduced:
             self._finish()
         basis = self._highs.getBasis()
         if status != Status.OPTIMAL:
-            return self._end(status, np.nan, reduced, _nowhere, lambda: _basic(basis))
+            return self._end(status, np.nan, reduced, _nowhere, lambda: meeting_of(basis))
         solution = self._highs.getSolution()
         x, y = np.array(solution.col_value), -np.array(solution.row_dual)
         sharp = partial(_polished, x, y)
-        return self._end(status, float(self.program.cost @ x), reduced, sharp, lambda: _basic(basis))
+        return self._end(status, float(self.program.cost @ x), reduced, sharp, lambda: meeting_of(basis))
 
     def _end(
         self,
@@ -194,7 +175,7 @@ class Simplex:
     def _warm(self) -> Status | None:
         """From where the last solve ended, be it optimal or infeasible: few pivots away as a rule."""
         self._highs.run()
-        status = _STATUSES.get(self._highs.getModelStatus())
+        status = STATUSES.get(self._highs.getModelStatus())
         return None if status == Status.UNBOUNDED and self._limited() else status
 
     def _limited(self) -> bool:
@@ -227,40 +208,15 @@ class Simplex:
         sides = np.where(limited & (program.left > -INF), 0.0, np.where(limited, y, -y))
         return float(max(pulls.max(initial=0.0), sides.max(initial=0.0)))
 
-    def _cold(self) -> Status | None:
-        self._highs.clearSolver()
-        return self._warm()
-
-    def _dual(self) -> Status | None:
-        return self._with(simplex_strategy=DUAL)
-
-    def _loosened(self) -> Status | None:
-        """At HiGHS's own tolerances, for data at the end of double precision; the vertex is polished."""
-        return self._with(**_LOOSE)
-
-    def _rescaled(self) -> Status | None:
-        """In the scaling that HiGHS finds by itself."""
-        return self._with(**_LOOSE, simplex_scale_strategy=OWN_SCALING)
-
-    def _interior(self) -> Status | None:
-        """By interior points, with a crossover to a vertex: another method altogether."""
-        return self._with(**_LOOSE, solver="ipm")
-
-    def _with(self, **options: float | str) -> Status | None:
+    def _with(self, options: dict[str, float | str]) -> Status | None:
         """From scratch with other options, which are put back afterwards."""
         for name, value in options.items():
             self._highs.setOptionValue(name, value)
-        status = self._cold()
+        self._highs.clearSolver()
+        status = self._warm()
         for name in options:
-            self._highs.setOptionValue(name, _OPTIONS[name])
+            self._highs.setOptionValue(name, OPTIONS[name])
         return status
-
-
-_STATUSES = {
-    highspy.HighsModelStatus.kOptimal: Status.OPTIMAL,
-    highspy.HighsModelStatus.kInfeasible: Status.INFEASIBLE,
-    highspy.HighsModelStatus.kUnbounded: Status.UNBOUNDED,
-}
 
 
 def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
@@ -271,55 +227,3 @@ def _polished(x: FloatArray, y: FloatArray, end: Solution) -> Point:
 def _nowhere(end: Solution) -> Point:
     rows, columns = end.solved.matrix.shape
     return np.full(columns, np.nan), np.full(rows, np.nan)
-
-
-def _basic(basis: highspy.HighsBasis) -> Meeting:
-    """Of a basis of the solver: the rows that are not in it, the columns that are."""
-    rows = np.flatnonzero([status != _BASIC for status in basis.row_status])
-    return rows, np.flatnonzero([status == _BASIC for status in basis.col_status])
-
-
-def _basis(program: Program, meeting: Meeting) -> highspy.HighsBasis:
-    """The other way round."""
-    basis = highspy.HighsBasis()
-    held = np.isin(np.arange(len(program.right)), meeting[0])
-    free = np.isin(np.arange(len(program.cost)), meeting[1])
-    basis.row_status = _statuses(~held, program.left, program.right)
-    basis.col_status = _statuses(free, program.lower, program.upper)
-    basis.valid = True
-    return basis
-
-
-def _statuses(basic: NDArray[np.bool_], low: FloatArray, high: FloatArray) -> list[highspy.HighsBasisStatus]:
-    status = highspy.HighsBasisStatus
-    return [
-        _BASIC if inside else status.kUpper if right < INF else status.kLower if left > -INF else status.kZero
-        for inside, left, right in zip(basic, low, high, strict=True)
-    ]
-
-
-@cache
-def _options() -> highspy.HighsOptions:
-    highs = highspy.Highs()
-    for name, value in _OPTIONS.items():
-        if highs.setOptionValue(name, value) != highspy.HighsStatus.kOk:
-            raise SolverError(f"HiGHS {highs.version()} does not take the option {name} = {value}")
-    return highs.getOptions()
-
-
-def _highs(program: Program) -> highspy.Highs:
-    rows, columns = program.matrix.shape
-    model = highspy.HighsLp()
-    model.num_row_, model.num_col_ = rows, columns
-    model.col_cost_ = program.cost
-    model.row_lower_, model.row_upper_ = program.left, program.right
-    model.col_lower_, model.col_upper_ = program.lower, program.upper
-    model.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    by_columns = columnwise(program.matrix)
-    model.a_matrix_.value_, model.a_matrix_.index_, model.a_matrix_.start_ = by_columns
-    highs = highspy.Highs()
-    highs.passOptions(_options())
-    highs.setOptionValue("simplex_iteration_limit", MOST_PIVOTS * (rows + columns))
-    if highs.passModel(model) == highspy.HighsStatus.kError:
-        raise SolverError(f"HiGHS refuses the linear program of shape {program.matrix.shape}")
-    return highs
