@@ -13,10 +13,10 @@ from benchmarks.problems import random_problem, refined
 from benchmarks.timing import in_turn
 from shakedown import Tolerances
 from shakedown.joint.loading import loading
-from shakedown.long_term.stepping.fixed_steps import Stepping
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import EvolutionResult, evolve
+from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.report.text_table import table
 
 TITLE = "Time integration: time per cycle against error of the path"
@@ -99,14 +99,15 @@ def measure(case: dict) -> dict:
     elif case["method"] == "gauss-seidel":
         tolerances = Tolerances(convergence=case["tolerance"], friction_law=UNCHECKED)
 
-        def steps() -> Stepping:
-            stepping = Stepping(fine, load_factor, tolerances, record=True)
-            stepping.run(np.concatenate([start, np.zeros(problem.n)]), CYCLES)
-            return stepping
+        def steps() -> FixedSteps:
+            motion = FixedSteps(fine, load_factor, start, tolerances)
+            for _ in range(CYCLES):
+                motion.cycle(record=True)
+            return motion
 
-        (seconds, stepping), (own, _) = in_turn(steps, event, runs=TURNS)
-        slips, failures = stepping.history.v[::parts], 0
-        violation = stepping.residual
+        (seconds, motion), (own, _) = in_turn(steps, event, runs=TURNS)
+        slips, failures = motion.history.v[::parts], 0
+        violation = motion.residual
     else:
         turns = [
             (_siconos(fine, load_factor, start, case), in_turn(event, runs=1)[0][0]) for _ in range(TURNS)

@@ -25,9 +25,9 @@ from benchmarks.timing import median_time
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import ramp_start
-from shakedown.long_term.stepping.fixed_steps import MAX_SWEEPS
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
+from shakedown.motion.fixed_steps import MAX_SWEEPS
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels import event_loop
 from shakedown.motion.kernels.active_set import factorize

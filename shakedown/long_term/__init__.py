@@ -1,8 +1,9 @@
 """What becomes of a joint: shakedown, cyclic slip, ratchetting, separation, or undecided.
 
-Reading order: ``energy_proof`` (a verdict with proof), ``state`` (the answer), ``cycle_map`` (one
-cycle as an affine map), ``steady_period`` (what a period says), ``limit_search`` (the limit in closed
-form), ``find_state``, ``many_states`` (from many initial slips), ``simulation`` (both roads behind one
-function, and their path as a file). Below them ``stepping/``: cycle by cycle with fixed load steps;
-``settling/``: the search in compiled code; ``nodes/``: what a period does to each node.
+Reading order: ``settling/`` (the search, compiled), ``cycle_map`` (one cycle as an affine map, and its
+limit where it drifts), ``limit_search`` (the search as Python drives it, and what it leaves to Python),
+``passage`` (where a motion began), ``energy_proof`` (a verdict with proof), ``state`` (the answer),
+``find_state`` (for one initial state), ``many_states`` (for many); ``verdict`` (what the last cycles of
+any motion show), ``simulation`` (from event to event or at fixed load steps, and the path as a file).
+Below them ``nodes/``: what a period does to each node.
 """

@@ -6,7 +6,6 @@ from itertools import chain
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.ground.blas_threads import on_one_thread
@@ -15,59 +14,10 @@ from shakedown.ground.evidence import present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
-from shakedown.motion.cycle_record import State
-from shakedown.motion.integrator import Evolution
+from shakedown.long_term.passage import Passage
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.reduced_scene import Scene
+from shakedown.motion.method import cycles_of
 from shakedown.planar.collapse.box_bound import box_proves
-
-
-@dataclass(frozen=True)
-class Passage:
-    """The states that a motion really passed through between its first cycles, and how to go on from there.
-
-    Attributes
-    ----------
-    problem, load_factor, tolerances
-        What was followed; the problem is that of the scene where there is one.
-    start : (n,)
-        Slip at the very start [length].
-    states
-        After the transient and one or more cycles.
-    most
-        How many more cycles may be followed.
-    scene
-        What was left out.
-    """
-
-    problem: Problem
-    load_factor: float
-    tolerances: Tolerances
-    start: FloatArray
-    states: tuple[State, ...]
-    most: int
-    scene: Scene | None = None
-
-    def slips_in_zone(self, open_nodes: tuple[int, ...]) -> Iterator[FloatArray]:
-        """Slips of all nodes after one cycle after the other, where exactly these are open."""
-        for state in self.states:
-            if self._open(state.contact) == open_nodes:
-                yield self._of_all(state.u[self.problem.layout.slips])
-        evolution = Evolution(self.problem, self.load_factor, self.start, self.tolerances)
-        evolution.state, evolution.done = self.states[-1], len(self.states)
-        for _ in range(self.most):
-            if evolution.cycle() is None:
-                return
-            if self._open(evolution.active.state) == open_nodes:
-                yield self._of_all(evolution.motion.u[self.problem.layout.slips].copy())
-
-    def _open(self, contact: NDArray[np.int64]) -> tuple[int, ...]:
-        """The open nodes, numbered in the whole joint."""
-        nodes = np.flatnonzero(contact == OPEN)
-        return tuple((nodes if self.scene is None else np.flatnonzero(self.scene.moving)[nodes]).tolist())
-
-    def _of_all(self, slip: FloatArray) -> FloatArray:
-        return slip if self.scene is None else self.scene.spread(slip, self.scene.initial_slip)
 
 
 @dataclass(frozen=True)
@@ -87,11 +37,7 @@ NO_PROOF, BY_BOX = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
 
 @on_one_thread
 def energy_proof(
-    problem: Problem,
-    load_factor: float,
-    final_slip: FloatArray,
-    passage: Passage,
-    open_nodes: tuple[int, ...] = (),
+    problem: Problem, passage: Passage, most: int, final_slip: FloatArray, open_nodes: tuple[int, ...] = ()
 ) -> EnergyProof:
     """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
@@ -104,25 +50,33 @@ def energy_proof(
 
     Parameters
     ----------
-    problem
-        The joint and its loading.
-    load_factor
-        λ.
+    problem, passage
+        The joint; where the motion began, of the nodes that were followed.
+    most
+        After how many cycles at most states are looked at.
     final_slip : (n,)
         Where the motion comes to rest [length].
-    passage
-        The states that it passes through.
     open_nodes
         The nodes that are open at rest, all others closed.
     """
+    load_factor = passage.load_factor
     ball = _ball(problem, load_factor, final_slip, passage.tolerances, open_nodes)
-    if ball is not None and any(ball.contains(slip) for slip in passage.slips_in_zone(open_nodes)):
+    if ball is not None and any(ball.contains(slip) for slip in slips_in_zone(passage, most, open_nodes)):
         return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
     if open_nodes:
         return NO_PROOF
-    states = chain([final_slip], passage.slips_in_zone(()))
+    states = chain([final_slip], slips_in_zone(passage, most, ()))
     proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
     return BY_BOX if next(proofs) and any(proofs) else NO_PROOF
+
+
+def slips_in_zone(passage: Passage, most: int, open_nodes: tuple[int, ...]) -> Iterator[FloatArray]:
+    """Slips of all nodes after one cycle after the other, where exactly these are open."""
+    evolution, scene = passage.motion(), passage.scene
+    nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
+    for record in cycles_of(evolution, most):
+        if tuple(nodes[evolution.active.state == OPEN].tolist()) == open_nodes:
+            yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
 
 
 def _ball(

@@ -4,14 +4,19 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_arguments, check_count, checked, require_plane
 from shakedown.joint.problem import Problem
-from shakedown.long_term.limit_search import LONGEST_PERIOD, LimitSearch
+from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
+from shakedown.long_term.passage import Passage
+from shakedown.long_term.settling.search import BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.evolve import expanded_history, require_closed
+from shakedown.motion.cycle_record import State
+from shakedown.motion.evolve import require_closed
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.reduced_scene import Scene, reduced_scene
 
 
@@ -77,17 +82,92 @@ def long_term_state(
         require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
-        search = LimitSearch(scene.problem, load_factor, moving, tolerances, longest_period)
-        small = search.run(max_cycles)
-        if small.period and not small.jumps_per_cycle:
-            return _expanded(problem, small, scene)
-    search = LimitSearch(problem, load_factor, initial_slip, tolerances, longest_period, open_nodes=opened)
-    return search.run(max_cycles)
+        small = Evolution(scene.problem, load_factor, moving, tolerances)
+        found = settled_state(small, max_cycles, longest_period, ())
+        if found.period and not found.jumps_per_cycle:
+            return _expanded(problem, found, scene)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=opened)
+    return settled_state(evolution, max_cycles, longest_period, opened)
+
+
+def settled_state(
+    evolution: Evolution, most_cycles: int, longest_period: int, open_nodes: tuple[int, ...]
+) -> LongTermState:
+    """What a motion settles into from its start, with these nodes open there."""
+    n, slips = evolution.problem.n, evolution.problem.layout.slips
+    start = evolution.motion.u[slips].copy()
+    search, answers = LimitSearch(evolution, most_cycles, longest_period), room_for_answers(1, n)
+    search.from_here(answers)
+    seen, at, length = search.compiled, search.standing, evolution.scale.length
+    verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
+    left, nan, count = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)
+    always_open = seen.check.always_open == 1 if known else np.full(n, left)
+    opened = seen.opened == 1 if known else np.full(n, left)
+    reason, met = _reason(search, at, verdict)
+    return LongTermState(
+        problem=evolution.problem,
+        load_factor=evolution.load_factor,
+        initial_slip=start,
+        outcome=OUTCOMES[verdict],
+        reason=reason + _events_in_words(at, opened & ~always_open) if known else reason,
+        period=at.done if known else 0,
+        final_slip=answers.final_slip[0],
+        drift=at.done / at.period * seen.drift[slips] if known else nan,
+        slip_per_cycle=answers.slip[0],
+        friction_dissipation_per_cycle=at.friction / count if known else np.nan,
+        jump_dissipation_per_cycle=at.damping / count if known else np.nan,
+        jumps_per_cycle=at.jumps / count if known else np.nan,
+        open_nodes=tuple(np.flatnonzero(always_open).tolist()),
+        cycles_simulated=at.cycles,
+        slides_away=evolution.stop is not None and evolution.stop.slides_away,
+        dissipations=seen.works[: at.done].copy() if known else np.array([]),
+        opened=opened,
+        events=at.events,
+        contraction=at.contraction if known else np.nan,
+        return_error=at.far / length if known else np.nan,
+        signature=int(at.signature) if known else 0,
+        stop=evolution.stop,
+        met=met,
+        most_cycles=most_cycles,
+        begun=Passage(evolution.problem, evolution.load_factor, evolution.tolerances, start, open_nodes),
+        goal=State(seen.goal.copy(), seen.contact.copy()),
+    )
+
+
+def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float]:
+    """What the verdict rests on, in words; by how much the friction law is broken, NaN where it is not."""
+    evolution = search.evolution
+    if verdict in (UNDECIDED, LEFT):
+        stop = evolution.stop
+        return stop.reason if stop else f"no periodic state within {at.cycles} cycles", np.nan
+    text = (
+        f"limit of the affine cycle map of a sequence of contact states that repeats every "
+        f"{cycles_in_words(at.period)}"
+    )
+    if not at.from_limit:
+        ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
+        text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
+    if verdict != BROKEN:
+        return text, np.nan
+    if at.done == 0:
+        residual = evolution.violation(evolution.state)
+        return f"the friction law is violated by {residual:.1e} between two cycles ({text})", residual
+    broken = f"the friction law is violated by {at.violation:.1e} in the period found ({text})"
+    return broken, at.violation
+
+
+def _events_in_words(at: Standing, breathing: NDArray[np.bool_]) -> str:
+    """Nodes that open and close, and jumps, of a period."""
+    every, text = cycles_in_words(at.done), ""
+    if breathing.any():
+        text += f"; opening and closing every {every}: {nodes_in_words(np.flatnonzero(breathing))}"
+    if at.jumps:
+        text += f"; {at.jumps} jump{'s' if at.jumps > 1 else ''} in every {every}"
+    return text
 
 
 def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermState:
     """The long-term state of a reduced problem in terms of all nodes."""
-    passage = None if small.passage is None else replace(small.passage, scene=scene)
     return replace(
         small,
         problem=problem,
@@ -95,10 +175,7 @@ def _expanded(problem: Problem, small: LongTermState, scene: Scene) -> LongTermS
         final_slip=scene.spread(small.final_slip, scene.initial_slip),
         drift=scene.spread(small.drift, 0.0),
         slip_per_cycle=scene.spread(small.slip_per_cycle, 0.0),
-        work_per_cycle=scene.spread(small.work_per_cycle, 0.0),
         open_nodes=tuple(int(j) for j in np.flatnonzero(scene.moving)[list(small.open_nodes)]),
         opened=scene.spread(small.opened, False),
-        history=expanded_history(problem, small.load_factor, scene, small.history),
-        scene=scene,
-        passage=passage,
+        begun=replace(small.begun, scene=scene),
     )

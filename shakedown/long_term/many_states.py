@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
@@ -22,39 +21,14 @@ from shakedown.joint.arguments import (
     require_plane,
     require_problem,
 )
-from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_map import limit
-from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.settling.path_check import Scale, path_check
-from shakedown.long_term.settling.period_map import period_map
-from shakedown.long_term.settling.search import (
-    CYCLIC_SLIP,
-    HANDED_OVER,
-    LIMIT_WANTED,
-    RATCHETTING,
-    SEPARATION,
-    SHAKEDOWN,
-    Answers,
-    Rules,
-    Search,
-    search,
-)
-from shakedown.long_term.settling.settle import nodes_of_map, restart, settle, take_limit
-from shakedown.long_term.state import LongTermState
-from shakedown.motion.integrator import RECORD_ROWS, ROUNDING, Evolution
-from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED
-from shakedown.motion.kernels.moving_state import room_for
-from shakedown.motion.kernels.run import run_along
+from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
+from shakedown.long_term.settling.search import Answers
+from shakedown.motion.integrator import Evolution
 
 BLOCK = 4096  # states that a thread takes at once
-MOST_REMEMBERED = 4096  # states between two cycles
-OUTCOMES = np.dtype(f"U{max(map(len, Outcome))}")
-NAMES = np.full(SEPARATION + 1, Outcome.UNDECIDED.value, dtype=OUTCOMES)
-NAMES[SHAKEDOWN], NAMES[CYCLIC_SLIP] = Outcome.SHAKEDOWN.value, Outcome.CYCLIC_SLIP.value
-NAMES[RATCHETTING], NAMES[SEPARATION] = Outcome.RATCHETTING.value, Outcome.SEPARATION.value
+NAMES = np.array([outcome.value for outcome in OUTCOMES])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,8 +61,6 @@ class LongTermStates(Result):
     signature : (s,)
         Identifies the contact states of one period of the long-term state and the changes between
         them, wherever the period is cut; 0 where undecided, and where the body leaves.
-    compiled : (s,)
-        Whether the state was decided within the compiled loop, and not by :func:`long_term_state`.
     """
 
     load_factor: float
@@ -101,7 +73,6 @@ class LongTermStates(Result):
     contraction: FloatArray
     cycles_simulated: NDArray[np.int64]
     signature: NDArray[np.uint64]
-    compiled: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.outcome)
@@ -156,10 +127,21 @@ def long_term_states(
     check_count("longest_period", longest_period, MANY)
     check_count("threads", threads)
     starts = checked_initial_slips(problem, initial_slips)
-    states = _room(float(load_factor), starts)
-    batch = _Batch(problem, states, max_cycles, longest_period, tolerances)
+    batch = _Batch(problem, float(load_factor), starts, max_cycles, longest_period, tolerances)
     batch.run(min(threads, max(len(starts), 1)))
-    return states
+    found = batch.answers
+    return LongTermStates(
+        load_factor=float(load_factor),
+        initial_slip=starts,
+        final_slip=found.final_slip,
+        outcome=NAMES[found.verdict],
+        period=found.period,
+        dissipation=found.dissipation,
+        slip_per_cycle=found.slip,
+        contraction=found.contraction,
+        cycles_simulated=found.cycles,
+        signature=found.signature,
+    )
 
 
 def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatArray:
@@ -172,37 +154,27 @@ def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatAr
     return slips
 
 
-def _room(load_factor: float, starts: FloatArray) -> LongTermStates:
-    s, n = starts.shape
-    return LongTermStates(
-        load_factor=load_factor,
-        initial_slip=starts,
-        final_slip=np.full((s, n), np.nan),
-        outcome=np.full(s, Outcome.UNDECIDED.value, dtype=OUTCOMES),
-        period=np.zeros(s, dtype=np.int64),
-        dissipation=np.full(s, np.nan),
-        slip_per_cycle=np.full((s, n), np.nan),
-        contraction=np.full(s, np.nan),
-        cycles_simulated=np.zeros(s, dtype=np.int64),
-        signature=np.zeros(s, dtype=np.uint64),
-        compiled=np.zeros(s, dtype=np.bool_),
-    )
-
-
 class _Batch:
     """The states to be found, in blocks that threads take one after the other."""
 
     def __init__(
-        self, problem: Problem, states: LongTermStates, most: int, longest_period: int, tolerances: Tolerances
+        self,
+        problem: Problem,
+        load_factor: float,
+        starts: FloatArray,
+        most: int,
+        longest: int,
+        tolerances: Tolerances,
     ) -> None:
-        self.problem, self.states, self.tolerances = problem, states, tolerances
-        self.most, self.longest_period = most, longest_period
+        self.problem, self.load_factor, self.starts = problem, load_factor, starts
+        self.most, self.longest_period, self.tolerances = most, longest, tolerances
+        self.answers = room_for_answers(*starts.shape)
         self.blocks = count()
         self.stopped = False
 
     def run(self, threads: int) -> None:
         """Find all states; an interrupt ends every thread within a fraction of a second or one state."""
-        size = max(1, min(BLOCK, len(self.states) // (8 * threads)))
+        size = max(1, min(BLOCK, len(self.starts) // (8 * threads)))
         if threads == 1:
             self._work(size)
             return
@@ -216,88 +188,14 @@ class _Batch:
 
     def _work(self, size: int) -> None:
         """Take blocks of so many states until there are none left."""
-        if not len(self.states):
+        if not len(self.starts):
             return
-        compiled = self._search()
+        evolution = Evolution(self.problem, self.load_factor, None, self.tolerances)
+        search = LimitSearch(evolution, self.most, self.longest_period)
         while not self.stopped:
             first = next(self.blocks) * size
-            if first >= len(self.states):
+            if first >= len(self.starts):
                 return
-            self._settle(compiled, slice(first, first + size))
-
-    def _search(self) -> Search:
-        """A compiled search for the states of this joint."""
-        problem, t = self.problem, self.tolerances
-        evolution, n = Evolution(problem, self.states.load_factor, None, t), problem.n
-        parts = evolution.active, evolution.rates, evolution.motion
-        transient = np.vstack([problem.layout.zeros(1), transient_path(problem)])  # row 0: initial slip
-        first = run_along(*parts, room_for(0, n), evolution.course_after(transient))
-        cyclic, recorded = (
-            run_along(*parts, room_for(rows, n), evolution.course_after(evolution.load[-1:]))
-            for rows in (0, RECORD_ROWS)
-        )
-        scale = evolution.scale
-        rules = Rules(
-            most_cycles=self.most,
-            longest_period=self.longest_period,
-            capacity=min(self.most + self.longest_period, MOST_REMEMBERED),
-            least_force=scale.force,
-            limit=t.limit,
-            rounding=ROUNDING,
-            friction_law=t.friction_law,
-            stiffness=float(np.abs(evolution.kappa).max()),
-        )
-        check = path_check(n, Scale(scale.force, scale.length, t.periodicity * scale.length))
-        return search((first, cyclic, recorded), period_map(n), check, rules)
-
-    def _settle(self, search: Search, block: slice) -> None:
-        """Find the states of a block, in compiled code and where that hands over by the single search."""
-        starts, states = self.states.initial_slip[block], self.states
-        verdict = np.full(len(starts), HANDED_OVER)
-        answers = Answers(
-            states.final_slip[block],
-            states.slip_per_cycle[block],
-            states.dissipation[block],
-            states.contraction[block],
-            verdict,
-            states.period[block],
-            states.cycles_simulated[block],
-            states.signature[block],
-        )
-        restart(search)
-        status = PAUSED
-        while status != DONE and not self.stopped:
-            status = settle(search, starts, answers, EFFORT)
-            if status == LIMIT_WANTED:
-                _give_limit(search)
-        states.outcome[block] = NAMES[verdict]
-        states.compiled[block] = verdict != HANDED_OVER
-        for row in block.start + np.flatnonzero(verdict == HANDED_OVER):
-            if not self.stopped:
-                _enter(states, row, self._one(states.initial_slip[row]))
-
-    def _one(self, start: FloatArray) -> LongTermState:
-        return long_term_state(
-            self.problem,
-            self.states.load_factor,
-            start,
-            max_cycles=self.most,
-            longest_period=self.longest_period,
-            tolerances=self.tolerances,
-        )
-
-
-def _give_limit(search: Search) -> None:
-    """The limit of an affine map that drifts, or nearly so."""
-    affine, k = search.map, nodes_of_map(search)
-    end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
-    affine.limit[:k], affine.drift[:k] = end.change, end.drift
-    take_limit(search, end.decaying, end.contraction)
-
-
-def _enter(states: LongTermStates, row: int, one: LongTermState) -> None:
-    """The answer for one initial slip."""
-    states.final_slip[row], states.slip_per_cycle[row] = one.final_slip, one.slip_per_cycle
-    states.outcome[row], states.period[row] = one.outcome.value, one.period
-    states.dissipation[row], states.contraction[row] = one.dissipation_per_cycle, one.contraction
-    states.cycles_simulated[row], states.signature[row] = one.cycles_simulated, one.signature
+            block = slice(first, first + size)
+            answers = Answers._make(column[block] for column in self.answers)
+            search.from_slips(self.starts[block], answers, lambda: self.stopped)

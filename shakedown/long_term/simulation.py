@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,14 +18,16 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.find_state import settled_state
+from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
-from shakedown.long_term.state import LongTermState, SettledState
-from shakedown.long_term.steady_period import judged
-from shakedown.long_term.stepping.cycle_log import Cycles, logged
-from shakedown.long_term.stepping.fixed_steps import History, Stepping
+from shakedown.long_term.state import LongTermState, SteppedState
+from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.initial_state import beginning
+from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import Walk, cycles_of, walk
+from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "gauss-seidel")
@@ -40,18 +43,11 @@ class Simulation(Result):
     Attributes
     ----------
     settled
-        What it has settled into (:class:`SettledState`; a :class:`LongTermState`
-        from event to event).
+        What it has settled into: a :class:`LongTermState` from event to event.
     method
         The method's name.
-    cycles
-        Slip, dissipation and open nodes of the cycles that were followed one by one
-        from the start on. From event to event the first cycle includes the transient
-        load steps; with fixed load steps these come before it and are not counted.
-    history
-        The path over these cycles, where it was asked for: events or load steps.
-    jumps
-        Discontinuities on that path, each with the energy that it releases.
+    followed
+        The way there, where it was recorded or judged.
     slip_criterion
         Whether it slips little enough, where that was asked for.
     """
@@ -63,11 +59,9 @@ class Simulation(Result):
     )
     TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
-    settled: SettledState
+    settled: LongTermState | SteppedState
     method: str
-    cycles: Cycles
-    history: EventHistory | History | None
-    jumps: tuple[Jump, ...]
+    followed: Walk | None = field(default=None, repr=False)
     slip_criterion: SlipCriterion | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -84,6 +78,27 @@ class Simulation(Result):
     def long_term(self) -> LongTermState | None:
         """The evidence for the long-term state; None with fixed load steps."""
         return self.settled if isinstance(self.settled, LongTermState) else None
+
+    @cached_property
+    def cycles(self) -> Walk:
+        """Slip, dissipation and open nodes of the cycles that were followed one by one from the start on.
+
+        From event to event the first cycle includes the transient load steps; with fixed
+        load steps these come before it and are not counted.
+        """
+        if self.followed is not None or self.long_term is None:
+            return self.followed or Walk(self.initial_slip, (), None)
+        return way_there(self.long_term, record=False)
+
+    @property
+    def history(self) -> EventHistory | None:
+        """The path over these cycles, where it was asked for: events or load steps."""
+        return None if self.followed is None else self.followed.history
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Discontinuities on that path, each with the energy that it releases."""
+        return self.cycles.jumps
 
     @property
     def events(self) -> int | None:
@@ -149,11 +164,6 @@ class Simulation(Result):
     def slip_per_cycle(self) -> FloatArray:
         """Σ|Δv| in contact over one period of the long-term state, (n,) [length]."""
         return self.settled.slip_per_cycle
-
-    @property
-    def work_per_cycle(self) -> FloatArray:
-        """What friction takes at each node per cycle, (n,) [force × length]."""
-        return self.settled.work_per_cycle
 
     @property
     def dissipation_per_cycle(self) -> float:
@@ -244,14 +254,13 @@ def simulate(
     check_arguments(load_factor, cycles, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
+    opened = tuple(open_nodes)
     if method == "event":
-        search = LimitSearch(
-            problem, load_factor, initial_slip, tolerances, record=record, open_nodes=open_nodes
-        )
-        run = _from_event_to_event(search, cycles)
+        evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=opened)
+        run = _from_event_to_event(evolution, opened, cycles, record)
     elif method == "gauss-seidel":
-        first = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state.u
-        run = _at_fixed_steps(Stepping(problem, load_factor, tolerances, record), first, cycles)
+        motion = FixedSteps(problem, load_factor, initial_slip, tolerances, opened)
+        run = _at_fixed_steps(motion, cycles, record)
     else:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
     if slip_below is None:
@@ -259,53 +268,97 @@ def simulate(
     return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
-def _from_event_to_event(search: LimitSearch, cycles: int) -> Simulation:
-    state = search.run(cycles)
-    search.follow_on(min(state.cycles_simulated, cycles))
-    state = judged(search.evolution, state, search.path)
-    return Simulation(
-        settled=state,
-        method="event",
-        cycles=logged(search.start, search.followed),
-        history=search.path,
-        jumps=tuple(jump for cycle in search.followed for jump in cycle.jumps),
+def _from_event_to_event(
+    evolution: Evolution, open_nodes: tuple[int, ...], most: int, record: bool
+) -> Simulation:
+    settled = settled_state(evolution, most, LONGEST_PERIOD, open_nodes)
+    if not record:
+        return Simulation(settled, "event")
+    path = way_there(settled, record=True)
+    return Simulation(_judged(settled, path), "event", path)
+
+
+def way_there(settled: LongTermState, *, record: bool) -> Walk:
+    """The cycles one by one from the start until as many are done as the long-term state has taken."""
+    return walk(settled.begun.motion(), min(settled.cycles_simulated, settled.most_cycles), record=record)
+
+
+def _judged(state: LongTermState, path: Walk) -> LongTermState:
+    """A long-term state, undecided where the path recorded on the way there breaks the friction law."""
+    if path.history is None or state.outcome == Outcome.UNDECIDED:
+        return state
+    begun = state.begun
+    met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
+    if met <= begun.tolerances.friction_law:
+        return replace(state, met=met)
+    n = len(state.final_slip)
+    return replace(
+        state,
+        outcome=Outcome.UNDECIDED,
+        reason=f"the friction law is violated by {met:.1e} on the way there ({state.reason})",
+        period=0,
+        drift=np.full(n, np.nan),
+        slip_per_cycle=np.full(n, np.nan),
+        friction_dissipation_per_cycle=np.nan,
+        jump_dissipation_per_cycle=np.nan,
+        jumps_per_cycle=np.nan,
+        open_nodes=(),
+        dissipations=np.array([]),
+        opened=np.zeros(n, dtype=bool),
+        contraction=np.nan,
+        return_error=np.nan,
+        signature=0,
+        met=met,
     )
 
 
-def _at_fixed_steps(stepping: Stepping, first: FloatArray, cycles: int) -> Simulation:
-    n = stepping.problem.n
-    log, verdict = stepping.run(first, cycles)
-    decided = verdict.outcome != Outcome.UNDECIDED
-    last, period = slice(len(log.slip) - verdict.period, None), stepping.last(verdict.period)
-    work = -(period.q * period.slip).sum(axis=0) / max(verdict.period, 1)
-    settled = SettledState(
-        problem=stepping.problem,
-        load_factor=float(stepping.load_factor),
-        initial_slip=first[stepping.problem.layout.slips],
+def _at_fixed_steps(motion: FixedSteps, most: int, record: bool) -> Simulation:
+    """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
+    threshold, start, records = motion.tolerances.steadiness * motion.scale.length, motion.v.copy(), []
+    verdict = None
+    for cycle in cycles_of(motion, most, record=record):
+        records.append(cycle)
+        verdict = judge(records, threshold)
+        if verdict is not None:
+            break
+    if verdict is None:
+        reason = motion.stop.reason if motion.stop else f"no steady state within {most} cycles"
+        verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
+    path = Walk(start, tuple(records), motion.history if record else None)
+    return Simulation(_stepped_state(motion, verdict, path), "gauss-seidel", path)
+
+
+def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
+    n, decided = motion.problem.n, verdict.outcome != Outcome.UNDECIDED
+    last, (path, slip) = slice(len(log.slip) - verdict.period, None), motion.last(verdict.period)
+    work = -(path.q * slip).sum(axis=0) / max(verdict.period, 1)
+    return SteppedState(
+        problem=motion.problem,
+        load_factor=float(motion.load_factor),
+        initial_slip=motion.start,
         outcome=verdict.outcome,
         reason=verdict.reason,
         period=verdict.period,
-        final_slip=log.end_slip[-1],
+        final_slip=motion.v.copy(),
         drift=verdict.drift,
         slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(n, np.nan),
-        work_per_cycle=work if decided else np.full(n, np.nan),
         friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,
         jump_dissipation_per_cycle=0.0 if decided else np.nan,
         jumps_per_cycle=np.nan,
         open_nodes=verdict.open_nodes,
         cycles_simulated=len(log.slip),
-        residual=stepping.residual,
-        history=period,
+        residual=motion.residual,
+        work_per_cycle=work if decided else np.full(n, np.nan),
+        history=path,
+        step_slip=slip,
     )
-    return Simulation(settled, "gauss-seidel", log, stepping.history, ())
 
 
 @checked
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
-    The file has the arrays of :class:`EventHistory` or of :class:`History`, and
-    ``load_factor``, ``initial_slip``.
+    The file has the arrays of :class:`EventHistory`, and ``load_factor``, ``initial_slip``.
 
     Raises
     ------

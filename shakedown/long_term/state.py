@@ -12,10 +12,15 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, Passage, energy_proof
-from shakedown.long_term.stepping.fixed_steps import History
+from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof
+from shakedown.long_term.passage import Passage
+from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import expanded_history
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import Walk, walk
 from shakedown.motion.reduced_scene import Scene
+from shakedown.motion.violation import path_violation
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -38,11 +43,8 @@ class SettledState(Result):
     slip_per_cycle : (n,)
         Σ|Δv| in contact over one period of the long-term state [length]; of a jump
         the change of v where a node is closed before and after it. NaN where undecided.
-    work_per_cycle : (n,)
-        What friction takes at each node per cycle, averaged over the period, jumps included
-        [force × length]; NaN where undecided.
     friction_dissipation_per_cycle
-        The same of all nodes.
+        What friction takes per cycle, averaged over the period [force × length].
     jump_dissipation_per_cycle
         What the damping takes in the jumps of the long-term state, per cycle
         [force × length]; 0 with fixed load steps, which cannot tell.
@@ -53,11 +55,6 @@ class SettledState(Result):
         Nodes that stay open through the whole period.
     cycles_simulated
         Effort: cycles followed in all.
-    residual
-        Largest relative violation of the friction law (:func:`law_violation`): at
-        the events of one period of the long-term state, or at all fixed load steps.
-    history
-        The path over that period; empty where it is undecided with fixed load steps.
     slides_away
         Whether it is undecided because the body slides away for good: friction does not hold it.
     """
@@ -78,20 +75,40 @@ class SettledState(Result):
     final_slip: FloatArray
     drift: FloatArray
     slip_per_cycle: FloatArray
-    work_per_cycle: FloatArray
     friction_dissipation_per_cycle: float
     jump_dissipation_per_cycle: float
     jumps_per_cycle: float
     open_nodes: tuple[int, ...]
     cycles_simulated: int
-    residual: float
-    history: EventHistory | History
     slides_away: bool = False
 
     @property
     def dissipation_per_cycle(self) -> float:
         """What friction and the damping of jumps take per cycle, averaged over the period."""
         return self.friction_dissipation_per_cycle + self.jump_dissipation_per_cycle
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class SteppedState(SettledState):
+    """A settled state found with fixed load steps.
+
+    Attributes
+    ----------
+    residual
+        Largest relative violation of the friction law (:func:`law_violation`) at all load steps.
+    work_per_cycle : (n,)
+        What friction takes at each node per cycle, averaged over the period [force × length]; NaN
+        where undecided.
+    history
+        The load steps of one period; none where it is undecided.
+    step_slip : (s, n)
+        Slip in contact during each of them [length].
+    """
+
+    residual: float
+    work_per_cycle: FloatArray
+    history: EventHistory = field(repr=False)
+    step_slip: FloatArray = field(repr=False)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -114,10 +131,17 @@ class LongTermState(SettledState):
     return_error
         How far one period from the long-term state misses it, drift apart,
         relative to the length scale.
-    scene
-        What was left out, where that was asked for and could be done.
-    passage
-        States that the motion passed through, on which a proof rests.
+    signature
+        Identifies the contact states of one period, wherever it is cut
+        (:attr:`EventHistory.signature`); 0 where undecided, and where the body leaves.
+    stop
+        Why the motion ended before its time; None where it did not.
+    met
+        Largest violation of the friction law met elsewhere than in that period.
+    most_cycles
+        How many were allowed.
+    begun, goal
+        Where the motion began, and the state at the start of that period.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -133,9 +157,57 @@ class LongTermState(SettledState):
     events: int
     contraction: float
     return_error: float
-    history: EventHistory
-    scene: Scene | None = None
-    passage: Passage | None = field(default=None, repr=False, compare=False)
+    signature: int
+    stop: Stop | None = None
+    met: float = field(default=np.nan, repr=False)
+    most_cycles: int = field(repr=False, compare=False)
+    begun: Passage = field(repr=False, compare=False)
+    goal: State = field(repr=False, compare=False)
+
+    @property
+    def scene(self) -> Scene | None:
+        """What was left out, where that was asked for and could be done."""
+        return self.begun.scene
+
+    def motion(self) -> Evolution:
+        """The motion at the start of a period of the long-term state."""
+        return self.begun.motion_from(self.goal, self.cycles_simulated - self.period)
+
+    @cached_property
+    def history(self) -> EventHistory:
+        """The events of one period of the long-term state; none where it is undecided, or the body leaves."""
+        path, scene = self._path, self.scene
+        return path if scene is None else expanded_history(self.problem, self.load_factor, scene, path)
+
+    @cached_property
+    def work_per_cycle(self) -> FloatArray:
+        """What friction takes at each node per cycle, averaged over the period, jumps included, (n,).
+
+        [force × length]; NaN where undecided.
+        """
+        if not self.period:
+            return np.full(self.problem.n, np.nan)
+        work = np.sum([record.work for record in self._walk.records], axis=0) / self.period
+        return work if self.scene is None else self.scene.spread(work, 0.0)
+
+    @cached_property
+    def _walk(self) -> Walk:
+        """One period of the nodes that were followed, once more."""
+        return walk(self.motion(), self.period, record=True)
+
+    @property
+    def _path(self) -> EventHistory:
+        path = self._walk.history if self.period else None
+        return EventHistory.none(self.begun.problem.n) if path is None else path
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest relative violation of the friction law (:func:`law_violation`), there or met before."""
+        if not self.period:
+            return self.met
+        begun = self.begun
+        found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self._path)
+        return found if np.isnan(self.met) else max(self.met, found)
 
     @property
     def proved(self) -> bool:
@@ -164,17 +236,10 @@ class LongTermState(SettledState):
     @cached_property
     def _proof(self) -> EnergyProof:
         """Sought when it is asked for, by one cone program."""
-        if self.outcome != Outcome.SHAKEDOWN or self.passage is None:
+        if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
-        return energy_proof(self.problem, self.load_factor, self.final_slip, self.passage, self.open_nodes)
-
-    @property
-    def signature(self) -> int:
-        """Identifies the contact states of one period, wherever it is cut (:attr:`EventHistory.signature`).
-
-        0 where undecided, and where the body leaves.
-        """
-        return self.history.signature if self.period else 0
+        most = self.cycles_simulated + self.most_cycles
+        return energy_proof(self.problem, self.begun, most, self.final_slip, self.open_nodes)
 
     @property
     def cycles_to_one_percent(self) -> int:

@@ -1,4 +1,4 @@
-"""What one cycle of an exact evolution did, the state between cycles, and why an evolution stopped."""
+"""What one cycle of a motion did, the state between cycles, and why an evolution stopped."""
 
 from dataclasses import dataclass
 
@@ -50,12 +50,12 @@ class CycleRecord:
         What it takes in all.
     jump_dissipation
         What the damping takes in jumps: the rest of the energy that they release [force × length].
-    opened : (n,)
-        Whether the node was open for some time.
+    opened, closed : (n,)
+        Whether the node was open, and whether it was closed, for some time.
     events
         Number of events other than load steps.
     signature
-        Identifies the sequence of contact states passed through.
+        Identifies the sequence of contact states passed through; 0 with fixed load steps.
     jumps
         The jumps in this cycle.
     """
@@ -66,6 +66,7 @@ class CycleRecord:
     friction_dissipation: float
     jump_dissipation: float
     opened: NDArray[np.bool_]
+    closed: NDArray[np.bool_]
     events: int
     signature: int
     jumps: tuple[Jump, ...]

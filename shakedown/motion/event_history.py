@@ -1,5 +1,6 @@
-"""What happened during an event-driven evolution: every event, and the state at it."""
+"""The path of a motion: what happened, and the state at it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -36,7 +37,9 @@ class EventKind(IntEnum):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EventHistory(Result):
-    """The path of an evolution, one row per event; between rows everything is linear in time.
+    """The path of a motion, one row per event; between rows everything is linear in time.
+
+    With fixed load steps there is a row for each, the state at its end; what lies between is not known.
 
     Attributes
     ----------
@@ -53,7 +56,8 @@ class EventHistory(Result):
     q_w, p_w : (s, n)
         Welded reactions [force].
     state : (s, n)
-        State from this time on: 0 stick, +1 backward slip, −1 forward slip, 2 open.
+        State from this time on: 0 stick, +1 backward slip, −1 forward slip, 2 open. With fixed
+        load steps that during the step.
     """
 
     cycle: FloatArray
@@ -69,6 +73,19 @@ class EventHistory(Result):
 
     def __len__(self) -> int:
         return len(self.cycle)
+
+    @classmethod
+    def none(cls, n: int) -> "EventHistory":
+        """A path of n nodes on which nothing is recorded."""
+        empty, numbers = np.empty((0, n)), np.empty(0, dtype=np.int64)
+        return cls(
+            np.empty(0), numbers, numbers, empty, empty, empty, empty, empty, empty, empty.astype(np.int64)
+        )
+
+    @classmethod
+    def joined(cls, pieces: "Sequence[EventHistory]") -> "EventHistory":
+        """One path after the other."""
+        return cls(*(np.concatenate([getattr(part, key) for part in pieces]) for key in cls.__annotations__))
 
     def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "EventHistory":
         """The history at chosen rows only."""

@@ -17,6 +17,7 @@ from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.integrator import Evolution
+from shakedown.motion.method import cycles_of
 from shakedown.motion.reduced_scene import Scene, reduced_scene
 
 
@@ -111,13 +112,9 @@ def evolve(
         if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
             return _expanded(problem, small, scene)
     evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
-    start, records = evolution.state.u[problem.layout.slips], list[CycleRecord]()
-    while len(records) < cycles:
-        record = evolution.cycle(record=True)
-        if record is None:
-            break
-        records.append(record)
-    return EvolutionResult(float(load_factor), start, tuple(records), evolution.history, evolution.stop)
+    start = evolution.state.u[problem.layout.slips]
+    records = tuple(cycles_of(evolution, cycles, record=True))
+    return EvolutionResult(float(load_factor), start, records, evolution.history, evolution.stop)
 
 
 def require_closed(open_nodes: tuple[int, ...]) -> None:
@@ -136,6 +133,7 @@ def _expanded(problem: Problem, small: EvolutionResult, scene: Scene) -> Evoluti
             slip=scene.spread(cycle.slip, 0.0),
             work=scene.spread(cycle.work, 0.0),
             opened=scene.spread(cycle.opened, False),
+            closed=scene.spread(cycle.closed, True),
         )
         for cycle in small.cycles
     )

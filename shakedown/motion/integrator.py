@@ -160,6 +160,7 @@ class Evolution:
             friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
             jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
             opened=self.motion.opened.astype(np.bool_),
+            closed=self.motion.closed.astype(np.bool_),
             events=done.events,
             signature=int(done.signature),
             jumps=tuple(self.jumps),
@@ -182,9 +183,8 @@ class Evolution:
                 break
         return self.done - before
 
-    def _run(self, record: bool) -> Run:
-        """The run through the next cycle; there are few of them, made when they are first needed."""
-        first = self.done == 0
+    def run(self, first: bool, record: bool) -> Run:
+        """The run through the first cycle or another one; made when it is first needed."""
         if (first, record) not in self._runs:
             if first not in self._courses:
                 self._courses[first] = self.course_after(self._before if first else self.load[-1:])
@@ -195,35 +195,40 @@ class Evolution:
 
     def _follow(self, cycles: int, record: bool, tangent: FloatArray | None) -> Progress | None:
         """Run the compiled loop through cycles of one course; None, and ``stop`` says why, where it ends."""
-        run, before = self._run(record), self.done
+        run, before = self.run(self.done == 0, record), self.done
         begin(self.motion)
         if tangent is not None:
             delay = np.zeros(tangent.shape[1])
             follow_derivative(self.motion, tangent, delay)
-        self.jumps, self._nudged = [], None
+        self.enter_cycle(before)
         while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
             status = kernel.follow(run, cycles, kernel.EFFORT)
             now = progress(run)
-            found = status == kernel.NO_RATES and self._finds_rates()
+            found = status == kernel.NO_RATES and self.finds_rates()
             if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
                 self.pieces.append(self._history(run, now.rows - found))
             self.done = before + now.passes
             if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
                 continue
-            if status != kernel.NO_RATES or not self._jump(now, run):
+            if status != kernel.NO_RATES or not self.jump(now, run):
                 break
         if tangent is not None:
             follow_derivative(self.motion, *without_tangent(self.problem.n))
         if status == kernel.DONE:
             return now
-        self._say_why(status, now, run)
+        self.say_why(status, now, run)
         return None
 
-    def _finds_rates(self) -> bool:
+    def enter_cycle(self, done: int) -> None:
+        """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
+        self.done, self.jumps, self._nudged = done, [], None
+        self.stop, self.left, self.slides = None, False, False
+
+    def finds_rates(self) -> bool:
         """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
         return enumerate_states(self.active, self.rates, self.precision.rate)
 
-    def _jump(self, now: Progress, run: Run) -> bool:
+    def jump(self, now: Progress, run: Run) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
         motion, path, step = self.motion, run.course.path, now.step
         if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
@@ -308,12 +313,12 @@ class Evolution:
             p_w=p_w,
             state=self.active.state[None, :].copy(),
         )
-        parts = [*self.pieces, last if self.stop is None else last.rows(np.array([], dtype=int))]
-        return EventHistory(
-            *(np.concatenate([getattr(part, key) for part in parts]) for key in last.__dataclass_fields__)
+        return EventHistory.joined(
+            [*self.pieces, last if self.stop is None else EventHistory.none(self.problem.n)]
         )
 
-    def _say_why(self, status: int, now: Progress, run: Run) -> None:
+    def say_why(self, status: int, now: Progress, run: Run) -> None:
+        """Set ``stop``: why the loop has ended with this status."""
         node, steps = now.concerned, self.problem.m - len(run.course.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons = {

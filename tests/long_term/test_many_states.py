@@ -39,17 +39,17 @@ def identical(one: LongTermStates, other: LongTermStates, rows=slice(None)):
 
 
 @pytest.mark.parametrize(
-    ("kind", "outcomes", "share"),
+    ("kind", "outcomes"),
     [
-        ("any", {"shakedown", "cyclic-slip", "separation"}, 0.6),
-        ("loosely coupled", {"shakedown", "cyclic-slip"}, 0.9),
-        ("above thresholds", {"shakedown", "cyclic-slip"}, 0.5),
-        ("floating", {"shakedown", "cyclic-slip", "ratchetting"}, 0.3),
+        ("any", {"shakedown", "cyclic-slip", "separation"}),
+        ("loosely coupled", {"shakedown", "cyclic-slip"}),
+        ("above thresholds", {"shakedown", "cyclic-slip"}),
+        ("floating", {"shakedown", "cyclic-slip", "ratchetting"}),
     ],
 )
-def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
-    """Slips at the start far from admissible too, and transient load steps; a share of them is handed over."""
-    rng, found, compiled = np.random.default_rng(5), set(), []
+def test_agrees_with_the_single_state_on_random_joints(kind, outcomes):
+    """Slips at the start far from admissible too, and transient load steps."""
+    rng, found = np.random.default_rng(5), set()
     for _ in range(20):
         problem = joint_of_kind(rng, kind)
         load_factor = float(rng.uniform(0.2, 1.6))
@@ -58,9 +58,7 @@ def test_agrees_with_the_single_state_on_random_joints(kind, outcomes, share):
         alone = shakedown.long_term_states(problem, load_factor, states.initial_slip[1:2], max_cycles=40)
         identical(states, alone, slice(1, 2))
         found |= set(states.outcome.tolist())
-        compiled += states.compiled.tolist()
     assert outcomes <= found
-    assert share < np.mean(compiled)
 
 
 @pytest.mark.parametrize(("name", "load_factor"), [("two-node", 0.7), ("two-node", 0.9), ("block-9", 2.0)])
@@ -70,7 +68,6 @@ def test_agrees_with_the_single_state(name, load_factor):
     states = assert_agree(problem, load_factor, starts)
     assert len(states) == 12
     assert states.load_factor == load_factor
-    assert states.compiled.all()
 
 
 @pytest.mark.parametrize("case", FAMILY)
@@ -78,20 +75,17 @@ def test_period_two_is_found(case):
     *data, load_factor, start = case
     states = assert_agree(member(*data), load_factor, np.array([start]))
     assert states.period.tolist() == [2]
-    assert states.compiled.all()
 
 
 @pytest.mark.parametrize("ratio", [0.9, 0.9999])
 def test_a_slow_approach_is_leapt_over(ratio):
     states = assert_agree(slow_problem(ratio), 0.9, np.zeros((1, 2)))
     assert states.contraction[0] == pytest.approx(ratio, rel=1e-9)
-    assert states.compiled.all()
 
 
 def test_what_is_not_found_in_time_is_undecided():
     states = assert_agree(slow_problem(0.9999), 0.9, np.zeros((1, 2)), max_cycles=1)
     assert states.outcome.tolist() == ["undecided"]
-    assert states.compiled.all()
 
 
 @pytest.mark.parametrize(("force", "length"), [(2.0**30, 1.0), (2.0**-40, 1.0), (1.0, 2.0**-20)])
@@ -103,7 +97,7 @@ def test_units_change_no_bit(force, length):
         one = shakedown.long_term_states(problem, 1.0, starts, max_cycles=40)
         scaled = in_units(problem, force, length)
         other = shakedown.long_term_states(scaled, 1.0, length * starts, max_cycles=40)
-        for key in ("outcome", "period", "signature", "cycles_simulated", "compiled"):
+        for key in ("outcome", "period", "signature", "cycles_simulated"):
             assert np.array_equal(getattr(one, key), getattr(other, key))
         assert np.array_equal(length * one.final_slip, other.final_slip)
         assert np.array_equal(force * length * one.dissipation, other.dissipation, equal_nan=True)

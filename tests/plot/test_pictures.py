@@ -171,7 +171,8 @@ def test_texts_on_the_scale_do_not_lie_on_each_other():
 
 def test_slip_below_the_resolution_is_drawn_on_the_floor():
     run = shakedown.simulate(TWO, 0.5)
-    tiny = replace(run, cycles=replace(run.cycles, slip=np.full((3, 2), 1e-13)))
+    cycles = tuple(replace(cycle, slip=np.full(2, 1e-13)) for cycle in run.cycles.records)
+    tiny = replace(run, followed=replace(run.cycles, records=cycles))
     axes = plot.slip_per_cycle(tiny, TWO, resolution=1e-10)
     assert axes.lines[0].get_ydata() == pytest.approx(1e-10)
     low, high = axes.get_ylim()

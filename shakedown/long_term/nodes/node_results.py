@@ -13,17 +13,18 @@ from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.nodes.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
-from shakedown.long_term.state import SettledState
+from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.contact_law import scales
-from shakedown.motion.event_history import EventHistory
 from shakedown.motion.kernels.contact_status import OPEN
+
+Settled = LongTermState | SteppedState
 
 
 class _Simulated(Protocol):
     """A simulation: it holds what it has settled into."""
 
     @property
-    def settled(self) -> SettledState: ...
+    def settled(self) -> Settled: ...
 
 
 class _Run(Protocol):
@@ -35,7 +36,7 @@ class _Run(Protocol):
 
 @checked
 def node_results(
-    simulation_or_state: SettledState | _Simulated | _Run,
+    simulation_or_state: Settled | _Simulated | _Run,
     *,
     wear_coefficient: float | None = None,
     tolerances: Tolerances = DEFAULT,
@@ -96,11 +97,11 @@ def node_results(
     )
 
 
-def _settled(given: object) -> SettledState:
+def _settled(given: object) -> Settled:
     """The settled state of a simulation, of a run of a verification, or itself."""
     simulation = getattr(given, "simulation", given)
     settled = getattr(simulation, "settled", simulation)
-    if not isinstance(settled, SettledState):
+    if not isinstance(settled, LongTermState | SteppedState):
         expected = "a simulation, a long-term state or a run of a verification"
         raise UsageError(f"node_results: expected {expected}, found {type(given).__name__}")
     return settled
@@ -116,7 +117,7 @@ def _coordinates(problem: Problem) -> FloatArray:
     return places
 
 
-def slip_ranges(settled: SettledState, tolerances: Tolerances) -> FloatArray:
+def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
     """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
     path, n = settled.history, settled.problem.n
     if not settled.period:
@@ -141,7 +142,7 @@ def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
     return (highest - lowest)[s // 2 : s // 2 + s].max(axis=0)
 
 
-def statuses(settled: SettledState, tolerances: Tolerances) -> tuple[str, ...]:
+def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
     """Whether each node sticks, slips, is open or both over the period."""
     n = settled.problem.n
     words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
@@ -153,20 +154,20 @@ def statuses(settled: SettledState, tolerances: Tolerances) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _opened(settled: SettledState) -> NDArray[np.bool_]:
+def _opened(settled: Settled) -> NDArray[np.bool_]:
     """Whether each node is open for some time of the period."""
     path = settled.history
-    if isinstance(path, EventHistory):
+    if isinstance(settled, LongTermState):
         return np.asarray((path.state[:-1] == OPEN)[np.diff(path.cycle) > 0].any(axis=0))
     return np.asarray((path.w > 0).any(axis=0))
 
 
-def pressed_slip(settled: SettledState) -> FloatArray:
+def pressed_slip(settled: Settled) -> FloatArray:
     """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
     path, f = settled.history, settled.problem.f
-    if isinstance(path, EventHistory):
+    if isinstance(settled, LongTermState):
         mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), np.abs(np.diff(path.v, axis=0))
         pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period
     else:
-        pressed = (path.p * np.abs(path.slip)).sum(axis=0) / settled.period
+        pressed = (path.p * np.abs(settled.step_slip)).sum(axis=0) / settled.period
     return np.where(f > 0, settled.work_per_cycle / np.where(f > 0, f, 1.0), pressed)

@@ -9,8 +9,7 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.result import Result
-from shakedown.long_term.nodes.node_results import slip_ranges
-from shakedown.long_term.state import SettledState
+from shakedown.long_term.nodes.node_results import Settled, slip_ranges
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,7 +38,7 @@ class SlipCriterion(Result):
     node: int
 
 
-def slip_criterion(settled: SettledState, below: float, tolerances: Tolerances = DEFAULT) -> SlipCriterion:
+def slip_criterion(settled: Settled, below: float, tolerances: Tolerances = DEFAULT) -> SlipCriterion:
     """Whether every node's slip range in a settled state is below a limit."""
     if settled.slides_away or settled.outcome == Outcome.RATCHETTING:
         return SlipCriterion(below, False, inf, -1)

@@ -7,9 +7,9 @@ from shakedown.long_term.settling.path_check import begin_check, end_check
 from shakedown.long_term.settling.period_map import along_basis, displace, distance_to_limit
 from shakedown.long_term.settling.repeats import admissible, remember
 from shakedown.long_term.settling.search import (
+    BROKEN,
     CONFIRM,
     CYCLIC_SLIP,
-    HANDED_OVER,
     LEAP,
     LEAVE,
     NEXT_LEAP,
@@ -90,7 +90,7 @@ def leave_leaps(se: Search) -> None:
 def begin_confirmation(se: Search) -> None:
     """Count from the start of the period."""
     n = se.first.active.n
-    se.dissipation = 0.0
+    se.friction, se.damping, se.jumps = 0.0, 0.0, 0
     for i in range(n):
         se.slip[i], se.opened[i] = 0.0, 0
     begin_check(se.check, n)
@@ -103,10 +103,14 @@ def after_confirmation(se: Search) -> None:
     for i in range(n):
         se.slip[i] += mo.slip[i]
         se.opened[i] |= mo.opened[i]
-    se.dissipation += mo.dissipation
+    friction = mo.dissipation + se.jump_friction
+    se.works[se.done - 1] = friction + se.jump_damping
+    se.friction += friction
+    se.damping += se.jump_damping
     share = se.done / se.period
     for j in range(2 * n):
         far = larger(far, abs(mo.u[j] - se.goal[j] - share * se.drift[j]))
+    se.far = far
     if se.period % se.done == 0 and far <= se.check.near:
         judge_period(se, share)
     elif se.done == se.period:
@@ -115,7 +119,7 @@ def after_confirmation(se: Search) -> None:
 
 @inner
 def judge_period(se: Search, share: float) -> None:
-    """What the period that has been confirmed says; handed over where it breaks the friction law."""
+    """What the period that has been confirmed says, if it obeys the friction law."""
     act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
     se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)
     breathing, drifts = False, False
@@ -123,7 +127,7 @@ def judge_period(se: Search, share: float) -> None:
         breathing = breathing or (se.opened[i] == 1 and check.always_open[i] == 0)
         drifts = drifts or abs(share * se.drift[i]) > near
     if not check.violation <= se.friction_law:
-        se.verdict = HANDED_OVER
+        se.verdict = BROKEN
     elif largest(se.slip, act.n) <= 4.0 * near:
         se.verdict = SEPARATION if breathing else SHAKEDOWN
     else:

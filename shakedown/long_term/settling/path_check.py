@@ -15,7 +15,7 @@ from numba.experimental import structref
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.active_set import ActiveSet, add_product, larger
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import Course, Record
+from shakedown.motion.kernels.moving_state import JUMPS, Course, Record
 from shakedown.motion.kernels.named_state import (
     Flags,
     Hash,
@@ -53,6 +53,8 @@ class PathCheck(NamedState):
         Slips and gaps at the last row; reactions computed from them [force].
     elastic, change : (2n,)
         κ u at the last row [force]; scratch.
+    f : (n,)
+        Friction coefficients.
     always_open : (n,)
         1 where the node was open at every row.
     force, length, near
@@ -73,6 +75,7 @@ class PathCheck(NamedState):
     r: Reals
     elastic: Reals
     change: Reals
+    f: Reals
     always_open: Flags
     force: float
     length: float
@@ -91,23 +94,31 @@ structref.define_boxing(PathCheckType, PathCheck)
 PATH_CHECK = PathCheckType(fields(PathCheck))
 
 
-def path_check(n: int, scale: Scale) -> PathCheck:
-    """Room to check the path of n nodes."""
+def path_check(f: FloatArray, scale: Scale) -> PathCheck:
+    """Room to check the path of nodes with these coefficients of friction."""
+    n = len(f)
     arrays = {
         "u": np.zeros(2 * n),
         "r": np.zeros(2 * n),
         "elastic": np.zeros(2 * n),
         "change": np.zeros(2 * n),
+        "f": np.array(f, dtype=float),
         "always_open": np.zeros(n, dtype=np.uint8),
     }
     return keeping(_path_check(*arrays.values(), *scale), arrays)
 
 
 @entered
-def _path_check(u, r, elastic, change, always_open, force, length, near):  # type: ignore[no-untyped-def]
+def _path_check(u, r, elastic, change, f, always_open, force, length, near):  # type: ignore[no-untyped-def]
     new = structref.new(PATH_CHECK)
     new.u, new.r, new.elastic, new.change = u.ctypes, r.ctypes, elastic.ctypes, change.ctypes
-    new.always_open, new.force, new.length, new.near = always_open.ctypes, force, length, near
+    new.f, new.always_open, new.force, new.length, new.near = (
+        f.ctypes,
+        always_open.ctypes,
+        force,
+        length,
+        near,
+    )
     begin_check(new, len(always_open))
     return new
 
@@ -139,7 +150,7 @@ def check_rows(check: PathCheck, act: ActiveSet, rec: Record, course: Course, pa
             code = (code ^ np.uint64(rec.state[row * n + i] + 2)) * np.uint64(1099511628211)
             if rec.state[row * n + i] != OPEN:
                 check.always_open[i] = 0
-        check_row(check, act)
+        check_row(check, act, rec.kind[row] == JUMPS)
         enter_contact(check, begun + steps, course.steps, code)
 
 
@@ -152,7 +163,7 @@ def end_check(check: PathCheck, act: ActiveSet, course: Course, u: FloatArray, p
     for i in range(n):
         if act.state[i] != OPEN:
             check.always_open[i] = 0
-    check_row(check, act)
+    check_row(check, act, False)
     enter_contact(check, float(passes * course.steps), course.steps, np.uint64(0))
     if check.first != check.last:
         enter_change(check, check.first)
@@ -160,8 +171,8 @@ def end_check(check: PathCheck, act: ActiveSet, course: Course, u: FloatArray, p
 
 
 @inner
-def check_row(check: PathCheck, act: ActiveSet) -> None:
-    """Reactions at a row from its welded ones ``r`` and its displacements ``change``; the law there."""
+def check_row(check: PathCheck, act: ActiveSet, jumps: bool) -> None:
+    """Reactions at a row from its welded ones ``r`` and displacements ``change``; the law, but in a jump."""
     n, m, u, r, change = act.n, 2 * act.n, check.u, check.r, check.change
     near = check.near
     for j in range(m):
@@ -184,8 +195,8 @@ def check_row(check: PathCheck, act: ActiveSet) -> None:
     for i in range(n):
         w = u[n + i]
         open_at_all = w > near or w - change[n + i] > near
-        slip = 0.0 if open_at_all else change[i]
-        broken = broken_law(check, act.f[i], r[i], r[n + i], w, slip)
+        slip = 0.0 if open_at_all or jumps else change[i]
+        broken = broken_law(check, check.f[i], r[i], r[n + i], w, slip)
         check.violation = larger(check.violation, broken)
 
 

@@ -6,8 +6,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.settling.path_check import broken_law
 from shakedown.long_term.settling.period_map import begin_map, end_map
 from shakedown.long_term.settling.search import (
+    BROKEN,
     CONFIRM,
-    HANDED_OVER,
     LIMIT,
     MAP,
     REPEATS,
@@ -40,31 +40,38 @@ def begin_search(se: Search, start: FloatArray) -> None:
         path[n + i] = abs(path[m + n + i] + locked[n + i]) - locked[n + i]
     for course in (se.first.course, se.cyclic.course, se.recorded.course):
         course.force, course.settled = se.limit * force, se.rounding * force
-    se.first.motion.parameters = 0
-    se.cycles, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, False
-    se.phase, se.verdict, se.placed = WALK, SEARCHING, False
+    begin_walk(se)
+    se.placed = False
 
 
 @inner
-def place_state(se: Search) -> None:
-    """Go on from the goal."""
+def begin_walk(se: Search) -> None:
+    """Nothing has been followed yet."""
+    se.first.motion.parameters = 0
+    se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
+    se.phase, se.verdict, se.placed = WALK, SEARCHING, True
+
+
+@inner
+def place_state(se: Search) -> bool:
+    """Go on from the goal; False where its moving nodes are not held."""
     act, mo = se.first.active, se.first.motion
     for j in range(2 * act.n):
         mo.u[j] = se.goal[j]
     for i in range(act.n):
         act.state[i] = se.contact[i]
-    if factorize(act) == 0:
-        se.verdict = HANDED_OVER
-    se.placed = True
+    se.placed = factorize(act) != 0
+    return se.placed
 
 
 @inner
 def remember(se: Search, u: FloatArray) -> None:
-    """Keep a state; a search with too many of them is handed over."""
+    """Keep a state; where there are too many, the older half of them is forgotten."""
     m = 2 * se.first.active.n
     if se.remembered == se.capacity:
-        se.verdict = HANDED_OVER
-        return
+        se.remembered = se.capacity // 2
+        for j in range(se.remembered * m):
+            se.past[j] = se.past[(se.capacity - se.remembered) * m + j]
     for j in range(m):
         se.past[se.remembered * m + j] = u[j]
     se.remembered += 1
@@ -93,7 +100,7 @@ def after_walk(se: Search) -> None:
         se.phase = REPEATS
         return
     if not admissible(se, mo.u):
-        se.verdict = HANDED_OVER
+        se.verdict = BROKEN
     se.contraction = observed_contraction(se, se.period)
     for j in range(2 * act.n):
         se.goal[j], se.drift[j] = mo.u[j], 0.0
@@ -143,7 +150,7 @@ def admissible(se: Search, u: FloatArray) -> bool:
         r[j] = course.path[course.steps * m + j]
     add_product(act, u, r)
     for i in range(n):
-        worst = larger(worst, broken_law(se.check, act.f[i], r[i], r[n + i], u[n + i], 0.0))
+        worst = larger(worst, broken_law(se.check, se.check.f[i], r[i], r[n + i], u[n + i], 0.0))
     return worst <= se.friction_law
 
 
@@ -157,7 +164,7 @@ def look_for_repeats(se: Search) -> None:
     for period in range(1, se.longest_period + 1):
         if sequence_repeats(se, period):
             begin_map(se.map, se.first.active, se.first.motion)
-            se.phase, se.period, se.done = MAP, period, 0
+            se.phase, se.period, se.done, se.jumps = MAP, period, 0, 0
             return
 
 
@@ -183,7 +190,7 @@ def after_map(se: Search) -> None:
         return
     mo.parameters = 0
     remember(se, mo.u)
-    se.phase = LIMIT
+    se.phase = LIMIT if se.jumps == 0 else WALK
     for k in range(se.period):
         if se.signatures[se.signed - se.period + k] != se.wanted[k]:
             se.phase = WALK

@@ -14,7 +14,8 @@ from shakedown.motion.kernels.named_state import Hash, Integers, NamedState, Rea
 from shakedown.motion.kernels.run import RUN, Run
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
-SEARCHING, LIMIT_WANTED, HANDED_OVER, UNDECIDED, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(8)
+SEARCHING, UNDECIDED, BROKEN, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(8)  # verdicts
+LIMIT_WANTED, SINGULAR = 101, 102  # beside what ``follow`` says: why Python is asked
 
 
 class Rules(NamedTuple):
@@ -25,7 +26,7 @@ class Rules(NamedTuple):
     most_cycles, longest_period
         As for :func:`long_term_state`.
     capacity
-        States that are remembered; a search that needs more is handed over.
+        States that are remembered; of a search that needs more, the latest.
     least_force, limit, rounding
         The force scale of the loads; multiples of the largest force that count as zero and as settled.
     friction_law
@@ -54,7 +55,7 @@ class Answers(NamedTuple):
     dissipation, contraction : (s,)
         Per cycle.
     verdict, period, cycles : (s,)
-        HANDED_OVER or an outcome; cycles of a period; cycles followed.
+        UNDECIDED, BROKEN, LEFT or an outcome; cycles of a period; cycles followed.
     signature : (s,)
         Of the contact states of a period.
     """
@@ -67,6 +68,26 @@ class Answers(NamedTuple):
     period: NDArray[np.int64]
     cycles: NDArray[np.int64]
     signature: NDArray[np.uint64]
+
+
+class Standing(NamedTuple):
+    """Where a search has got to, and what it has counted: as in :class:`Search`."""
+
+    phase: int
+    cycles: int
+    events: int
+    period: int
+    done: int
+    jumped: int
+    jumps: int
+    from_limit: bool
+    nodes: int
+    contraction: float
+    far: float
+    friction: float
+    damping: float
+    violation: float
+    signature: int | np.uint64
 
 
 @structref.register
@@ -96,6 +117,8 @@ class Search(NamedState):
         Scratch, reactions; what the slips gain per period for ever.
     slip : (n,)
         Σ|Δv| since the period began.
+    works : (longest period,)
+        What friction and jumps took in each of its cycles.
     opened : (n,)
         1 where the node was open in it.
     row, verdict, phase
@@ -111,8 +134,14 @@ class Search(NamedState):
         next map; leaps tried.
     leap
         Periods leapt over.
-    contraction, dissipation
-        Factor per cycle; since the period began.
+    contraction, far
+        Factor per cycle; how far the period misses the goal.
+    friction, damping, jumps
+        What friction took since the period began, and the damping in so many jumps.
+    jump_friction, jump_damping, jumped
+        The same of the jumps of the present cycle alone.
+    events, spent
+        Followed in all; effort of the present call.
     """
 
     first: Annotated[Run, RUN]
@@ -129,6 +158,7 @@ class Search(NamedState):
     force: Reals
     drift: Reals
     slip: Reals
+    works: Reals
     opened: Integers
     row: int
     verdict: int
@@ -146,7 +176,15 @@ class Search(NamedState):
     leap: float
     signature: Hash
     contraction: float
-    dissipation: float
+    far: float
+    friction: float
+    damping: float
+    jumps: int
+    jump_friction: float
+    jump_damping: float
+    jumped: int
+    events: int
+    spent: int
     most_cycles: int
     longest_period: int
     capacity: int
@@ -174,30 +212,31 @@ def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: R
         "force": np.zeros(2 * n),
         "drift": np.zeros(2 * n),
         "slip": np.zeros(n),
+        "works": np.zeros(rules.longest_period),
         "opened": np.zeros(n, dtype=np.int64),
     }
     parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}
-    new = _search(*parts.values(), *arrays.values())
-    _obey(new, rules)
-    return keeping(new, parts | arrays)
+    return keeping(_search(*parts.values(), *arrays.values(), rules), parts | arrays)
 
 
 @entered
 def _search(  # type: ignore[no-untyped-def]
     first, cyclic, recorded, pm, check, past, signatures, wanted, goal, reached, contact, force, drift, slip,
-    opened,
+    works, opened, rules,
 ):  # fmt: skip
     new = structref.new(SEARCH)
     new.first, new.cyclic, new.recorded, new.map, new.check = first, cyclic, recorded, pm, check
     new.past, new.signatures, new.wanted = past.ctypes, signatures.ctypes, wanted.ctypes
     new.goal, new.reached, new.contact = goal.ctypes, reached.ctypes, contact.ctypes
-    new.force, new.drift, new.slip, new.opened = force.ctypes, drift.ctypes, slip.ctypes, opened.ctypes
+    new.force, new.drift, new.slip, new.works = force.ctypes, drift.ctypes, slip.ctypes, works.ctypes
+    new.opened = opened.ctypes
+    new.most_cycles, new.longest_period, new.capacity = (
+        rules.most_cycles,
+        rules.longest_period,
+        rules.capacity,
+    )
+    new.least_force, new.limit, new.rounding = rules.least_force, rules.limit, rules.rounding
+    new.friction_law, new.stiffness = rules.friction_law, rules.stiffness
+    new.row, new.phase, new.verdict, new.placed, new.resumed = 0, START, SEARCHING, False, False
+    new.signature, new.done, new.period, new.jumps, new.from_limit = np.uint64(0), 0, 0, 0, False
     return new
-
-
-@entered
-def _obey(se, rules):  # type: ignore[no-untyped-def]
-    se.most_cycles, se.longest_period, se.capacity = rules.most_cycles, rules.longest_period, rules.capacity
-    se.least_force, se.limit, se.rounding = rules.least_force, rules.limit, rules.rounding
-    se.friction_law, se.stiffness = rules.friction_law, rules.stiffness
-    se.row, se.phase, se.verdict, se.placed, se.resumed = 0, START, SEARCHING, False, False

@@ -14,80 +14,85 @@ from shakedown.long_term.settling.repeats import (
     after_map,
     after_walk,
     begin_search,
+    begin_walk,
     look_for_repeats,
     place_state,
 )
 from shakedown.long_term.settling.search import (
     CONFIRM,
-    HANDED_OVER,
     LEAP,
     LEAVE,
+    LEFT,
     LIMIT,
     LIMIT_WANTED,
     MAP,
     NEXT_LEAP,
     REPEATS,
     SEARCHING,
+    SHAKEDOWN,
+    SINGULAR,
     START,
     UNDECIDED,
     WALK,
     Search,
+    Standing,
 )
-from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED, RECORD_FULL, follow
+from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED, RECORD_FULL
 from shakedown.motion.kernels.moving_state import begin
-from shakedown.motion.kernels.named_state import entered, inner
+from shakedown.motion.kernels.named_state import call_at, entered, inner
 from shakedown.motion.kernels.run import Run
+
+ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # what a search is told, beside LIMIT_WANTED
 
 
 @entered
-def settle(se, starts, answers, effort):  # type: ignore[no-untyped-def]
-    """Answer for one initial slip (s, n) after the other.
+def settle(se, starts, answers, effort, follow):  # type: ignore[no-untyped-def]
+    """Answer for one initial slip (s, n) after the other; only the first search may have been begun.
 
-    DONE, or PAUSED after so much work, or LIMIT_WANTED. Every call gets one cycle further at least.
+    DONE, or PAUSED after so much work, or why Python is asked: LIMIT_WANTED, SINGULAR, or what
+    ``follow``, which is given by its address, says where the motion stops. Every call gets one
+    cycle further at least.
     """
-    spent = 0
-    while se.row < len(starts):
+    spent, status = 0, DONE
+    while se.row < len(starts) and status == DONE:
         if se.phase == START:
             begin_search(se, starts[se.row])
-        if not se.placed:
-            place_state(se)
-        if se.verdict == SEARCHING:
-            if se.phase == WALK and se.cycles >= se.most_cycles:
-                se.verdict = UNDECIDED
-            elif se.phase <= CONFIRM:
-                run = run_of_phase(se)
-                after_call(se, run, follow(run, 1, EFFORT))
-                spent += run.active.effort + 100 * run.course.steps
-            else:
-                decide(se)
-        if se.verdict == LIMIT_WANTED:
-            return LIMIT_WANTED
-        if se.verdict != SEARCHING:
+        status = seek(se, follow, effort - spent)
+        spent += se.spent
+        if status == DONE:
             enter_answer(se, answers, se.row)
             se.row += 1
             se.phase, se.verdict = START, SEARCHING
-        if spent > effort:
+            if spent > effort:
+                return PAUSED
+    return status
+
+
+@inner
+def seek(se: Search, follow: int, effort: int) -> int:
+    """Go on with the present search until it is DONE; else as :func:`settle`."""
+    se.spent = 0
+    while se.verdict == SEARCHING:
+        if not se.placed and not place_state(se):
+            if se.phase == WALK or not se.from_limit:
+                return SINGULAR
+            se.phase = LEAVE
+        if se.phase == WALK and se.cycles >= se.most_cycles:
+            se.verdict = UNDECIDED
+        elif se.phase <= CONFIRM:
+            run = run_of_phase(se)
+            status: int = call_at(follow, run, 1, EFFORT)
+            se.spent += run.active.effort + 100 * run.course.steps
+            if status not in (DONE, PAUSED, RECORD_FULL):
+                return status
+            after_call(se, run, status)
+        elif se.phase == LIMIT and not find_limit(se.map):
+            return LIMIT_WANTED
+        else:
+            decide(se)
+        if se.spent > effort and se.verdict == SEARCHING:
             return PAUSED
     return DONE
-
-
-@entered
-def restart(se: Search) -> None:
-    """Begin with the first of some initial slips."""
-    se.row, se.phase, se.verdict = 0, START, SEARCHING
-
-
-@entered
-def nodes_of_map(se: Search) -> int:
-    """Number of nodes whose limit is wanted."""
-    return se.map.k
-
-
-@entered
-def take_limit(se, decaying, contraction):  # type: ignore[no-untyped-def]
-    """Go on with the limit and the drift that have been entered into the map."""
-    se.map.decaying, se.map.contraction, se.verdict = decaying, contraction, SEARCHING
-    begin_leaps(se)
 
 
 @inner
@@ -100,6 +105,7 @@ def run_of_phase(se: Search) -> Run:
         run = se.recorded
     if not se.resumed:
         begin(run.motion)
+        se.jump_friction, se.jump_damping, se.jumped = 0.0, 0.0, 0
         if se.phase == CONFIRM and se.done == 0:
             begin_confirmation(se)
     return run
@@ -110,14 +116,12 @@ def after_call(se: Search, run: Run, status: int) -> None:
     """What follows from a cycle, or from as much of it as has been done at one go."""
     if se.phase == CONFIRM:
         check_rows(se.check, run.active, run.record, run.course, se.done)
-    se.resumed = status in (PAUSED, RECORD_FULL)
+    se.resumed = status != DONE
     if se.resumed:
-        return
-    if status != DONE:
-        se.verdict = HANDED_OVER
         return
     se.cycles += 1
     se.done += 1
+    se.events += run.motion.events
     if se.phase == WALK:
         after_walk(se)
     elif se.phase == MAP:
@@ -134,13 +138,10 @@ def decide(se: Search) -> None:
     if se.phase == REPEATS:
         look_for_repeats(se)
     elif se.phase == LIMIT:
-        if find_limit(se.map):
-            begin_leaps(se)
-        else:
-            se.verdict = LIMIT_WANTED
+        begin_leaps(se)
     elif se.phase == NEXT_LEAP:
         take_next_leap(se)
-    elif se.phase == LEAVE:
+    else:
         leave_leaps(se)
 
 
@@ -151,9 +152,55 @@ def enter_answer(se, answers, row):  # type: ignore[no-untyped-def]
     n = se.first.active.n
     for i in range(n):
         answers.final_slip[row, i] = se.first.motion.u[i]
-    if se.verdict <= UNDECIDED:
+    if se.verdict < SHAKEDOWN:
         return
     answers.period[row], answers.signature[row] = se.done, se.signature
-    answers.dissipation[row], answers.contraction[row] = se.dissipation / se.done, se.contraction
+    answers.dissipation[row] = se.friction / se.done + se.damping / se.done
+    answers.contraction[row] = se.contraction
     for i in range(n):
         answers.slip[row, i] = se.slip[i]
+
+
+@entered
+def tell(se: Search, word: int, one: float, other: float) -> None:
+    """What Python has found, or wants.
+
+    ANEW, from the first of some initial slips; FROM_HERE, a search from the present state; RATES
+    have been found where there were none; a JUMP, of which friction has taken ``one`` and damping
+    ``other``; STOPPED, the motion cannot go on, or it LEAVES; the LIMIT_WANTED, entered into the map,
+    which decays (``one`` > 0) by a factor ``other``.
+    """
+    if word == ANEW:
+        se.row, se.phase, se.verdict = 0, START, SEARCHING
+    elif word == FROM_HERE:
+        se.row = 0
+        begin_walk(se)
+    elif word == LIMIT_WANTED:
+        se.map.decaying, se.map.contraction = one > 0.0, other
+        begin_leaps(se)
+    elif word in (RATES, JUMP):
+        run = se.cyclic if se.cycles else se.first
+        if se.phase == CONFIRM:
+            run = se.recorded
+            if word == RATES:
+                run.record.rows -= 1  # it is recorded when they are taken
+            check_rows(se.check, run.active, run.record, run.course, se.done)
+        if word == JUMP:
+            se.jump_friction += one
+            se.jump_damping += other
+            se.jumped += 1
+            se.jumps += 1
+        se.resumed = True
+    elif se.phase == LEAP or (se.phase == CONFIRM and se.from_limit):
+        se.phase, se.resumed = LEAVE, False
+    else:
+        se.verdict = LEFT if word == LEAVES else UNDECIDED
+
+
+@entered
+def standing(se: Search) -> Standing:
+    """Where a search has got to, and what it has counted."""
+    return Standing(
+        se.phase, se.cycles, se.events, se.period, se.done, se.jumped, se.jumps, se.from_limit, se.map.k,
+        se.contraction, se.far, se.friction, se.damping, se.check.violation, se.signature,
+    )  # fmt: skip

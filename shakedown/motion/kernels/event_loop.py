@@ -22,7 +22,10 @@ of a cycle can be followed: between events it is constant, because the rates do
 not depend on the state, and at an event at time τ it changes by (u̇⁻ − u̇⁺) ∂τ.
 """
 
+from functools import cache
+
 import numpy as np
+from numba import types
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.active_set import (
@@ -44,7 +47,7 @@ from shakedown.motion.kernels.moving_state import (
     Motion,
     Record,
 )
-from shakedown.motion.kernels.named_state import entered, inner
+from shakedown.motion.kernels.named_state import address_of, handed_on, inner
 from shakedown.motion.kernels.quiet_steps import (
     MOST_FOLLOWED,
     compute_elastic,
@@ -54,7 +57,7 @@ from shakedown.motion.kernels.quiet_steps import (
     sign,
 )
 from shakedown.motion.kernels.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
-from shakedown.motion.kernels.run import Run
+from shakedown.motion.kernels.run import RUN, Run
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)
 EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
@@ -64,7 +67,7 @@ EVENT = (
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
 
 
-@entered
+@handed_on
 def follow(run: Run, passes: int, effort: int) -> int:
     """Carry the state along the course of a run until it has been passed so often since :func:`begin`.
 
@@ -88,6 +91,12 @@ def follow(run: Run, passes: int, effort: int) -> int:
         if status == DONE and mo.passes < passes and act.effort > act.allowed:
             status = PAUSED
     return status
+
+
+@cache
+def address_of_follow() -> int:
+    """Where compiled code finds :func:`follow`, which is compiled once for all that calls it."""
+    return address_of(follow, RUN, types.int64, types.int64)
 
 
 @inner

@@ -78,8 +78,8 @@ class Motion(NamedState):
         Σ|Δv| in contact [length].
     work : (n,)
         What friction takes, jumps apart [force × length].
-    opened : (n,)
-        1 where the node was open.
+    opened, closed : (n,)
+        1 where the node was open, and where it was closed.
     tangent : (2n, t)
         ∂u/∂(t ``parameters`` of the state at the start); t = 0 where it is not followed.
     delay : (t,)
@@ -112,6 +112,7 @@ class Motion(NamedState):
     slip: Reals
     work: Reals
     opened: Flags
+    closed: Flags
     tangent: Reals
     delay: Reals
     n: int
@@ -193,6 +194,7 @@ def motion_at_rest(n: int) -> Motion:
         "slip": np.zeros(n),
         "work": np.zeros(n),
         "opened": np.zeros(n, dtype=np.uint8),
+        "closed": np.zeros(n, dtype=np.uint8),
     }
     return keeping(_motion(*arrays.values(), *without_tangent(n)), arrays)
 
@@ -203,10 +205,10 @@ def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
 
 
 @entered
-def _motion(u, r, elastic, slip, work, opened, tangent, delay):  # type: ignore[no-untyped-def]
+def _motion(u, r, elastic, slip, work, opened, closed, tangent, delay):  # type: ignore[no-untyped-def]
     mo = structref.new(MOTION)
     mo.u, mo.r, mo.elastic, mo.slip, mo.n = u.ctypes, r.ctypes, elastic.ctypes, slip.ctypes, len(slip)
-    mo.work, mo.opened = work.ctypes, opened.ctypes
+    mo.work, mo.opened, mo.closed = work.ctypes, opened.ctypes, closed.ctypes
     begin(mo)
     follow_derivative(mo, tangent, delay)
     return mo
@@ -221,7 +223,7 @@ def begin(mo: Motion) -> None:
     for i in range(mo.n):
         mo.slip[i] = 0.0
         mo.work[i] = 0.0
-        mo.opened[i] = 0
+        mo.opened[i], mo.closed[i] = 0, 0
 
 
 @entered

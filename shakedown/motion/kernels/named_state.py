@@ -13,8 +13,10 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import numba
 import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
 from numba.experimental import structref
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
@@ -38,7 +40,31 @@ summing: Any = numba.njit(  # type: ignore[call-overload]
 )
 """As ``inner``, for sums that may be taken in any order, so that they are vectorised."""
 
+handed_on: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
+"""As ``entered``, for a function that other compiled code is handed the address of, not compiled into it."""
+
 State = TypeVar("State")
+
+
+def address_of(function: Any, *arguments: types.Type) -> int:
+    """Where the compiled form of a function ``handed_on`` lies; it lives as long as the function."""
+    found = function.get_compile_result(types.int64(*arguments))
+    return int(found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name))
+
+
+@intrinsic
+def _call_at(typing: Any, address: Any, first: Any, second: Any, third: Any) -> Any:
+    """The whole number that the compiled function at an address gives for three arguments."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+        kind = ir.FunctionType(context.get_value_type(signature.return_type), kinds).as_pointer()
+        return builder.call(builder.inttoptr(values[0], kind), values[1:])
+
+    return types.int64(types.int64, first, second, third), generate
+
+
+call_at: Any = _call_at
 
 
 class NamedState(structref.StructRefProxy):

@@ -158,6 +158,8 @@ def sign(act: ActiveSet, mo: Motion, step: int) -> None:
     prime, code, states = np.uint64(1099511628211), np.uint64(14695981039346656037), act.state
     for i in range(act.n):
         code = (code ^ np.uint64(states[i] + 2)) * prime
+        if states[i] != OPEN:
+            mo.closed[i] = 1
     if code != mo.last_states:
         mo.signature = ((mo.signature ^ code) * prime ^ np.uint64(step + 2)) * prime
         mo.last_states = code

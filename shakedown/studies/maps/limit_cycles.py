@@ -12,9 +12,11 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.cycle_map import UNIT, follow_period
-from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.cycle_map import UNIT, CycleMap, follow_period
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
+from shakedown.motion.method import walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import Search
 from shakedown.studies.maps.slip_scatter import AT_ONCE, slip_scatter
@@ -215,10 +217,15 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
         example=example,
         final_slip=np.asarray(seen.columns["final_slip"][example])[None],
     )
-    start, search = np.asarray(seen.columns["initial_slip"][example]), seen.search
-    seek = LimitSearch(seen.problem, seen.load_factor, start, search.tolerances, search.longest_period)
-    state = seek.run(search.max_cycles)
-    over = follow_period(seek.evolution, state.period) if state.period else None
+    state = long_term_state(
+        seen.problem,
+        seen.load_factor,
+        np.asarray(seen.columns["initial_slip"][example]),
+        max_cycles=seen.search.max_cycles,
+        longest_period=seen.search.longest_period,
+        tolerances=seen.search.tolerances,
+    )
+    over = _one_more_period(state) if state.period else None
     if over is None:
         return _Examined(cycle, state.drift)
     ends = np.array([record.end_slip for record in over.records])
@@ -228,6 +235,13 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     cycle = replace(cycle, stability=_stability(multipliers), multipliers=multipliers, final_slip=ends)
     return _Examined(cycle, state.drift)
+
+
+def _one_more_period(state: LongTermState) -> CycleMap | None:
+    """The map of the period after the one that has shown the long-term state."""
+    motion = state.motion()
+    walk(motion, state.period, record=True)
+    return follow_period(motion, state.period)
 
 
 def _stability(multipliers: NDArray[np.complex128]) -> str:

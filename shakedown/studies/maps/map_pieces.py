@@ -14,7 +14,7 @@ from shakedown.joint.arguments import MANY, check_count
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.many_states import OUTCOMES, LongTermStates, long_term_states
+from shakedown.long_term.many_states import NAMES, LongTermStates, long_term_states
 from shakedown.long_term.nodes.node_results import slip_ranges
 from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
@@ -33,7 +33,11 @@ COLUMNS = (  # what is kept of every state in any case
 )
 PER_NODE = ("initial_slip", "final_slip", "slip_per_cycle")
 FLOAT = np.dtype(np.float64)
-DTYPES = {"outcome": OUTCOMES, "period": np.dtype(np.int64), "signature": np.dtype(np.uint64)}  # else FLOAT
+DTYPES = {
+    "outcome": NAMES.dtype,
+    "period": np.dtype(np.int64),
+    "signature": np.dtype(np.uint64),
+}  # else FLOAT
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.problem import Problem
-from shakedown.long_term.limit_search import LimitSearch
+from shakedown.long_term.find_state import long_term_state
 from shakedown.studies.maps.map_pieces import Search
 
 LOOKED_AT = 8  # undecided states, at most
@@ -57,12 +57,16 @@ def undecided_reasons(
     chosen = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), LOOKED_AT)).round().astype(int))
     found: dict[tuple[str, bool], list[int]] = defaultdict(list)
     for example in rows[chosen]:
-        seek = LimitSearch(
-            problem, load_factor, np.asarray(slips[example]), search.tolerances, search.longest_period
+        state = long_term_state(
+            problem,
+            load_factor,
+            np.asarray(slips[example]),
+            max_cycles=search.max_cycles,
+            longest_period=search.longest_period,
+            tolerances=search.tolerances,
         )
-        reason = seek.run(search.max_cycles).reason
-        ran_out = seek.evolution.stop is None and seek.cycles >= search.max_cycles
-        found[_without_time(reason), ran_out].append(int(example))
+        ran_out = state.stop is None and state.cycles_simulated >= search.max_cycles
+        found[_without_time(state.reason), ran_out].append(int(example))
     reasons = (
         UndecidedReason(reason, len(examples), examples[0], ran_out)
         for (reason, ran_out), examples in found.items()

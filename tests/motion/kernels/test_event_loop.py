@@ -53,7 +53,7 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
     evolution, whole = evolution_of("block-9", 5.0), evolution_of("block-9", 5.0)
     first = whole.cycle(record=True)
     run = run_along(
-        evolution.active, evolution.rates, evolution.motion, room_for(7, 9), evolution._run(False).course
+        evolution.active, evolution.rates, evolution.motion, room_for(7, 9), evolution.run(True, False).course
     )
     begin(evolution.motion)
     status, rows = event_loop.follow(run, 1, event_loop.EFFORT), progress(run).rows
@@ -71,7 +71,7 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
 def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_factor, passes):
     """However large the joint, an interrupt is not held back until its cycle has ended."""
     evolution, whole = evolution_of(name, load_factor), evolution_of(name, load_factor)
-    run, same, returns = evolution._run(False), whole._run(False), 0
+    run, same, returns = evolution.run(True, False), whole.run(True, False), 0
     begin(evolution.motion)
     begin(whole.motion)
     while event_loop.follow(run, passes, 20) == event_loop.PAUSED:
