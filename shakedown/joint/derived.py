@@ -1,8 +1,9 @@
 """What follows from a problem alone is built once and kept with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
@@ -35,3 +36,16 @@ def once_per_problem(build: Callable[[Problem], T]) -> Callable[[Problem], T]:
         return found
 
     return kept
+
+
+@contextmanager
+def lent(problem: Problem, name: str, settings: object, build: Callable[[], T]) -> Iterator[T]:
+    """What is costly to make for a problem and may be used again, by one at a time.
+
+    The last one with these settings, unless somebody else uses it just now; else a new one.
+    """
+    results = problem.__dict__.setdefault("_derived", _Kept())
+    found: Any = results.pop(name, None)
+    thing: T = found[1] if found is not None and found[0] == settings else build()
+    yield thing
+    results[name] = settings, thing

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -97,3 +97,9 @@ class Layout:
     def by_node(self, slip: FloatArray) -> FloatArray:
         """Slips or tangential reactions (…, dn) node by node, (…, n, d), as a view."""
         return slip.reshape(*slip.shape[:-1], self.n, self.d)
+
+
+@cache
+def layout_of(n: int, d: int) -> Layout:
+    """The layout of so many nodes and directions, made once."""
+    return Layout(n, d)

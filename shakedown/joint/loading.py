@@ -90,7 +90,10 @@ def loop_path(problem: Problem, load_factor: float) -> FloatArray:
 def first_load(problem: Problem, load_factor: float) -> FloatArray:
     """The welded reactions of the first load step, of the transient where there is one [force]."""
     before = transient_path(problem)
-    return before[0] if len(before) else loop_path(problem, load_factor)[0]
+    if len(before):
+        return np.asarray(before[0])
+    loop = loading(problem)
+    return problem.layout.joined(loop.q0 + load_factor * loop.q1[0], loop.p0 + load_factor * loop.p1[0])
 
 
 def ramp_start(problem: Problem, first: FloatArray, start: FloatArray) -> FloatArray:

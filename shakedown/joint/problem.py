@@ -18,7 +18,7 @@ from shakedown.joint.fields.places import check_places
 from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
 from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
 from shakedown.joint.law import Law
-from shakedown.joint.layout import Layout
+from shakedown.joint.layout import Layout, layout_of
 
 
 class Load(NamedTuple):
@@ -216,7 +216,7 @@ class Problem:
     @property
     def layout(self) -> Layout:
         """Where the slip and the gap of a node stand in states, reactions and κ."""
-        return Layout(self.n, self.directions)
+        return layout_of(self.n, self.directions)
 
     @property
     def law(self) -> Law:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_arguments, check_count, checked, require_plane
+from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
@@ -82,21 +83,37 @@ def long_term_state(
         require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
-        small = Evolution(scene.problem, load_factor, moving, tolerances)
-        found = settled_state(small, max_cycles, longest_period, ())
+        found = settled_state(scene.problem, load_factor, moving, (), max_cycles, longest_period, tolerances)
         if found.period and not found.jumps_per_cycle:
             return _expanded(problem, found, scene)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=opened)
-    return settled_state(evolution, max_cycles, longest_period, opened)
+    return settled_state(problem, load_factor, initial_slip, opened, max_cycles, longest_period, tolerances)
 
 
 def settled_state(
-    evolution: Evolution, most_cycles: int, longest_period: int, open_nodes: tuple[int, ...]
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None,
+    open_nodes: tuple[int, ...],
+    most_cycles: int,
+    longest_period: int,
+    tolerances: Tolerances,
 ) -> LongTermState:
-    """What a motion settles into from its start, with these nodes open there."""
+    """As :func:`long_term_state`, by the search last used on the problem if its settings are these."""
+
+    def build() -> LimitSearch:
+        evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
+        return LimitSearch(evolution, most_cycles, longest_period)
+
+    with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
+        search.begin(load_factor, initial_slip, open_nodes)
+        return _found(search, open_nodes, most_cycles)
+
+
+def _found(search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int) -> LongTermState:
+    """What the motion of a search settles into from its start, with these nodes open there."""
+    evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
-    start = evolution.motion.u[slips].copy()
-    search, answers = LimitSearch(evolution, most_cycles, longest_period), room_for_answers(1, n)
+    start, answers = evolution.motion.u[slips].copy(), room_for_answers(1, n)
     search.from_here(answers)
     seen, at, length = search.compiled, search.standing, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -29,6 +30,7 @@ from shakedown.long_term.settling.settle import (
     settle,
     standing,
     tell,
+    weigh,
 )
 from shakedown.motion.integrator import ROUNDING, Evolution
 from shakedown.motion.kernels.event_loop import DONE, EFFORT, NO_RATES, PAUSED, address_of_follow
@@ -83,6 +85,12 @@ class LimitSearch:
     def standing(self) -> Standing:
         """Where the present search has got to."""
         return standing(self.compiled)
+
+    def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
+        """Go to the very start at a load factor."""
+        self.evolution.begin(load_factor, initial_slip, open_nodes)
+        scale, t = self.evolution.scale, self.evolution.tolerances
+        weigh(self.compiled, scale.force, scale.length, t.periodicity * scale.length)
 
     def from_here(self, answers: Answers) -> None:
         """Answer for the state that the evolution is in, at its very start."""

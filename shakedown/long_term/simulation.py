@@ -25,7 +25,6 @@ from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import Walk, cycles_of, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
@@ -256,8 +255,10 @@ def simulate(
         check_slip_below(slip_below)
     opened = tuple(open_nodes)
     if method == "event":
-        evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=opened)
-        run = _from_event_to_event(evolution, opened, cycles, record)
+        settled = settled_state(
+            problem, load_factor, initial_slip, opened, cycles, LONGEST_PERIOD, tolerances
+        )
+        run = _from_event_to_event(settled, record)
     elif method == "gauss-seidel":
         motion = FixedSteps(problem, load_factor, initial_slip, tolerances, opened)
         run = _at_fixed_steps(motion, cycles, record)
@@ -268,10 +269,7 @@ def simulate(
     return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
-def _from_event_to_event(
-    evolution: Evolution, open_nodes: tuple[int, ...], most: int, record: bool
-) -> Simulation:
-    settled = settled_state(evolution, most, LONGEST_PERIOD, open_nodes)
+def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
     if not record:
         return Simulation(settled, "event")
     path = way_there(settled, record=True)

@@ -26,6 +26,7 @@ from shakedown.motion.kernels.moving_state import (
     begin,
     course,
     follow_derivative,
+    measure,
     motion_at_rest,
     resume,
     room_for,
@@ -84,28 +85,42 @@ class Evolution:
         open_nodes: Iterable[int] = (),
     ) -> None:
         require_plane("evolution", problem)
-        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
-        start = beginning(problem, load_factor, initial_slip, open_nodes, tolerances)
-        n = problem.n
-        self.kappa = closed_stiffness(problem)
-        given = checked_damping(problem, damping)
-        self.damping = default_damping(self.kappa) if given is None else given
-        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
-        self.scale = scales_of(problem, self.load, transient)
-        self.active, self.rates = active_set(self.kappa, problem.f), rates(n)
-        self.motion = motion_at_rest(n)
-        self.precision = self._precision(start.state.u)
-        self.done = 0  # cycles
-        self.pieces: list[EventHistory] = []
-        self.jumps: list[Jump] = []  # of the present cycle
-        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
-        self._before = np.vstack([start.load, transient])
+        self.problem, self.tolerances = problem, tolerances
+        self.kappa, self._damping = closed_stiffness(problem), checked_damping(problem, damping)
+        self.active, self.rates = active_set(self.kappa, problem.f), rates(problem.n)
+        self.motion = motion_at_rest(problem.n)
         self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
         self._courses: dict[bool, Course] = {}  # by: through the first cycle
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
+        self.begin(load_factor, initial_slip, open_nodes)
+
+    def begin(
+        self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
+    ) -> None:
+        """Go to the very start at a load factor, as an evolution that is made anew would."""
+        problem = self.problem
+        start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
+        self.load_factor = load_factor
+        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
+        self.scale = scales_of(problem, self.load, transient)
+        self.precision = self._precision(start.state.u)
+        self.pieces: list[EventHistory] = []
+        self.jumps: list[Jump] = []  # of the present cycle
+        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
+        self._before = np.vstack([start.load, transient])
+        for first, way in self._courses.items():
+            way.path[: -problem.m] = self._before if first else self.load[-1:]
+            way.path[-problem.m :] = self.load
+            measure(way, *self.precision)
+        self.done = 0  # cycles
         self.state = start.state
+
+    @property
+    def damping(self) -> FloatArray:
+        """Diagonal of D, (2n,)."""
+        return default_damping(self.kappa) if self._damping is None else self._damping
 
     def _precision(self, start: FloatArray) -> Precision:
         """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""

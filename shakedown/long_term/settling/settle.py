@@ -198,6 +198,12 @@ def tell(se: Search, word: int, one: float, other: float) -> None:
 
 
 @entered
+def weigh(se: Search, force: float, length: float, near: float) -> None:
+    """Set the scales of force and length, and the slip or gap that counts as none."""
+    se.least_force, se.check.force, se.check.length, se.check.near = force, force, length, near
+
+
+@entered
 def standing(se: Search) -> Standing:
     """Where a search has got to, and what it has counted."""
     return Standing(

@@ -185,6 +185,12 @@ def _course(path, first, separable, force, length, rate, settled):  # type: igno
     return new
 
 
+@entered
+def measure(course: Course, force: float, length: float, rate: float, settled: float) -> None:
+    """Set what counts as zero (:class:`Precision`)."""
+    course.force, course.length, course.rate, course.settled = force, length, rate, settled
+
+
 def motion_at_rest(n: int) -> Motion:
     """A state at rest at the origin, its derivative not followed."""
     arrays = {
