@@ -1,11 +1,11 @@
 """Compiled loops of the evolution. They know arrays and small named states, no ``Problem``.
 
 Reading order: ``contact_status`` (stick, slip, open), ``gauss_seidel`` (fixed load steps);
-``named_state`` (how a state is handed down), ``active_set`` (systems of the moving nodes),
-``moving_state`` (the state between events, its course and its record), ``rate_problem`` (rates at
-an event, by pivoting), ``quiet_steps`` (load steps in which nothing happens), ``run`` (all of these
-together), ``event_loop`` (from event to event), ``rate_search`` (rates by enumeration, from
-Python).
+``named_state`` (how a state is handed down), ``linked_code`` (what is compiled into its callers alone),
+``active_set`` (systems of the moving nodes), ``moving_state`` (the state between events, its course and
+its record), ``rate_problem`` (rates at an event, by pivoting), ``quiet_steps`` (load steps in which
+nothing happens), ``run`` (all of these together), ``event_loop`` (from event to event), ``rate_search``
+(rates by enumeration, from Python).
 
 How a path is computed: a problem at one load factor gives a stiffness κ and a *course*, the welded
 reactions at the ends of the load steps. A *run* binds the course to the *moving state* (slips and

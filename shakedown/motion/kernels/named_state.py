@@ -19,6 +19,8 @@ from numba.experimental import structref
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from shakedown.motion.kernels.linked_code import pipeline
+
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
 Integers = Annotated[NDArray[np.int64], types.CPointer(types.int64)]
 Flags = Annotated[NDArray[np.uint8], types.CPointer(types.uint8)]
@@ -29,7 +31,9 @@ NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
 entered: Any = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)  # type: ignore[call-overload]
 """Compiles a function that is called from Python."""
 
-inner: Any = numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+inner: Any = numba.njit(  # type: ignore[call-overload]
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline()
+)
 """Compiles a function that only compiled code calls."""
 
 summing: Any = numba.njit(  # type: ignore[call-overload]
@@ -37,6 +41,7 @@ summing: Any = numba.njit(  # type: ignore[call-overload]
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,
     fastmath={"reassoc", "contract"},
+    **pipeline(),
 )
 """As ``inner``, for sums that may be taken in any order, so that they are vectorised."""
 
