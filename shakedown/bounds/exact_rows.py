@@ -1,8 +1,7 @@
 """The constraint rows of a problem as stored, in exact arithmetic."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,20 +102,15 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     pressed = problem.law.limit(np.abs(problem.p_w) + np.abs(loop.p0))
     terms = np.abs(problem.q_w) + np.abs(loop.q0) + pressed
     slack = _NEAR * terms.max(axis=0).repeat(law.rows)
-    near = steps >= largest - slack
-    d = np.empty_like(largest, dtype=object)
-    for row, (j, side) in enumerate(np.ndindex(problem.n, law.rows)):
-        at = np.flatnonzero(near[:, row])
-        q1 = _departure(problem.q_w[at, j], q0[j], loop.q1[:, j])
-        p1 = _departure(problem.p_w[at, j], p0[j], loop.p1[:, j])
-        d[row] = np.max(replace(law, f=law.f[[j]]).against(q1, p1)[:, side])
-    return d
-
-
-def _departure(samples: FloatArray, mean: Any, periodic: FloatArray) -> Exact:
-    """Samples of one reaction less its mean, as a column; zero where it is constant but for round-off."""
-    exact = _exact(samples)[:, None]
-    return np.asarray(exact - mean if periodic.any() else 0 * exact)
+    near = (steps >= largest - slack).reshape(problem.m, problem.n, law.rows).any(axis=2)
+    moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
+    found = []
+    for j in range(problem.n):
+        at, still = np.flatnonzero(near[:, j]), q0[[j]] - q0[j]
+        q1 = _exact(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
+        p1 = _exact(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
+        found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
+    return np.concatenate(found)
 
 
 def _whole(rows: Exact) -> ExactRows:

@@ -144,11 +144,9 @@ class _States:
 
     def least(self, closed: NDArray, fixed: NDArray, nodes: NDArray, costs) -> FloatArray:  # type: ignore[no-untyped-def]
         """Least value of the costs of each of the nodes; −inf where there is none."""
-        n, m = self.n, len(self.loads)
-        lower = np.concatenate([np.where(fixed, self.start / self.scale.length, -INF), np.zeros(n + m)])
-        upper = np.concatenate(
-            [np.where(fixed, self.start / self.scale.length, INF), np.where(closed, 0.0, INF), np.ones(m)]
-        )
+        n, m, start = self.n, len(self.loads), self.start / self.scale.length
+        lower = np.concatenate([np.where(fixed, start, -INF), np.zeros(n), np.zeros(m)])
+        upper = np.concatenate([np.where(fixed, start, INF), np.where(closed, 0.0, INF), np.ones(m)])
         used = np.flatnonzero(lower < upper)
         constant = np.where(lower == upper, np.where(np.isfinite(lower), lower, 0.0), 0.0)
         rows = np.vstack([self.sides[:, 0], self.sides[:, 1], self.p])

@@ -103,6 +103,31 @@ def test_a_pair_of_tangents_means_nothing_in_the_plane():
         replace(shakedown.example("two-node"), tangents=np.tile(np.eye(3)[:2], (2, 1, 1)))
 
 
+def refusal(made) -> str:
+    """What is said of a joint that is none; nothing of one that is."""
+    try:
+        made()
+    except ProblemError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_wrong_shapes_end_in_one_line(tmp_path, seed):
+    """Some arrays of a joint in space lose or gain rows, columns, axes: given, and in a file."""
+    rng, given = np.random.default_rng(seed), arrays()
+    changed = rng.choice(sorted(given), size=rng.integers(1, 4), replace=False).tolist()
+    for key in changed:
+        shape = list(np.shape(given[key]))
+        axis = int(rng.integers(len(shape)))
+        shape[axis] = int(rng.choice([0, 1, shape[axis] + 1, 2 * shape[axis], shape[axis] // 2]))
+        given[key] = np.resize(given[key], [*shape, 1] if rng.random() < 0.2 else shape)
+    np.savez(tmp_path / "joint.npz", **given)
+    for said in (refusal(lambda: Problem(**given)), refusal(lambda: load_problem(tmp_path / "joint.npz"))):
+        assert "\n" not in said
+        assert "expected" in said or changed == ["initial_slip"]  # any number of states
+
+
 def margins(problem: Problem, slip: np.ndarray, load_factor: float) -> np.ndarray:
     """Distance to the limit at every load step, (m, n): f p − |q|."""
     loop = loading(problem)
@@ -272,7 +297,7 @@ ANSWERS = {
 }  # fmt: skip
 OTHERS = {  # what else a function needs to be called
     "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),
-    "q_w": np.zeros((4, 3)), "p_w": np.ones((4, 3)), "sides": (1, 1), "cycle": 1.0, "nodes": (0, 1),
+    "q_w": np.zeros((4, 3)), "p_w": np.ones((4, 3)), "sides": (1, 1), "cycle": 1.0, "slip_below": 1.0, "nodes": (0, 1),
 }  # fmt: skip
 
 
