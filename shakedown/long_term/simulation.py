@@ -277,8 +277,9 @@ def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
 
 
 def way_there(settled: LongTermState, *, record: bool) -> Walk:
-    """The cycles one by one from the start until as many are done as the long-term state has taken."""
-    return walk(settled.begun.motion(), min(settled.cycles_simulated, settled.most_cycles), record=record)
+    """The cycles one by one from the start until as many are done as were needed, or until it stops."""
+    most = min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
+    return walk(settled.begun.motion(), most, record=record)
 
 
 def _judged(state: LongTermState, path: Walk) -> LongTermState:
@@ -344,7 +345,7 @@ def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedSt
         jump_dissipation_per_cycle=0.0 if decided else np.nan,
         jumps_per_cycle=np.nan,
         open_nodes=verdict.open_nodes,
-        cycles_simulated=len(log.slip),
+        cycles_simulated=len(log.records) + (motion.stop is not None),
         residual=motion.residual,
         work_per_cycle=work if decided else np.full(n, np.nan),
         history=path,

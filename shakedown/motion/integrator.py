@@ -1,9 +1,11 @@
 """Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
 
 from collections.abc import Iterable
+from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -49,6 +51,19 @@ def closed_stiffness(problem: Problem) -> FloatArray:
     """κ, with zeros for C where no node may open."""
     C = np.zeros_like(problem.A) if problem.C is None else problem.C
     return np.block([[problem.A, problem.B.T], [problem.B, C]])
+
+
+class _Piece(NamedTuple):
+    """Rows of a record, and the cycles done before them."""
+
+    done: int
+    course: Course
+    time: FloatArray
+    kind: NDArray[np.int64]
+    node: NDArray[np.int64]
+    u: FloatArray
+    r: FloatArray
+    state: NDArray[np.int64]
 
 
 class Evolution:
@@ -106,7 +121,7 @@ class Evolution:
         self.load, transient = loop_path(problem, load_factor), transient_path(problem)
         self.scale = scales_of(problem, self.load, transient)
         self.precision = self._precision(start.state.u)
-        self.pieces: list[EventHistory] = []
+        self._pieces: list[_Piece] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
         self._before = np.vstack([start.load, transient])
@@ -221,7 +236,7 @@ class Evolution:
             now = progress(run)
             found = status == kernel.NO_RATES and self.finds_rates()
             if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
-                self.pieces.append(self._history(run, now.rows - found))
+                self._pieces.append(self._piece(run, now.rows - found))
             self.done = before + now.passes
             if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
                 continue
@@ -288,26 +303,27 @@ class Evolution:
             return 0
         return self._nudged[2] + 1
 
-    def _history(self, run: Run, rows: int) -> EventHistory:
-        room, path, split = run.record, run.course.path, self.problem.layout.split
-        steps = room.time[:rows]
+    def _piece(self, run: Run, rows: int) -> _Piece:
+        """What a record has been filled with."""
+        room = run.record
+        u, r, states = room.u[:rows].copy(), room.r[:rows].copy(), room.state[:rows].copy()
+        times, kinds, nodes = room.time[:rows].copy(), room.kind[:rows].copy(), room.node[:rows].copy()
+        return _Piece(self.done, run.course, times, kinds, nodes, u, r, states)
+
+    def _joined(self, pieces: list[_Piece]) -> EventHistory:
+        """The history of pieces of one course."""
+        split, path = self.problem.layout.split, pieces[0].course.path
+        done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
+        steps, kind, node, u, r, state = (
+            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[2:]
+        )
         first = self.problem.m - len(path)
         index = np.minimum((steps - first).astype(int), len(path) - 2)
         share = (steps - first - index)[:, None]
         q_w, p_w = split(path[index] + share * (path[index + 1] - path[index]))
-        (v, w), (q, p) = split(room.u[:rows]), split(room.r[:rows])
-        return EventHistory(
-            cycle=self.done + steps / self.problem.m,
-            kind=room.kind[:rows].copy(),
-            node=room.node[:rows].copy(),
-            v=v.copy(),
-            w=w.copy(),
-            q=q.copy(),
-            p=p.copy(),
-            q_w=q_w,
-            p_w=p_w,
-            state=room.state[:rows].copy(),
-        )
+        (v, w), (q, p) = split(u), split(r)
+        cycle = done + steps / self.problem.m
+        return EventHistory(cycle, kind, node, v, w, q, p, q_w, p_w, state)
 
     @property
     def history(self) -> EventHistory:
@@ -328,9 +344,9 @@ class Evolution:
             p_w=p_w,
             state=self.active.state[None, :].copy(),
         )
-        return EventHistory.joined(
-            [*self.pieces, last if self.stop is None else EventHistory.none(self.problem.n)]
-        )
+        end = last if self.stop is None else EventHistory.none(self.problem.n)
+        by_course = groupby(self._pieces, key=lambda piece: id(piece.course))
+        return EventHistory.joined([*(self._joined(list(pieces)) for _, pieces in by_course), end])
 
     def say_why(self, status: int, now: Progress, run: Run) -> None:
         """Set ``stop``: why the loop has ended with this status."""

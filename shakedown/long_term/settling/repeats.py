@@ -49,7 +49,7 @@ def begin_walk(se: Search) -> None:
     """Nothing has been followed yet."""
     se.first.motion.parameters = 0
     se.cycles, se.events, se.remembered, se.signed, se.patience, se.resumed = 0, 0, 0, 0, 0, False
-    se.phase, se.verdict, se.placed = WALK, SEARCHING, True
+    se.phase, se.verdict, se.placed, se.from_limit = WALK, SEARCHING, True, False
 
 
 @inner
