@@ -16,7 +16,13 @@ import shakedown.plot.backend  # noqa: F401  before matplotlib
 from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
 from shakedown.plot.joint import contact, loads_along, loads_in_time
-from shakedown.plot.load_factors import guarantee, interaction, load_factor_scale, slip_per_cycle
+from shakedown.plot.load_factors import (
+    guarantee,
+    interaction,
+    load_factor_scale,
+    slip_over_load,
+    slip_per_cycle,
+)
 from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
 from shakedown.plot.planes import reaction_space, slip_space
@@ -46,6 +52,7 @@ __all__ = [
     "save",
     "shakedown_share",
     "slip_along",
+    "slip_over_load",
     "slip_per_cycle",
     "slip_range",
     "slip_space",

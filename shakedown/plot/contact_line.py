@@ -170,7 +170,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     """
     require_plane("picture", problem)
     path, axes = path_of(result), axes_for(ax)
-    closed = path.state != 2
+    closed = (path.state != 2) | (path.w == 0.0)  # a node that is about to open is in contact still
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     _along(axes, problem, np.where(closed.any(axis=0), high - low, np.nan), style_of("", 0, None))

@@ -8,6 +8,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
@@ -123,6 +124,44 @@ def guarantee(
         axes.xaxis.set_major_formatter(power_of_ten)
     axes.set(xlabel="radius R, in multiples of max |safe slip|", ylabel="load factor λ")
     axes.set_xlim(left=0.0)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes
+
+
+@checked
+def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
+    """The largest slip range of a node over the load factor, with the length that it is to stay below.
+
+    Parameters
+    ----------
+    limit
+        From :func:`~shakedown.assessment.slip_limit.slip_limit`.
+    problem
+        For the unit, where it has one.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> from shakedown.assessment.slip_limit import slip_limit
+    >>> joint = shakedown.example("press-fit")
+    >>> plot.slip_over_load(slip_limit(joint, 1e-3), joint).get_ylabel()
+    'largest slip range [mm]'
+    """
+    axes, known = axes_for(ax), np.isfinite(limit.slip_range)
+    axes.plot(limit.scanned[known], limit.slip_range[known], "o-", color=BLUE, ms=4, label="simulated")
+    axes.axhline(limit.below, color=RED, ls="--", lw=1, label="to stay below")
+    if np.isfinite(limit.load_factor):
+        axes.axvline(limit.load_factor, color=GREEN, ls="--", lw=1, label="up to here it does")
+    for load_factor in limit.scanned[np.isinf(limit.slip_range)]:
+        axes.axvline(load_factor, color=GREY, ls=":", lw=1)
+    axes.set(xlabel="load factor λ", ylabel=with_unit("largest slip range", units_of(problem)[1]))
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")
     return axes

@@ -42,7 +42,7 @@ from shakedown.report.page_tables import (
     runs_table,
     transient_is_proved,
 )
-from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture
+from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture, slip_picture
 from shakedown.report.words.assessment_words import certain_in_words
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
@@ -156,6 +156,7 @@ def _context(v: Verification) -> dict[str, Any]:
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
         "guarantee": guarantee_picture(v),
+        "slips": slip_picture(v),
         "friction": friction_in_words(v.problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,

@@ -11,7 +11,6 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.simulation import Simulation
-from shakedown.plot.loops import friction_work
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.run_words import start_in_words
 from shakedown.verification.runs import Run
@@ -155,9 +154,8 @@ def nodes_table(v: Verification) -> Table:
     problem, upper, lower = v.problem, v.limits.upper, v.limits.lower
     force, length = units_of(problem)
     run, none = v.as_given.simulation, resolution(problem, 1.0)
-    state = run.long_term
-    work = np.full(problem.n, np.nan) if state is None else friction_work(state.history)
-    slips, works = without_round_off(run.slip_per_cycle, none[0]), without_round_off(work, none[1])
+    slips = without_round_off(run.slip_per_cycle, none[0])
+    works = without_round_off(run.period * run.settled.work_per_cycle, none[1])
     labels = [] if problem.label is None else ["FE label"]
     head = [
         "node", *labels, with_unit("safe slip at λ_max", length), with_unit("witness at λ_1", length),

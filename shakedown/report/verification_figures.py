@@ -106,6 +106,18 @@ def guarantee_picture(v: Verification) -> Picture | None:
     return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.limits.bounds)))
 
 
+def slip_picture(v: Verification) -> Picture | None:
+    """The largest slip range over the load factor, where a limit on it was asked for."""
+    if v.slip_limit is None:
+        return None
+    caption = (
+        "Largest slip range of a node in the long run, from this state, at every load factor simulated. "
+        "Dotted: slips grow for ever or contact is lost for good."
+    )
+    alt = "Largest slip range over the load factor, and the length that it is to stay below"
+    return picture(caption, Drawing(alt, partial(plot.slip_over_load, v.slip_limit, v.problem)))
+
+
 class Group(NamedTuple):
     """Runs that one panel shows, by the names of their lines, and how these look."""
 

@@ -135,6 +135,15 @@ def test_the_work_along_the_contact_is_the_dissipation():
     assert total == pytest.approx(state.friction_dissipation_per_cycle * state.period, rel=1e-9)
 
 
+@pytest.mark.parametrize(("name", "load_factor"), [("press-fit", 2.0), ("block-9", 5.0)])
+def test_slip_ranges_are_those_of_the_results_per_node(name, load_factor):
+    joint = shakedown.example(name)
+    state = shakedown.long_term_state(joint, load_factor)
+    (line, *_) = plot.slip_range(state, joint).lines
+    ranges = shakedown.node_results(state).slip_range
+    assert line.get_ydata() == pytest.approx(ranges[np.argsort(joint.x, kind="stable")], rel=1e-12)
+
+
 def test_slip_of_open_nodes_is_no_slip_range(cyclic):
     joint = shakedown.example("receding-block")
     state = shakedown.long_term_state(joint, 1.0)
