@@ -106,7 +106,7 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
     found = []
     for j in range(problem.n):
-        at, still = np.flatnonzero(near[:, j]), q0[[j]] - q0[j]
+        at, still = np.flatnonzero(near[:, j]), (q0[[j]] - q0[j])[:, None]
         q1 = _exact(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
         p1 = _exact(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
         found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
