@@ -17,6 +17,8 @@ from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
+from shakedown.programs.program import INF, Program
+from shakedown.programs.solver import solve
 from shakedown.studies.designs.parameters import with_parameter
 from shakedown.verification.random_paths import random_paths
 
@@ -163,6 +165,34 @@ def test_the_extreme_load_steps_suffice(loop, seed):
         largest = np.array([found[node == i].max() for i in range(3)])
         np.testing.assert_allclose(largest, every, atol=1e-12, rtol=1e-12)
     assert len(node) <= 3 * 40
+
+
+def largest_load_factor(problem: Problem) -> float:
+    """λ_max as the cone program that the constraints are."""
+    rows, slips = constraints(problem), np.zeros(problem.layout.slip_size)
+    found = solve(
+        Program(
+            np.column_stack([rows.G, rows.d]),
+            rows.g,
+            np.append(slips, -1.0),
+            tuple(rows.cones.tolist()),
+            lower=np.append(slips - INF, 0.0),
+        )
+    )
+    return float(found.x[-1])
+
+
+@pytest.mark.parametrize("m", [60, 240])
+def test_the_upper_bound_of_a_node_on_a_circle_is_the_closed_form(m):
+    """q = λ q₁ (cos t, sin t), p = p₀ + λ p₁ cos t, B = 0: λ_max = f p₀ / √(q₁² + f² p₁²)."""
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    f, p0, p1, q1 = 0.4, 2.0, 1.3, 0.9
+    q_w = q1 * np.hstack([np.cos(t), np.sin(t)])
+    loop = {"q_w": q_w, "p_w": p0 + p1 * np.cos(t), "q_mean": [0.0, 0.0], "p_mean": [p0]}
+    node = Problem(A=np.eye(2), B=np.zeros((1, 2)), f=f, **loop)
+    closed = f * p0 / np.hypot(q1, f * p1)
+    assert closed == pytest.approx(0.769658, abs=1e-6)
+    assert closed * (1 - 1e-8) <= largest_load_factor(node) <= closed * (1 + (np.pi / m) ** 2)
 
 
 def test_most_load_steps_imply_nothing():
