@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.transient_limit import SCANNED, scan_end
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_count, checked, checked_initial_slip, is_finite
+from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state

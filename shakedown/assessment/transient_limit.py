@@ -7,19 +7,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import (
-    MANY,
-    check_count,
-    checked,
-    checked_initial_slip,
-    is_finite,
-    require_plane,
-)
+from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermState, long_term_state

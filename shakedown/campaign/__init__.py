@@ -14,7 +14,7 @@ dataclass with ``__call__`` is::
             found = upper_bound(replace(self.problem, f=np.full(self.problem.n, f)))
             return packed({"f": np.array(f), "load_factor": np.array(found.load_factor)})
 
-    header = {"problem": fingerprint(problem), "frictions": repr(frictions)}
+    header = {"problem": problem.fingerprint, "frictions": repr(frictions)}
     with journal_at("sweep.csv.partial", header, resume=resume) as journal:
         run_campaign(Bounds(problem, frictions), len(frictions), journal, Crew(workers=4))
         for piece in journal.pieces():  # in order of their numbers, one at a time in memory

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import SolverError, UsageError
-from shakedown.joint.arguments import check_count
 
 Work = Callable[[int], bytes]  # picklable; the same number gives the same bytes
 

@@ -1,9 +1,7 @@
-"""Arrays as bytes, and a problem as one number: what a journal holds."""
+"""Arrays as bytes: what a journal holds."""
 
-import hashlib
 import struct
 from collections.abc import Mapping
-from dataclasses import fields
 from io import BytesIO
 from typing import Any
 from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
@@ -13,7 +11,6 @@ from numpy.typing import NDArray
 
 from shakedown.files.npy import read_array, read_header
 from shakedown.ground.errors import ProblemError
-from shakedown.joint.problem import Problem
 
 
 def packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -52,24 +49,3 @@ def _array(archive: ZipFile, info: ZipInfo) -> NDArray[Any]:
         header = read_header(file)
     with archive.open(info) as file:
         return read_array(file, header, info.file_size)
-
-
-def fingerprint(problem: Problem) -> str:
-    """SHA-256 of all arrays of a problem, and that they are a load domain: what a campaign is compared by.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> joint = shakedown.example("two-node")
-    >>> fingerprint(joint) == fingerprint(shakedown.example("two-node"))
-    True
-    """
-    digest = hashlib.sha256()
-    for field in fields(problem):
-        value = getattr(problem, field.name)
-        if isinstance(value, np.ndarray):
-            digest.update(f"{field.name} {value.dtype.str} {value.shape};".encode())
-            digest.update(np.ascontiguousarray(value).tobytes())
-    if problem.is_domain:
-        digest.update(b"load domain;")
-    return digest.hexdigest()

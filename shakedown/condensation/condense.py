@@ -22,7 +22,6 @@ from shakedown.condensation.stiffness_checks import (
     check_against_run,
     check_condensed,
     checked_matrix,
-    zero_modes,
 )
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
@@ -33,6 +32,7 @@ from shakedown.joint.layout import Layout
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import zero_modes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -116,18 +116,6 @@ def asymmetry(matrix: FloatArray) -> float:
     return float(np.abs(matrix - matrix.T).max() / max(np.abs(matrix).max(), np.finfo(float).tiny))
 
 
-def zero_modes(stiffness: FloatArray) -> int:
-    """Number of eigenvalues of a symmetric matrix that are zero to round-off.
-
-    Examples
-    --------
-    >>> zero_modes(np.array([[1.0, -1.0], [-1.0, 1.0]]))
-    1
-    """
-    eigenvalues = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
-    return int((np.abs(eigenvalues) <= DEFAULT.zero_mode * np.abs(eigenvalues).max()).sum())
-
-
 def check_against_run(
     stiffness: FloatArray, displacement: FloatArray, reaction: FloatArray, *, what: str = "static run"
 ) -> float:

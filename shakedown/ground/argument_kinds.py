@@ -252,3 +252,22 @@ def written(value: object) -> str:
         return shortened(repr(value))
     except ValueError:  # a whole number of thousands of digits, in a list perhaps
         return short(value)
+
+
+def check_count(name: str, count: int, most: int = LARGEST_WHOLE) -> None:
+    """Raise ``UsageError`` unless a number of cycles, threads, … is whole, at least 1 and at most so many."""
+    whole = whole_number(count)
+    if whole is None:
+        raise UsageError(f"{name}: expected a whole number, found {written(count)}")
+    if whole < 1:
+        raise UsageError(f"{name}: expected at least 1, found {whole}")
+    if whole > most:
+        raise UsageError(f"{name}: expected at most {most:,}, found {whole}")
+
+
+def check_seed(seed: int) -> int:
+    """The seed of what is random; raises ``UsageError`` unless it is whole and at least 0."""
+    whole = whole_number(seed)
+    if whole is None or whole < 0:
+        raise UsageError(f"seed: expected a whole number >= 0, found {written(seed)}")
+    return whole

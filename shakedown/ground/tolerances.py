@@ -7,6 +7,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 
 LARGEST = 1e300  # of a tolerance; a larger number, or none, is a slip of the pen
+FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
 
 
 @dataclass(frozen=True, repr=False)

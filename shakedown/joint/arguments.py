@@ -6,11 +6,11 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.ground.argument_kinds import check_count, written
 from shakedown.ground.argument_kinds import checked as checked
-from shakedown.ground.argument_kinds import written
 from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.given_numbers import LARGEST_WHOLE, real_number, real_values, whole_number
+from shakedown.ground.given_numbers import real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
 from shakedown.joint.fields.numbers import LARGEST, check_slip
 from shakedown.joint.problem import Problem
@@ -38,25 +38,6 @@ def check_load_factor(load_factor: float, problem: Problem | None = None) -> Non
         raise UsageError(
             f"load factor: expected one with reactions up to {LARGEST:g}, found {written(load_factor)}"
         )
-
-
-def check_count(name: str, count: int, most: int = LARGEST_WHOLE) -> None:
-    """Raise ``UsageError`` unless a number of cycles, threads, … is whole, at least 1 and at most so many."""
-    whole = whole_number(count)
-    if whole is None:
-        raise UsageError(f"{name}: expected a whole number, found {written(count)}")
-    if whole < 1:
-        raise UsageError(f"{name}: expected at least 1, found {whole}")
-    if whole > most:
-        raise UsageError(f"{name}: expected at most {most:,}, found {whole}")
-
-
-def check_seed(seed: int) -> int:
-    """The seed of what is random; raises ``UsageError`` unless it is whole and at least 0."""
-    whole = whole_number(seed)
-    if whole is None or whole < 0:
-        raise UsageError(f"seed: expected a whole number >= 0, found {written(seed)}")
-    return whole
 
 
 def require_problem(problem: object) -> None:

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.constraints import GAP, Constraints, constraints
-from shakedown.joint.fields.numbers import FIRST_DIGIT
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

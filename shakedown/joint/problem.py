@@ -1,5 +1,6 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -11,9 +12,10 @@ from numpy.typing import ArrayLike
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
+from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import shortened, visible
 from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, TEXTS, check_shapes
-from shakedown.joint.fields.numbers import FIRST_DIGIT, check_ratios, in_range, real_numbers
+from shakedown.joint.fields.numbers import check_ratios, in_range, real_numbers
 from shakedown.joint.fields.places import check_places
 from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
 from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
@@ -289,6 +291,26 @@ class Problem:
         known["load_path"] = self.load_path if self.is_domain else None
         known["loads"] = [load._asdict() for load in self.loads]
         return size | {key: value for key, value in known.items() if value}
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of all arrays of the problem, and that they are a load domain: what runs are compared by.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> shakedown.example("two-node").fingerprint[:12]
+        '3053854690ce'
+        """
+        digest = hashlib.sha256()
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                digest.update(f"{field.name} {value.dtype.str} {value.shape};".encode())
+                digest.update(np.ascontiguousarray(value).tobytes())
+        if self.is_domain:
+            digest.update(b"load domain;")
+        return digest.hexdigest()
 
     def __repr__(self) -> str:
         parts = [repr(shortened(visible(self.name), 60))] if self.name else []

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.fields.numbers import FIRST_DIGIT
 from shakedown.joint.problem import Problem
 
 ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
@@ -194,3 +194,15 @@ def _sorted(motions: FloatArray, pinned: list[int], doubt: str) -> RigidSlips:
     motions[nodes] = np.eye(len(nodes))
     motions.setflags(write=False)
     return RigidSlips(motions, tuple(nodes), doubt)
+
+
+def zero_modes(stiffness: FloatArray) -> int:
+    """Number of eigenvalues of a symmetric matrix that are zero to round-off.
+
+    Examples
+    --------
+    >>> zero_modes(np.array([[1.0, -1.0], [-1.0, 1.0]]))
+    1
+    """
+    eigenvalues = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))
+    return int((np.abs(eigenvalues) <= DEFAULT.zero_mode * np.abs(eigenvalues).max()).sum())

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_arguments, check_count, checked, require_plane
+from shakedown.joint.arguments import MANY, check_arguments, checked, require_plane
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers

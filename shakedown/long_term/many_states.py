@@ -7,6 +7,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -14,7 +15,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import (
     MANY,
     check_arguments,
-    check_count,
     checked,
     checked_initial_slip,
     real_array,

@@ -7,9 +7,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import check_count
 from shakedown.joint.result import Result
 from shakedown.motion.kernels.moving_state import (
     CLOSES,

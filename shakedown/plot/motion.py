@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from shakedown.files.atomic_write import atomic_write
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import check_count, checked, is_finite, require_plane
+from shakedown.joint.arguments import checked, is_finite, require_plane
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of

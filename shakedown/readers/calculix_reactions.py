@@ -12,8 +12,7 @@ from scipy import sparse
 from shakedown.condensation.stiffness_checks import asymmetry
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.fields.numbers import FIRST_DIGIT
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
 from shakedown.readers.nodal_vectors import NodalVectors, What
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import integers, number, quoted, read_lines

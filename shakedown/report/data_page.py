@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from shakedown import plot
-from shakedown.campaign.payload import fingerprint
-from shakedown.condensation.stiffness_checks import zero_modes
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import zero_modes
 from shakedown.joint.units import loads_in_words, stress_unit, units_of
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.report.words.limit_words import coupling_in_words
@@ -136,7 +135,7 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
                 rows.append((str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
     if not source:
         rows.append(("origin", "not stored with the problem"))
-    return [*rows, ("arrays of the problem", f"SHA-256 {fingerprint(problem)}")]
+    return [*rows, ("arrays of the problem", f"SHA-256 {problem.fingerprint}")]
 
 
 def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:

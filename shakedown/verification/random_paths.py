@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.ground.argument_kinds import checked
-from shakedown.joint.arguments import MANY, check_count, check_seed, require_problem
+from shakedown.ground.argument_kinds import check_count, check_seed, checked
+from shakedown.joint.arguments import MANY, require_problem
 from shakedown.joint.fields.texts import LOOP
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem

@@ -8,12 +8,13 @@ from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, check_seed, checked, require_plane
+from shakedown.joint.arguments import MANY, check_load_factor, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.nodes.slip_criterion import check_slip_below

@@ -16,7 +16,6 @@ from campaign_works import Deadly, Squares, mistaken, squares
 
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.examples import example
 from shakedown.ground.blas_threads import all_cores
@@ -153,5 +152,5 @@ def test_a_crew_has_to_exist(words, said):
 
 def test_the_fingerprint_tells_problems_apart():
     joints = [example(name) for name in ("two-node", "uncoupled", "three-node", "jump")]
-    assert len({fingerprint(joint) for joint in joints}) == 4
+    assert len({joint.fingerprint for joint in joints}) == 4
     assert 1 <= all_cores() <= os.cpu_count()

@@ -7,9 +7,9 @@ import pytest
 
 import shakedown
 from shakedown.joint.constraints import constraints, through_transient
+from shakedown.long_term.arrival import arrives_closed
 from shakedown.motion.evolve import evolve
 from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.verification.arrival import arrives_closed
 from tests.joints import joint_of_kind
 
 TWO = shakedown.example("two-node")

@@ -10,8 +10,6 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.given_numbers import real_values
 from shakedown.joint.fields.field_table import FORCES, STIFFNESS
 
-FIRST_DIGIT = 5.0  # seven digits, an accuracy of 1e-7, leave an error of 5e-7 where the first of them is 1
-
 # Beyond these, products of three numbers are no numbers any more.
 LARGEST = 1e100  # of a stiffness, force or length, in whatever units: its square is still a number
 SMALLEST = 1e-100  # of the largest entry of an array that is not zero

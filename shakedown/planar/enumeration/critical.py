@@ -10,11 +10,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from shakedown.bounds.exact_rows import exact_rows
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import NO_SUBSETS, check_count, checked, require_plane
+from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
 from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result

@@ -9,21 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Guarantee, Outcome, Search, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import (
-    MANY,
-    check_count,
-    check_load_factor,
-    check_seed,
-    checked,
-    is_finite,
-    require_plane,
-)
+from shakedown.joint.arguments import MANY, check_load_factor, checked, is_finite, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
@@ -217,7 +210,7 @@ def smallest_cycle(
     search = CycleSearch(simulator, attack, accuracy, accuracy * top)
     proved = limits.universal.load_factor
     floor = proved if isfinite(proved) else 0.0
-    search.try_witness(limits.lower)
+    search.try_witness(limits)
     levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
     for done, level in enumerate(levels):
         if progress is not None:

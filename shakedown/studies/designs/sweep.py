@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
@@ -205,7 +204,7 @@ class _Points:
         """All that the points depend on."""
         base, initial = self.variation.base, self.question.initial_slip
         return {
-            "joint": _named(self.variation.joint) if base is None else fingerprint(base),
+            "joint": _named(self.variation.joint) if base is None else base.fingerprint,
             "configuration": _sources(self.variation),
             "values": repr(
                 dict(zip(self.variation.parameters, (v.tolist() for v in self.values), strict=True))

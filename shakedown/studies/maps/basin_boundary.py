@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
-from shakedown.joint.arguments import check_count, checked
+from shakedown.joint.arguments import checked
 from shakedown.long_term.many_states import long_term_states
 from shakedown.motion.contact_law import scales
 from shakedown.studies.maps.basin_map import InitialStateMap

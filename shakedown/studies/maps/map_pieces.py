@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from shakedown.campaign.payload import packed, unpacked
-from shakedown.ground.argument_kinds import check_fields
+from shakedown.ground.argument_kinds import check_count, check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_count
+from shakedown.joint.arguments import MANY
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD

@@ -14,7 +14,6 @@ import numpy as np
 
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
-from shakedown.campaign.payload import fingerprint
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.atomic_write import check_target
 from shakedown.ground.errors import UsageError
@@ -244,7 +243,7 @@ def _settings(work: MapPieces) -> dict[str, Any]:
     first = work.samplings[0]
     asked = {"slip_ranges": True} if work.slip_ranges else {}
     return asked | {
-        "problem_sha256": fingerprint(first.problem),
+        "problem_sha256": first.problem.fingerprint,
         "load_factors": [chosen.load_factor for chosen in work.samplings],
         "sampler": str(first.sampler),
         "seed": first.seed,

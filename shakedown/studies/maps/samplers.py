@@ -10,11 +10,12 @@ import numpy as np
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.safe_slip import safe_slip
 from shakedown.bounds.upper import upper_bound
+from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_count, check_seed, is_finite
+from shakedown.joint.arguments import is_finite
 from shakedown.joint.loading import first_load, loop_path, slip_reach
 from shakedown.joint.problem import Problem
 from shakedown.motion.evolve import evolve
