@@ -90,7 +90,7 @@ def node_results(
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(history.p.min(axis=0), 0.0) if known else nothing,
         p_max=np.maximum(history.p.max(axis=0), 0.0) if known else nothing,
-        q_max=np.abs(history.q).max(axis=0) if known else nothing,
+        q_max=problem.law.size(history.q).max(axis=0) if known else nothing,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
         wear_volume=k * pressed_slip(settled) if known else nothing,
@@ -164,10 +164,10 @@ def _opened(settled: Settled) -> NDArray[np.bool_]:
 
 def pressed_slip(settled: Settled) -> FloatArray:
     """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
-    path, f = settled.history, settled.problem.f
+    path, law = settled.history, settled.problem.law
     if isinstance(settled, LongTermState):
-        mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), np.abs(np.diff(path.v, axis=0))
+        mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), law.size(np.diff(path.v, axis=0))
         pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period
     else:
-        pressed = (path.p * np.abs(settled.step_slip)).sum(axis=0) / settled.period
-    return np.where(f > 0, settled.work_per_cycle / np.where(f > 0, f, 1.0), pressed)
+        pressed = (path.p * law.size(settled.step_slip)).sum(axis=0) / settled.period
+    return np.where(law.f > 0, settled.work_per_cycle / np.where(law.f > 0, law.f, 1.0), pressed)
