@@ -328,6 +328,7 @@ ANSWERS = {
 OTHERS = {  # what else a function needs to be called
     "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),
     "q_w": np.zeros((4, 3)), "p_w": np.ones((4, 3)), "sides": (1, 1), "cycle": 1.0, "slip_below": 1.0, "nodes": (0, 1),
+    "bound": shakedown.upper_bound(shakedown.example("two-node")),
 }  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """The load factor up to which a joint is proved to shake down from a given state."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan, nextafter
 from numbers import Real
 from typing import Any, ClassVar, Literal
@@ -101,6 +101,9 @@ class EnergyBound(Result):
     pinned
         Where the joint can move as a whole: the nodes that ``slip`` is given relative to. The energy
         distance takes no account of that motion.
+    multipliers : (k,)
+        μ ≥ 0 that prove λ_E, dᵀμ = 1, of the rows of the closed nodes and then of the gaps, each kind
+        with its transient after it; zero or empty unless optimal.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -124,6 +127,7 @@ class EnergyBound(Result):
     open_nodes: tuple[int, ...] = ()
     uncertified: str = ""
     pinned: tuple[int, ...] = ()
+    multipliers: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
     def certified(self) -> float | None:
@@ -281,7 +285,14 @@ def _optimal(
         gap=proved / load_factor - 1.0 if load_factor > 0 else proved,
         certificate=None,
         reason="",
+        multipliers=_of_rows(rows, end.multipliers[:-1]),
     )
+
+
+def _of_rows(rows: EnergyRows, multipliers: FloatArray) -> FloatArray:
+    """Multipliers of the dimensionless rows in the units of the rows; zero where λ = 0 decides."""
+    pull = float(rows.d @ multipliers)
+    return multipliers / pull if pull > 0 else np.zeros_like(multipliers)
 
 
 def _certificate(exact: ExactBall, rows: EnergyRows, bound: EnergyBound) -> EnergyCertificate | Missing:

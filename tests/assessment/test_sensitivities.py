@@ -1,0 +1,201 @@
+"""Sensitivities against finite differences, at regular and at degenerate optima, and what scaling demands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints import joint_of_kind
+
+import shakedown
+from shakedown.assessment.sensitivity.sensitivities import KINDS, sensitivities
+from shakedown.joint.loading import loading
+
+STEP = 1e-3
+
+
+def upper(problem, **zone):
+    return shakedown.upper_bound(problem, certify=False, **zone)
+
+
+def energy(problem, **start):
+    return shakedown.energy_bound(problem, certify=False, **start)
+
+
+def changed(problem, kind, node, change):
+    """The joint with one quantity of one node changed by a share of it."""
+    loop, at = loading(problem), 1.0 + change
+    parts = [np.array(part) for part in (loop.q0, loop.p0, loop.q1, loop.p1)]
+    before = [None if part is None else np.array(part) for part in (problem.q_transient, problem.p_transient)]
+    f = np.array(problem.f)
+    if kind == "friction":
+        f[node] *= at
+    scaled = {"constant": [*parts[:2], *before], "amplitude": parts[2:]}.get(kind, [])
+    for part in scaled:
+        if part is not None:
+            part[..., node] *= at
+    q0, p0, q1, p1 = parts
+    return replace(
+        problem, f=f, q_w=q0 + q1, p_w=p0 + p1, q_mean=q0, p_mean=p0, q_transient=before[0], p_transient=before[1]
+    )  # fmt: skip
+
+
+def by_differences(problem, bound, kind, node):
+    """The elasticity by central differences of order four."""
+    at = [bound(changed(problem, kind, node, k * STEP)).load_factor for k in (-2, -1, 1, 2)]
+    return (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * STEP) / bound(problem).load_factor
+
+
+def on_each_side(problem, bound, kind, node, step=1e-6):
+    here = bound(problem).load_factor
+    fallen, grown = (bound(changed(problem, kind, node, sign * step)).load_factor for sign in (-1, 1))
+    return np.array([here - fallen, grown - here]) / step / here
+
+
+def largest_error(problem, bound):
+    """Of every elasticity against differences; NaN where there is no bound or the optimum changes nearby."""
+    found = bound(problem)
+    if found.status != "optimal" or not found.load_factor > 1e-3:
+        return np.nan
+    known, errors = sensitivities(problem, found), []
+    sizes = max(np.abs(getattr(known, kind).elasticity).max() for kind in KINDS)
+    for kind in KINDS:
+        for node in range(problem.n):
+            near = [by_differences(problem, bound, kind, node), *on_each_side(problem, bound, kind, node)]
+            if np.ptp(near) > 1e-4 * max(sizes, 1.0):
+                return np.nan
+            errors.append(near[0] - getattr(known, kind).elasticity[node])
+    return np.abs(errors).max() / max(sizes, 1.0)
+
+
+@pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled", "three-node", "pair-cycle"])
+@pytest.mark.parametrize("bound", [upper, energy])
+def test_built_in_joints_agree_with_differences(name, bound):
+    assert largest_error(shakedown.example(name), bound) < 1e-6
+
+
+def test_random_joints_agree_with_differences():
+    rng, errors = np.random.default_rng(7), []
+    for kind in ["any", "loose", "above thresholds", "floating"] * 3:
+        problem = joint_of_kind(rng, kind)
+        start = 0.3 * rng.normal(size=problem.n)
+        errors += [
+            largest_error(problem, upper), largest_error(problem, lambda p: energy(p, initial_slip=start))  # noqa: B023
+        ]  # fmt: skip
+    errors = np.array(errors)
+    assert np.sum(np.isfinite(errors)) >= 8
+    assert np.nanmax(errors) < 1e-6
+
+
+def test_with_open_nodes_the_loads_of_all_nodes_count():
+    rng, errors = np.random.default_rng(3), []
+    for _ in range(16):
+        problem = joint_of_kind(rng, "loose")
+        if problem.n < 2:
+            continue
+        node = int(rng.integers(problem.n))
+        lifted, zone = np.array(problem.p_w), {"open_nodes": (node,)}
+        lifted[:, node] -= 10.0
+        problem = replace(problem, p_w=lifted, p_transient=None, q_transient=None)
+        errors += [largest_error(problem, lambda p, b=b: b(p, **zone)) for b in (upper, energy)]  # noqa: B023
+    errors = np.array(errors)
+    assert np.sum(np.isfinite(errors)) >= 4
+    assert np.nanmax(errors) < 1e-6
+
+
+def twice(problem):
+    """Two copies of a joint that know nothing of each other: both limit, and the multipliers are anyone's."""
+    pair = {key: np.kron(np.eye(2), getattr(problem, key)) for key in "ABC"}
+    loads = ("q_w", "p_w", "q_transient", "p_transient", "q_mean", "p_mean")
+    both = {k: np.concatenate([v, v], axis=-1) for k in loads if (v := getattr(problem, k)) is not None}
+    return shakedown.Problem(**pair, **both, f=np.tile(problem.f, 2))
+
+
+def check_each_side(problem, bound):
+    """One-sided differences are the one-sided derivatives."""
+    known = sensitivities(problem, bound(problem))
+    for kind in KINDS:
+        slopes = getattr(known, kind)
+        for node in range(problem.n):
+            sides = on_each_side(problem, bound, kind, node)
+            assert sides == pytest.approx(slopes.elasticity[node], abs=2e-4 * max(1.0, np.abs(sides).max()))
+    return known
+
+
+@pytest.mark.parametrize("uncoupled", [False, True])
+@pytest.mark.parametrize("bound", [upper, energy])
+def test_at_degenerate_optima_each_side_has_its_own(bound, uncoupled):
+    seen, rng = 0, np.random.default_rng(5)
+    while seen < 3:
+        problem = joint_of_kind(rng, "loose")
+        problem = replace(problem, B=0 * problem.B) if uncoupled else problem
+        if problem.n > 3 or np.isnan(largest_error(problem, bound)):
+            continue
+        seen += 1
+        known = check_each_side(twice(problem), bound)
+        if bound is upper or uncoupled:  # one ball holds both copies: their λ_E is not the lesser of two
+            assert not known.smooth
+            assert np.all(known.friction.elasticity[:, 1] <= known.friction.elasticity[:, 0] + 1e-9)
+
+
+def test_a_start_at_the_best_slip_is_the_tip_of_the_cone():
+    rng, kinked = np.random.default_rng(2), 0
+    for _ in range(12):
+        problem = replace(joint_of_kind(rng, "loose"), q_transient=None, p_transient=None)
+        best = upper(problem)
+        if problem.n > 3 or best.status != "optimal" or np.any(problem.f == 0):
+            continue
+        start = best.slip
+        known = check_each_side(problem, lambda p: energy(p, initial_slip=start))  # noqa: B023
+        assert known.load_factor == pytest.approx(best.load_factor, rel=1e-7)
+        kinked += not known.smooth
+    assert kinked > 1
+
+
+@pytest.mark.parametrize("name", ["two-node", "block-9", "cantilevered-block"])
+def test_all_constant_loads_together_count_as_one_and_all_amplitudes_as_minus_one(name):
+    problem = shakedown.example(name)
+    for bound in (upper(problem), energy(problem)):
+        if bound.status != "optimal":
+            continue
+        known = sensitivities(problem, bound)
+        assert known.constant.together == pytest.approx(1.0, rel=1e-9)
+        assert known.amplitude.together == pytest.approx(-1.0, rel=1e-9)
+        assert known.amplitude.elasticity[:, 1].sum() == pytest.approx(-1.0, rel=1e-9)
+
+
+def test_more_friction_never_lowers_the_largest_load_factor():
+    rng = np.random.default_rng(11)
+    found = [(p, upper(p)) for p in (joint_of_kind(rng, "above thresholds") for _ in range(40))]
+    slopes = [
+        sensitivities(p, u).friction.derivative
+        for p, u in found
+        if u.status == "optimal" and u.load_factor > 0
+    ]
+    assert len(slopes) > 5
+    assert min(np.nanmin(each) for each in slopes) >= -1e-9
+
+
+def test_there_are_none_without_a_load_factor():
+    floating = shakedown.example("one-node-separation")
+    known = sensitivities(floating, upper(floating))
+    assert known.status != "optimal"
+    assert known.reason
+    assert np.isnan(known.friction.derivative).all()
+
+
+def test_a_bound_of_another_joint_is_refused():
+    with pytest.raises(shakedown.UsageError, match="expected one of a joint with 2 nodes, found 3"):
+        sensitivities(shakedown.example("two-node"), upper(shakedown.example("three-node")))
+
+
+@pytest.mark.parametrize("bound", [upper, energy])
+def test_units_do_not_matter(bound):
+    problem = shakedown.example("two-node")
+    force, length = 2.0**20, 2.0**-12
+    other = replace(
+        problem, A=problem.A * force / length, B=problem.B * force / length, q_w=problem.q_w * force,
+        p_w=problem.p_w * force, C=None if problem.C is None else problem.C * force / length,
+    )  # fmt: skip
+    here, there = sensitivities(problem, bound(problem)), sensitivities(other, bound(other))
+    for kind in KINDS:
+        assert getattr(there, kind).elasticity == pytest.approx(getattr(here, kind).elasticity, rel=1e-9)
