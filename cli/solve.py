@@ -25,6 +25,7 @@ from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.hint_words import hints_in_words
 from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
+from shakedown.report.words.sensitivity_words import sensitivities_in_words
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
@@ -193,6 +194,7 @@ def _text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     lines += ["", listing(_facts(found)), ""]
     lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
+    lines += [paragraph(sentence) for sentence in sensitivities_in_words(limits)]
     if isinstance(curve, Missing):
         lines += [paragraph(f"The guarantee curve is missing: {curve.reason}.")]
     elif curve is not None:

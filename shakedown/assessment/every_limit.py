@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.from_state import FromState, from_state
+from shakedown.assessment.sensitivity.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
@@ -133,6 +134,15 @@ class JointLimits(Result):
     def friction(self) -> FrictionThresholds:
         """The friction at which the motion stops being unique, and at which the joint wedges."""
         return friction_thresholds(self.problem, tolerances=self.tolerances)
+
+    @cached_property
+    def sensitivities(self) -> dict[str, Sensitivities | Missing]:
+        """By how much λ_max ("upper") and λ_E ("energy") move with friction and loads at every node."""
+        bounds: dict[str, UpperBound | EnergyBound] = {"upper": self.upper, "energy": self.energy}
+        return {
+            name: sought(sensitivities, self.problem, bound, tolerances=self.tolerances)
+            for name, bound in bounds.items()
+        }
 
     @cached_property
     def transient(self) -> "TransientLimit | Missing | None":

@@ -4,7 +4,7 @@ Every function takes ``ax``, the axes to draw on; without it a new figure is mad
 ``plot.save(axes, path)`` writes to a file. Labels carry the units of the problem where they are
 known. The report is drawn by the same functions.
 
-Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (nodes and loads),
+Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (nodes, loads, what limits it),
 ``loops`` (hysteresis, loading), ``contact_line`` (what happens along the contact), ``zone_map``
 (where and when it sticks, slips, opens), ``planes`` (slip space, reaction space), ``load_factors``
 (limits on one scale, guarantee, interaction, slip per cycle), ``regions`` (design diagrams),
@@ -15,7 +15,7 @@ Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (
 import shakedown.plot.backend  # noqa: F401  before matplotlib
 from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
-from shakedown.plot.joint import contact, loads_along, loads_in_time
+from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
 from shakedown.plot.load_factors import (
     guarantee,
     interaction,
@@ -50,6 +50,7 @@ __all__ = [
     "reactions_in_time",
     "regions",
     "save",
+    "sensitivity",
     "shakedown_share",
     "slip_along",
     "slip_over_load",

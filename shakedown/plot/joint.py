@@ -1,22 +1,28 @@
-"""The joint as it is given: where its nodes are, how they are loaded."""
+"""The joint as it is given: where its nodes are, how they are loaded, which of them limit it."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
+from shakedown.assessment.sensitivity.sensitivities import KINDS, Sensitivities
+from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
-from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, axes_for, flanks, positions
+from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, axes_for, flanks, node_name, positions
 
 MOST_ARROWS = 40
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
 PARALLEL = 1e-6  # largest difference of unit vectors that are taken as equal
+MOST_NODES = 4  # on which a bound depends, with three bars each
+LEAST = 0.02  # of the influence of the first: what would be no bar
+BAR = 0.26  # of the distance of two nodes
+NAMES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
 
 
 @checked
@@ -188,3 +194,52 @@ def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArra
     total = p @ normal + q @ tangent
     loaded = np.abs(normal).max(axis=0) + np.abs(tangent).max(axis=0) > PARALLEL
     return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
+
+
+@checked
+def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axes | None = None) -> Axes:
+    """By how many per cent a bound moves with one per cent more friction, constant load, load amplitude.
+
+    The nodes on which the bound depends most, four at most, the first on top. Where the optimum is
+    degenerate a hollow bar shows what one per cent less would do, with its sign turned.
+
+    Parameters
+    ----------
+    found
+        From ``sensitivities`` (``shakedown.assessment.sensitivity.sensitivities``).
+    problem
+        For the labels of its nodes.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If the bound has no derivatives.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown.assessment.sensitivity.sensitivities import sensitivities
+    >>> joint = shakedown.example("two-node")
+    >>> axes = sensitivity(sensitivities(joint, shakedown.upper_bound(joint)))
+    >>> axes.get_xlabel(), len(axes.patches)
+    ('change of λ_max for 1 % more [%]', 6)
+    """
+    nodes = found.ranked(at_least=LEAST)[:MOST_NODES]
+    if not nodes.size:
+        raise UsageError(f"found: expected a bound with derivatives, found none ({found.reason})")
+    axes, places = axes_for(ax, (6.0, 0.9 + 0.7 * len(nodes))), -np.arange(len(nodes))
+    for k, (kind, colour) in enumerate(zip(KINDS, (GREEN, BLUE, RED), strict=True)):
+        fallen, grown = getattr(found, kind).elasticity[nodes].T
+        at = places + (1 - k) * BAR
+        axes.barh(at, grown, 0.9 * BAR, color=colour, label=NAMES[kind])
+        if not found.smooth:
+            axes.barh(at, fallen, 0.9 * BAR, fill=False, ec=colour, lw=0.9)
+    axes.set_ylim(0.5 - max(len(nodes), 3), 0.5)
+    axes.axvline(0.0, color=GREY, lw=0.8)
+    axes.set_yticks(places, [node_name(int(node), problem).replace(" (", "\n(") for node in nodes])
+    axes.set_xlabel(f"change of {found.symbol} for 1 % more [%]")
+    axes.grid(axis="x", alpha=0.3)
+    axes.legend(fontsize="small")
+    return axes

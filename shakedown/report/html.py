@@ -42,13 +42,20 @@ from shakedown.report.page_tables import (
     runs_table,
     transient_is_proved,
 )
-from shakedown.report.verification_figures import guarantee_picture, run_pictures, scale_picture, slip_picture
+from shakedown.report.verification_figures import (
+    guarantee_picture,
+    run_pictures,
+    scale_picture,
+    sensitivity_picture,
+    slip_picture,
+)
 from shakedown.report.words.assessment_words import certain_in_words
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.hint_words import hints_in_words
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words
+from shakedown.report.words.sensitivity_words import sensitivities_in_words
 from shakedown.report.words.subset_words import critical_in_words
 from shakedown.verification.verify import Verification
 
@@ -157,6 +164,8 @@ def _context(v: Verification) -> dict[str, Any]:
         ],
         "guarantee": guarantee_picture(v),
         "slips": slip_picture(v),
+        "limited": sensitivities_in_words(v.limits),
+        "sensitivity": sensitivity_picture(v),
         "friction": friction_in_words(v.problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,

@@ -49,6 +49,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "box": limits.box,
             **limits.universal.document(),
             "friction": limits.friction,
+            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),
         }
     )

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from shakedown import plot
+from shakedown.ground.evidence import present
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
@@ -104,6 +105,31 @@ def guarantee_picture(v: Verification) -> Picture | None:
     )
     alt = "First collapse λ_1(R) against the radius R of the box of initial states"
     return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.limits.bounds)))
+
+
+def sensitivity_picture(v: Verification) -> Picture | None:
+    """What limits the joint: one panel for λ_max and one for λ_E, as far as they have derivatives."""
+    found = [present(each) for each in v.limits.sensitivities.values()]
+    panels = [
+        Drawing(
+            f"Change of {each.symbol} for 1 % more friction, constant load and load amplitude, node by node",
+            partial(plot.sensitivity, each, v.problem),
+            each.symbol,
+        )
+        for each in found
+        if each is not None and each.ranked().size
+    ]
+    if not panels:
+        return None
+    hollow = any(each is not None and not each.smooth for each in found)
+    caption = (
+        "By how many per cent λ_max and λ_E change with 1 % more friction, constant load or load amplitude "
+        "at one node, all else as it is: the nodes that count most. With 1 % more of all constant loads they "
+        "are 1 % larger (λ_E from slip zero), with 1 % more of all amplitudes 1 % smaller."
+        + " Hollow: what 1 % less does, with its sign turned, where that differs."
+        * hollow
+    )
+    return picture(caption, *panels, one_legend=True)
 
 
 def slip_picture(v: Verification) -> Picture | None:

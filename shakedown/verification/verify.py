@@ -114,6 +114,7 @@ class Verification(Result):
             "critical": {"total": subset_count(self.problem.n), **counted},
             "friction": limits.friction,
             "transient": self.transient,
+            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": self.curve,
             **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
             "runs": self.runs,

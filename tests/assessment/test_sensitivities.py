@@ -9,6 +9,7 @@ from joints import joint_of_kind
 import shakedown
 from shakedown.assessment.sensitivity.sensitivities import KINDS, sensitivities
 from shakedown.joint.loading import loading
+from shakedown.report.words.sensitivity_words import sensitivities_in_words
 
 STEP = 1e-3
 
@@ -199,3 +200,13 @@ def test_units_do_not_matter(bound):
     here, there = sensitivities(problem, bound(problem)), sensitivities(other, bound(other))
     for kind in KINDS:
         assert getattr(there, kind).elasticity == pytest.approx(getattr(here, kind).elasticity, rel=1e-9)
+
+
+def test_words_name_the_node_and_both_sides_of_a_kink():
+    joint = replace(shakedown.example("uncoupled"), label=["a", "b"])
+    said = sensitivities_in_words(shakedown.assess(joint).details)
+    worst = sensitivities(joint, upper(joint)).ranked()[0]
+    assert f"limited most at node {worst} (FE {'ab'[worst]})" in said[0]
+    assert "−1 % for 1 % more load amplitude" in said[0]
+    kinked = sensitivities_in_words(shakedown.assess(twice(shakedown.example("one-node"))).details)
+    assert "0 % for 1 % more constant load (−1 % for 1 % less)" in kinked[0]

@@ -193,3 +193,17 @@ def test_a_short_scale_has_names_alone():
     axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, short=True)
     assert [text.get_text() for text in axes.texts] == ["λ_E", "λ_max", "λ = 1"]
     assert axes.texts[2].get_weight() == "bold"
+
+
+def test_bars_are_the_elasticities_of_the_nodes_that_count():
+    limits = shakedown.assess(BLOCK).details
+    found = limits.sensitivities["upper"]
+    axes = plot.sensitivity(found, BLOCK)
+    nodes = [int(text.get_text().split()[1]) for text in axes.get_yticklabels()]
+    widths = np.array([bar.get_width() for bar in axes.patches]).reshape(3, -1)
+    assert 1 <= len(nodes) <= 4
+    for drawn, kind in zip(widths, ("friction", "constant", "amplitude"), strict=True):
+        assert drawn == pytest.approx(getattr(found, kind).elasticity[nodes, 1])
+    nothing = shakedown.example("one-node-separation")
+    with pytest.raises(UsageError, match="expected a bound with derivatives"):
+        plot.sensitivity(shakedown.assess(nothing).details.sensitivities["energy"])

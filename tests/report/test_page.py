@@ -29,7 +29,7 @@ from shakedown.report.verification_figures import _by_load_factor, _final_slip, 
 from shakedown.verification.verify import Verification
 from tests.altered import with_limits
 
-SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "friction", "conclusion"]
+SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "limited", "friction", "conclusion"]
 VOID = {"meta", "input", "link", "br", "img", "use", "path", "circle", "image", "rect"}
 FIRST = 1500  # characters of the page's text that a screen shows
 

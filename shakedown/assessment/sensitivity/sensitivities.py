@@ -86,6 +86,12 @@ class Sensitivities(Result):
         size = np.nanmax(np.abs(values), initial=0.0)
         return bool(np.all(np.abs(values[:, 1] - values[:, 0]) <= SMOOTH * size))
 
+    def ranked(self, at_least: float = SMOOTH) -> NDArray[np.intp]:
+        """The nodes that the load factor depends on, by a share of the most, those that count most first."""
+        sizes = np.nansum([np.abs(getattr(self, kind).elasticity).max(axis=1) for kind in KINDS], axis=0)
+        order = np.argsort(-sizes, kind="stable")
+        return order[sizes[order] > at_least * sizes.max(initial=0.0)]
+
     def to_dict(self) -> dict[str, Any]:
         """Every derivative as [as it falls, as it grows]."""
         about = {"status": self.status, "reason": self.reason, "load_factor": self.load_factor}

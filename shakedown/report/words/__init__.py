@@ -2,5 +2,5 @@
 
 Reading order: ``assessment_words`` (what is certain), ``bound_words`` (what the bounds mean), ``run_words``
 (a simulation), ``limit_words`` (coupling, guarantee curve, λ_T), ``friction_words``, ``subset_words``,
-``hint_words`` (the data).
+``sensitivity_words`` (which node limits), ``hint_words`` (the data).
 """
