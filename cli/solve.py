@@ -26,7 +26,7 @@ from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.hint_words import hints_in_words
 from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
 from shakedown.report.words.sensitivity_words import sensitivities_in_words
-from shakedown.report.zone_words import open_in_words, zone_in_words
+from shakedown.report.words.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option

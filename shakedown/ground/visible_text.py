@@ -6,6 +6,9 @@ from collections.abc import Callable
 LONGEST = 1000  # characters of one message
 LONGEST_NAME = 200  # characters of one name, unit or path inside a message
 
+# A symbol and what a page puts below its line: λ_E, p_w; not the name of a file, p_w.mtx.
+SUBSCRIPT = re.compile(r"(λ|(?<![\w.])[pq](?=_w))_(max|box|lo|w|[A-Z0-9])(?![\w=]|\.\w)")
+
 # What a terminal or a page obeys instead of showing it: C0, DEL and C1 controls, line and paragraph
 # separators, bidirectional controls, zero-width and tag characters, halves of characters, the end of BMP.
 _OBEYED = re.compile(

@@ -93,8 +93,24 @@ def loads_in_words(
     """
     if math.isnan(load_factor):
         return ""
-    ordered = sorted(problem.loads, key=lambda load: load.amplitude == 0)
-    return "; ".join(_load_in_words(load, load_factor, rounding) for load in ordered)
+    varying = varying_loads_in_words(problem, load_factor, rounding)
+    return "; ".join(filter(None, [varying, constant_loads_in_words(problem)]))
+
+
+def varying_loads_in_words(
+    problem: Problem, load_factor: float = 1.0, rounding: Literal["down", "up", "nearest"] = "nearest"
+) -> str:
+    """The loads that a load factor scales, as in :func:`loads_in_words`; empty where none is said to vary."""
+    if math.isnan(load_factor):
+        return ""
+    varying = [load for load in problem.loads if load.amplitude != 0]
+    return "; ".join(_load_in_words(load, load_factor, rounding) for load in varying)
+
+
+def constant_loads_in_words(problem: Problem) -> str:
+    """The loads that no load factor changes; empty where none is said to be constant."""
+    constant = [load for load in problem.loads if load.amplitude == 0]
+    return "; ".join(_load_in_words(load, 1.0, "nearest") for load in constant)
 
 
 def _load_in_words(load: Load, load_factor: float, rounding: str) -> str:

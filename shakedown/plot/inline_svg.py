@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import AutoLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
-from shakedown.ground.visible_text import visible
+from shakedown.ground.visible_text import SUBSCRIPT, visible
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINTS = 72  # of an inch: then a place on the figure is a place in the picture
@@ -36,6 +36,7 @@ LEGEND, LINE = 0.46, 0.17  # inches from the axes down to their legend; height o
 
 # What a page in the dark draws in another colour; the names are those of the page's style.
 COLOURS = {"#000000": "ink", "#ffffff": "paper", "#0072b2": "blue", "#777777": "grey", "#cccccc": "rule"}
+NAME = re.compile(SUBSCRIPT.pattern + "([^λ]*)")  # a symbol, its subscript, what follows it
 STYLE: Any = {
     "svg.fonttype": "none",
     "font.sans-serif": ["DejaVu Sans", "sans-serif"],
@@ -221,7 +222,7 @@ def inline(figure: Figure, alt: str) -> Markup:
             element.set(key, re.sub(r"(\.\d\d)\d+", r"\1", element.attrib[key]))
     body = "".join(ElementTree.tostring(child, encoding="unicode") for child in root)
     head = f'<svg role="img" aria-label="{Markup.escape(visible(alt))}" {_size(figure, height)}>'
-    return Markup(head + _themed(_plain(body)) + "</svg>")
+    return Markup(head + _themed(_lowered(_plain(body))) + "</svg>")
 
 
 def _size(figure: Figure, height: float) -> str:
@@ -287,6 +288,17 @@ def _plain(text: str) -> str:
     """Without the namespaces that an SVG inside a page does not need."""
     text = re.sub(r' xmlns:\w+="[^"]*"', "", text).replace("ns0:", "").replace("ns1:href", "href")
     return re.sub(r"\s*\n\s*", "\n", text)
+
+
+def _lowered(text: str) -> str:
+    """With subscripts in the texts of a picture, where these are written with an underscore: λ_E."""
+    return re.sub(r"(?<=>)[^<>]+(?=</text>)", lambda found: NAME.sub(_subscript, found[0]), text)
+
+
+def _subscript(name: re.Match[str]) -> str:
+    """A symbol with its subscript, and what follows back on its line."""
+    rest = f'<tspan dy="-.225em">{name[3]}</tspan>' if name[3] else ""
+    return f'{name[1]}<tspan dy=".3em" font-size="75%">{name[2]}</tspan>{rest}'
 
 
 def _themed(text: str) -> str:

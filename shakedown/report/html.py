@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.visible_text import shortened, visible
+from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.planar.enumeration.critical import subset_count
@@ -31,16 +31,17 @@ from shakedown.report.data_page import (
     source_rows,
     stiffness_rows,
 )
+from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
+    WORST,
     Table,
     bounds_table,
-    limits_on_page,
     nodes_table,
-    number,
+    printed_nodes,
     runs_table,
-    transient_is_proved,
+    worst_table,
 )
 from shakedown.report.verification_figures import (
     guarantee_picture,
@@ -49,6 +50,7 @@ from shakedown.report.verification_figures import (
     sensitivity_picture,
     slip_picture,
 )
+from shakedown.report.words.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.words.assessment_words import certain_in_words
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
@@ -125,39 +127,57 @@ def render(verification: Verification) -> str:
         trim_blocks=True,
         finalize=_shown,
     )
+    environment.filters |= {"as_written": _as_written, "attribute": _attribute}
     return environment.get_template("report.html.j2").render(_context(verification))
 
 
 def _shown(value: Any) -> Any:
-    """What the page shows of a value: texts without control characters, pictures as they are."""
-    return visible(value, keep="\n") if isinstance(value, str) and not isinstance(value, Markup) else value
+    """What the page shows of a value: texts with subscripts, no control characters; pictures as they are."""
+    if not isinstance(value, str) or isinstance(value, Markup):
+        return value
+    return Markup(SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(_as_written(value))))
+
+
+def _as_written(value: str) -> Markup:
+    """A text of the user's own, letter by letter."""
+    return escape(visible(value, keep="\n"))
+
+
+def _attribute(value: str) -> Markup:
+    """A text in which there can be no subscripts, as that of the style."""
+    return _as_written(SUBSCRIPT.sub(r"\1\2", value))
 
 
 def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
+    certain, *reservations = certain_in_words(v.limits)
     return {
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
+        "answer": answer_in_words(v),
+        "margin_of_answer": margin_of_answer(v),
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.limits.universal),
         "margin": margin_in_words(v),
-        "certain": certain_in_words(v.limits),
+        "reservations": [*reservations, *hints_in_words(problem)],
         "verdict": roads_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],
-        "tiles": _tiles(v),
+        "tiles": large_numbers(v),
+        "rest": rest_table(v),
         "scale": scale_picture(v),
         "problem_pictures": problem_pictures(problem),
         "stiffness": Table(
             ["checked", "found", "result"], stiffness_rows(problem, v.limits.lower.coupling_ratio), (0, 1, 2)
         ),
         "loading": Table(["loading", ""], loading_rows(problem), (0, 1)),
-        "loads": Table(node_load_head(problem), node_load_rows(problem), ()),
+        "loads": Table(node_load_head(problem), node_load_rows(problem), (), printed_nodes(v)),
         "sources": Table(["source", ""], source_rows(problem), (0, 1)),
         "configuration": configuration(problem),
-        "notes": [*hints_in_words(problem), *v.notes],
+        "notes": v.notes,
         "bounds": bounds_table(v),
         "meaning": [
+            certain,
             *bounds_in_words(v.limits),
             *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
@@ -173,6 +193,8 @@ def _context(v: Verification) -> dict[str, Any]:
         "state_pictures": state_pictures(v),
         "no_pictures": no_pictures(v),
         "nodes": nodes_table(v),
+        "worst": worst_table(v),
+        "nodes_note": _nodes_note(v),
         "critical": critical_in_words(v.critical, subset_count(problem.n), v.limits.bounds),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
@@ -203,18 +225,14 @@ RUNS_NOTE = (
 )
 
 
-def _tiles(v: Verification) -> list[tuple[str, str, str]]:
-    """The limits around λ = 1: name, value, what it is."""
-    opened = bool(v.limits.upper.open_nodes)
-    meaning = {
-        v.limits.from_state.symbol: "proved" + (", of the zone" if opened else " from this state"),
-        "λ_T": "from this state, simulated" + ", proved there" * transient_is_proved(v),
-        "λ_max": "safe state exists" + ", of the zone" * opened,
-        "λ_U": "proved from every state",
-        "λ_1": "first collapse",
-    }
-    shown = limits_on_page(v, 4)
-    return [(name, number(shown[name], 4), what) for name, what in meaning.items()]
+def _nodes_note(v: Verification) -> str:
+    """Which nodes the first table of nodes shows, and where all of them are."""
+    shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
+    return (
+        f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "
+        "largest p. All nodes with all digits are in the JSON beside this page (“nodes”), and as a table or "
+        "for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
+    )
 
 
 def _provenance(v: Verification) -> str:

@@ -10,6 +10,7 @@ from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain as plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
+from shakedown.long_term.nodes.node_results import node_results
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -62,8 +63,11 @@ def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound")
 
 
 def verification_document(verification: "Verification") -> dict[str, Any]:
-    """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it."""
-    return verification.to_dict()
+    """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it.
+
+    With what every node goes through at λ = 1.
+    """
+    return verification.to_dict() | {"nodes": node_results(verification.as_given).to_dict()}
 
 
 def simulation_document(run: "Simulation", problem: Problem | None = None) -> dict[str, Any]:

@@ -5,25 +5,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import units_of, work_unit
+from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.long_term.nodes.node_results import node_results
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.run_words import start_in_words
 from shakedown.verification.runs import Run
 from shakedown.verification.verify import Verification
 
+WORST = 10  # nodes that the page shows of many
+FEW_NODES = 24  # up to so many a table is printed whole
+
 
 @dataclass(frozen=True)
 class Table:
-    """A table: its head, its rows, and the columns that are words."""
+    """A table: head, rows, the columns that are words, and the rows that are printed where not all are."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     words: tuple[int, ...] = (0,)
+    printed: frozenset[int] | None = None
 
 
 def bounds_table(v: Verification) -> Table:
@@ -174,4 +180,53 @@ def nodes_table(v: Verification) -> Table:
                 *(number(v.limits.friction.single_node[j], 5), number(slips[j], 4), number(works[j], 4)),
             ]
         )
-    return Table(head, rows, words=(*range(1, 1 + len(labels)), 3 + len(labels)))
+    return Table(head, rows, (*range(1, 1 + len(labels)), 3 + len(labels)), printed_nodes(v))
+
+
+def printed_nodes(v: Verification) -> frozenset[int] | None:
+    """The nodes that tables show on paper where there are too many: the worst; None where all are shown."""
+    return None if v.problem.n <= FEW_NODES else frozenset(worst_nodes(v))
+
+
+def worst_nodes(v: Verification) -> list[int]:
+    """The nodes that slip most in the long run under the loading as given, then those pressed hardest."""
+    nodes = node_results(v.as_given)
+    slip = _slip_without_round_off(v, nodes.slip_range)
+    keys = (-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, slip))
+    return np.lexsort([*keys])[:WORST].tolist()
+
+
+def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
+    return np.array(without_round_off(slip, resolution(v.problem, 1.0)[0]))
+
+
+def worst_table(v: Verification) -> Table:
+    """What the worst nodes go through in the long run under the loading as given."""
+    problem, nodes = v.problem, node_results(v.as_given)
+    force, length = units_of(problem)
+    work = np.array(without_round_off(nodes.work, resolution(problem, 1.0)[1]))
+    columns = {
+        "slip range": (length, _slip_without_round_off(v, nodes.slip_range)),
+        "accumulated slip per cycle": (length, _slip_without_round_off(v, nodes.accumulated_slip)),
+        "friction work per cycle": (work_unit(force, length), work),
+        "smallest p": (force, nodes.p_min),
+        "largest p": (force, nodes.p_max),
+        "largest |q|": (force, nodes.q_max),
+    }
+    if not np.isnan(nodes.area).all():
+        stress, per_length = stress_unit(force, length), f"{force}/{length}" if force and length else ""
+        columns["largest pressure"] = stress, nodes.pressure_max
+        columns["largest shear"] = stress, nodes.shear_max
+        columns["τ δ (Ruiz)"] = per_length, nodes.tau_delta
+    labels = [] if problem.label is None else ["FE label"]
+    head = ["node", *labels, "status", *(with_unit(name, unit) for name, (unit, _) in columns.items())]
+    rows = [
+        [
+            str(j),
+            *([] if problem.label is None else [problem.label[j]]),
+            nodes.status[j],
+            *(number(values[j]) for _, values in columns.values()),
+        ]
+        for j in worst_nodes(v)
+    ]
+    return Table(head, rows, words=tuple(range(1, 2 + len(labels))))

@@ -31,7 +31,7 @@ ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they 
 }
 
 
-def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
+def numbers_in_words(found: Assessment, digits: int = 7) -> list[tuple[str, str, str]]:
     """(name, value, remark) of the three numbers of a joint; each rounded so that it stays true.
 
     Examples
@@ -46,9 +46,13 @@ def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     limits = found.details
     over = ", transient over" * limits.universal.after_transient
     return [
-        ("proved from every state", _number(found.proved_from_every_state, down), f"all nodes closed{over}"),
-        ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
-        ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
+        (
+            "proved from every state",
+            _number(found.proved_from_every_state, down, digits),
+            f"all nodes closed{over}",
+        ),
+        ("proved from this state", _number(found.proved_from_this_state, down, digits), _this_state(limits)),
+        ("impossible above", _number(found.impossible_above, up, digits), _where_impossible(limits)),
     ]
 
 
@@ -71,13 +75,25 @@ def _open(limits: JointLimits) -> str:
     return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
 
 
-def _number(value: float, rounded: Callable[[float], str]) -> str:
+def _number(value: float, rounded: Callable[[float, int], str], digits: int) -> str:
     """A load factor as one of the three numbers: what there is none of, and what has no end, in words."""
     if np.isnan(value):
         return "open"
     if np.isinf(value):
         return "any λ" if rounded is down else "none"
-    return f"λ = {rounded(value)}" if value > 0 or rounded is up else "none"
+    return f"λ = {beside_one(value, rounded, digits)}" if value > 0 or rounded is up else "none"
+
+
+def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = 3) -> str:
+    """A load factor in few digits, and in more where it would else not be seen on which side of 1 it is.
+
+    Examples
+    --------
+    >>> beside_one(1.2734, down), beside_one(1.0004, down), beside_one(0.99996, up)
+    ('1.27', '1.0004', '0.99996')
+    """
+    texts = [rounded(value, more) for more in range(digits, 17)]
+    return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
 
 
 def said_as_given_in_words(found: Assessment) -> str:

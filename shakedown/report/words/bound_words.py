@@ -13,7 +13,7 @@ from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading
 from shakedown.report.node_words import node_in_words
 from shakedown.report.words.assessment_words import admissible_in_words, proved_up_to
-from shakedown.report.zone_words import zone_in_words
+from shakedown.report.words.zone_words import zone_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits

@@ -1,0 +1,119 @@
+"""What the first page shows below its sentence, in three digits: three large numbers and one table."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import down, up
+from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.long_term.nodes.node_results import node_results
+from shakedown.long_term.nodes.node_table import STATUSES
+from shakedown.report.node_words import node_in_words, resolution, without_round_off
+from shakedown.report.page_tables import Table, transient_is_proved
+from shakedown.report.words.answer_words import at_load_factor, loads_at
+from shakedown.report.words.assessment_words import numbers_in_words
+from shakedown.verification.verify import Verification
+
+HOW = {
+    "stick": "stick",
+    "slip": "slip",
+    "open": "open",
+    "mixed": "open for some time",
+    "undecided": "not known",
+}
+
+
+class LargeNumber(NamedTuple):
+    """One of the three numbers: its name, it in the user's loads or as a load factor, what it is about."""
+
+    name: str
+    value: str
+    remark: str
+
+
+def large_numbers(v: Verification) -> list[LargeNumber]:
+    """Proved from this state, proved from every state, impossible above: in the user's loads where said."""
+    found = v.assessment
+    every, here, above = numbers_in_words(found, 3)
+    sizes = (
+        (here, found.proved_from_this_state, down),
+        (every, found.proved_from_every_state, down),
+        (above, found.impossible_above, up),
+    )
+    shown = []
+    for (name, factor, remark), value, rounded in sizes:
+        loads = loads_at(v.problem, value, rounded) if np.isfinite(value) and value > 0 else ""
+        text, more = (loads, f"{factor}, {remark}") if loads else (factor, remark)
+        shown.append(LargeNumber(name, text, more))
+    return shown
+
+
+def rest_table(v: Verification) -> Table:
+    """The largest of what nodes go through at λ = 1, rounded up, and the other limits, rounded down."""
+    return Table(["", "value", "where, and what it is"], [*_node_rows(v), *_limit_rows(v)], words=(0, 2))
+
+
+def _node_rows(v: Verification) -> list[list[str]]:
+    """The worst of the results per node for the loading as given, and the node at which it is."""
+    nodes = node_results(v.as_given)
+    if not nodes.period:
+        return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
+    force, length = units_of(v.problem)
+    work = work_unit(force, length)
+    no_slip, no_work = resolution(v.problem, 1.0)
+    slip, path = (_clean(part, no_slip) for part in (nodes.slip_range, nodes.accumulated_slip))
+    taken = _clean(nodes.work, no_work)
+    rows = [
+        _largest(v, "largest slip range", slip, length, "farthest apart in contact"),
+        _largest(v, "largest slip per cycle", path, length, "accumulated, Σ|Δv|"),
+        _largest(v, "largest friction work per cycle", taken, work, "at one node"),
+        ["friction work per cycle, all nodes", _sized(up(float(taken.sum()), 3), work), ""],
+    ]
+    if np.isnan(nodes.area).all():
+        rows.insert(2, _largest(v, "largest normal force", nodes.p_max, force, "p"))
+    else:
+        stress = stress_unit(force, length)
+        rows.insert(2, _largest(v, "largest pressure", nodes.pressure_max, stress, "p over the node's area"))
+    counts = [(nodes.status.count(status), HOW[status]) for status in STATUSES]
+    rows.append(["nodes", str(v.problem.n), ", ".join(f"{many} {how}" for many, how in counts if many)])
+    return rows
+
+
+def _clean(values: FloatArray, none: float) -> FloatArray:
+    return np.array(without_round_off(values, none))
+
+
+def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: str) -> list[str]:
+    """A row of the largest of values per node, rounded up, and where it is."""
+    if np.isnan(values).all():
+        return [name, "–", what]
+    most = int(np.nanargmax(values))
+    if not values[most] > 0:
+        return [name, _sized("0", unit), "at no node"]
+    return [name, _sized(up(values[most], 3), unit), f"{node_in_words(v.problem, most)}: {what}"]
+
+
+def _sized(number: str, unit: str) -> str:
+    return f"{number} {unit}".rstrip()
+
+
+def _limit_rows(v: Verification) -> list[Sequence[str]]:
+    """Limits that are no guarantee: λ_T and λ_1, and up to where slips stay small."""
+    rows, problem = list[Sequence[str]](), v.problem
+    limit = v.transient
+    if limit is not None and np.isfinite(limit.load_factor):
+        proved = ", proved there" * transient_is_proved(v)
+        what = f"λ_T: it shakes down from this state up to there, simulated{proved}"
+        rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down), what])
+    collapse = v.limits.lower
+    if np.isfinite(collapse.load_factor):
+        where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
+        what = f"λ_1: below it no node can cycle alone{where}"
+        rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
+    small = v.slip_limit
+    if small is not None and np.isfinite(small.load_factor):
+        what = f"every slip range stays below {_sized(f'{small.below:.4g}', units_of(problem)[1])}, simulated"
+        rows.append(["small slips", at_load_factor(problem, small.load_factor, down), what])
+    return rows

@@ -1,0 +1,146 @@
+"""The answer of a verification in one sentence, in the user's loads, and its margin: three digits each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from decimal import Decimal
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from shakedown.ground.shown_values import down, up
+from shakedown.ground.status import Outcome
+from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
+from shakedown.long_term.nodes.node_results import node_results
+from shakedown.report.node_words import node_in_words, open_in_words
+from shakedown.report.words.assessment_words import admissible_in_words, beside_one, proved_up_to
+from shakedown.report.words.run_words import sliding_in_words
+
+if TYPE_CHECKING:
+    from shakedown.joint.problem import Problem
+    from shakedown.verification.verify import Verification
+
+
+def answer_in_words(v: Verification) -> str:
+    """What becomes of the joint under the loading as given, and up to which loads it shakes down.
+
+    Examples
+    --------
+    >>> import dataclasses, shakedown
+    >>> joint = dataclasses.replace(
+    ...     shakedown.example("two-node"), load_names=["bolt preload", "axial load"],
+    ...     load_mean=[12, 20], load_amplitude=[0, 20], load_units=["kN", "kN"],
+    ... )
+    >>> print(answer_in_words(shakedown.verify(joint, load_factors=[1.0], random_states=0)))
+    Axial load 20 ± 20 kN given: the joint slips in every cycle, by up to 1.52 at node 1, simulated;
+    reduced to 20 ± 14.6 kN (λ = 0.731) it shakes down, proved; bolt preload 12 kN, unchanged.
+    """
+    loads = varying_loads_in_words(v.problem)
+    given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The loading as given (λ = 1)"
+    constant = constant_loads_in_words(v.problem) if loads else ""
+    return f"{given}: {'; '.join(filter(None, [_what(v), constant]))}."
+
+
+def _what(v: Verification) -> str:
+    """What the joint does, and how far that is proved."""
+    run, limit = v.as_given.simulation, proved_limit(v)
+    path = ", with the corners of the load domain in their order" * v.problem.is_domain
+    if run.slides_away:
+        return f"the joint does not hold: {sliding_in_words(run)}"
+    if run.outcome == Outcome.UNDECIDED:
+        return f"it is undecided what the joint does: {run.reason}"
+    if run.outcome == Outcome.SHAKEDOWN:
+        with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
+        if limit.load_factor > 1:
+            least = 0.0 if limit.state else v.limits.from_state.least_load_factor
+            begins = f" from λ = {up(least, 3)} on" if least > 0 else ""
+            until = up_to(v.problem, limit.load_factor)
+            return f"the joint shakes down{with_open}{begins} {until}, proved{limit.state}"
+        how = "proved" if run.proved else f"simulated{path}, not proved"
+        return f"the joint shakes down{with_open}, {how}"
+    reduced = ""
+    if 0 < limit.load_factor < 1:
+        less = at_load_factor(v.problem, limit.load_factor, down)
+        reduced = f"; reduced to {less} it shakes down, proved{limit.state}"
+    return f"{_does(v)}, simulated{path}{reduced}"
+
+
+def _does(v: Verification) -> str:
+    """What a joint does that does not come to rest."""
+    run = v.as_given.simulation
+    if run.outcome == Outcome.SEPARATION:
+        return f"the joint is in separation: {run.reason}"
+    verb = "slips on and on" if run.outcome == Outcome.RATCHETTING else "slips"
+    nodes = node_results(v.as_given)
+    most = int(nodes.slip_range.argmax())
+    size = f"{up(nodes.slip_range[most], 3)} {units_of(v.problem)[1]}".rstrip()
+    return f"the joint {verb} in every cycle, by up to {size} at {node_in_words(v.problem, most)}"
+
+
+class ProvedLimit(NamedTuple):
+    """Up to where shakedown is proved, and of which states besides the one asked about."""
+
+    load_factor: float
+    state: str
+
+
+def proved_limit(v: Verification) -> ProvedLimit:
+    """Up to where shakedown is proved from this state; 0 where it is not, or not at λ ≤ 1, or of a zone."""
+    limits = v.limits
+    here = limits.from_state.load_factor
+    if limits.energy.open_nodes or limits.from_state.least_load_factor > 1 or np.isnan(here):
+        here = 0.0
+    here, every = max(here, v.assessment.proved_from_this_state), proved_up_to(limits.universal)
+    if np.isnan(here) or limits.open_nodes:
+        here = 0.0
+    if every > here:
+        return ProvedLimit(every, f" from every state, {admissible_in_words(limits.universal)}")
+    return ProvedLimit(here, "")
+
+
+def up_to(problem: Problem, load_factor: float) -> str:
+    """Up to which loads something holds, rounded down."""
+    if np.isinf(load_factor):
+        return "at every load factor"
+    return f"up to {at_load_factor(problem, load_factor, down)}"
+
+
+def at_load_factor(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """A load factor in the user's loads, in three digits; by itself where the problem does not say them."""
+    factor, loads = f"λ = {beside_one(load_factor, rounded)}", loads_at(problem, load_factor, rounded)
+    return f"{loads} ({factor})" if loads else factor
+
+
+def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """The varying loads at a load factor; without its name where there is one only."""
+    loads = varying_loads_in_words(problem, load_factor, "down" if rounded is down else "up")
+    varying = [load for load in problem.loads if load.amplitude != 0]
+    return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
+
+
+def margin_of_answer(v: Verification) -> str:
+    """By how much the amplitude may grow, or how much less is enough; empty where no limit is known.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
+    Margin on the amplitude: 369 % proved, 370 % simulated.
+    """
+    limit, known = proved_limit(v), []
+    if limit.load_factor > 0:
+        known.append((limit.load_factor, f"proved{limit.state}"))
+    if v.transient is not None and v.transient.monotone and v.transient.load_factor > 0:
+        known.append((v.transient.load_factor, "simulated"))
+    if v.as_given.simulation.outcome == Outcome.SHAKEDOWN:
+        parts = [f"{_percent(value, down)} {how}" for value, how in known if value > 1]
+        return f"Margin on the amplitude: {', '.join(parts)}." if parts else ""
+    parts = [f"{_percent(value, up)}, {how}" for value, how in known if 0 < value < 1]
+    return f"No margin: enough is an amplitude smaller by {'; by '.join(parts)}." if parts else ""
+
+
+def _percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """How far a load factor is from 1."""
+    if np.isinf(load_factor):
+        return "any,"
+    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), 3)} %"
