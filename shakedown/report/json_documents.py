@@ -10,7 +10,6 @@ from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain as plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
-from shakedown.long_term.nodes.node_results import node_results
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -67,6 +66,8 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
 
     With what every node goes through at λ = 1.
     """
+    from shakedown.long_term.nodes.node_results import node_results  # loads compiled code
+
     return verification.to_dict() | {"nodes": node_results(verification.as_given).to_dict()}
 
 
