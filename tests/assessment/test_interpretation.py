@@ -1,0 +1,55 @@
+"""What docs/interpretation.md shows is run; what it proves of ranges of friction and load is tried."""
+
+import doctest
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import run
+from joints import joint_of_kind
+
+import shakedown
+from shakedown.joint.loading import loading
+
+PAGE = Path(__file__).parents[2] / "docs" / "interpretation.md"
+
+
+def test_the_examples_give_what_they_show():
+    result = doctest.testfile(str(PAGE), module_relative=False)
+    assert result.attempted > 10
+    assert result.failed == 0
+
+
+def test_the_check_of_the_pipeline_exits_as_it_says(tmp_path):
+    asked = ("solve", "block-9", "--quiet", "--require")
+    assert run(*asked, "proved-from-state=1.0", cwd=tmp_path)[0] == 0
+    code, _, err = run(*asked, "proved-from-state=1e6", cwd=tmp_path)
+    assert code == 1
+    assert len(err.splitlines()) == 1
+
+
+def loaded(problem, factors):
+    """Of each node the constant and the periodic load by factors, (2, n)."""
+    loop, (mean, part) = loading(problem), factors
+    q0, p0 = mean * loop.q0, mean * loop.p0
+    return replace(problem, q_mean=q0, p_mean=p0, q_w=q0 + part * loop.q1, p_w=p0 + part * loop.p1)
+
+
+@pytest.mark.parametrize("bound", [shakedown.upper_bound, shakedown.energy_bound])
+def test_corners_of_the_loads_at_the_lower_friction_are_the_worst_case(bound):
+    rng, tried = np.random.default_rng(4), 0
+    for _ in range(40):
+        problem = replace(joint_of_kind(rng, "loose"), q_transient=None, p_transient=None)
+        if problem.n > 2 or np.any(1.3 * problem.f * np.abs(np.diag(problem.B)) > np.diag(problem.A)):
+            continue
+        corners = np.stack(np.meshgrid(*[[0.8, 1.2]] * (2 * problem.n)), axis=-1).reshape(-1, 2, problem.n)
+        found = [bound(loaded(problem, corner), certify=False) for corner in corners]
+        if any(each.status != "optimal" or each.least_load_factor > 0 for each in found):
+            continue
+        least, tried = min(each.load_factor for each in found), tried + 1
+        for _ in range(6):
+            inside = loaded(problem, rng.uniform(0.8, 1.2, (2, problem.n)))
+            rougher = replace(inside, f=problem.f * rng.uniform(1.0, 1.3, problem.n))
+            assert bound(rougher, certify=False).load_factor >= least * (1 - 1e-9)
+    assert tried > 3
