@@ -324,6 +324,7 @@ def test_open_nodes_are_condensed():
 ANSWERS = {
     "constraints", "loading", "reactions", "scales", "save_problem", "units_of", "random_paths", "with_parameter",
     "loads_in_words", "slip_over_load", "slip_per_cycle",  # of runs of any joint: the problem has the units only
+    "sensitivity",  # and the labels only
 }  # fmt: skip
 OTHERS = {  # what else a function needs to be called
     "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),
