@@ -1,19 +1,21 @@
-"""Run studies: ``python -m benchmarks [--short] [--fresh] [STUDY ...]``; or compare, ``same_results``."""
+"""Run studies, ``python -m benchmarks [STUDY ...]``, or compare: ``same_results``, ``before_and_after``."""
 
 import argparse
 import sys
 
-from benchmarks import STUDIES, same_results
+from benchmarks import STUDIES, before_and_after, same_results
 from benchmarks.runner import run_study
 
 
 def main() -> int:
-    if sys.argv[1:2] == ["same_results"]:
-        return same_results.main(sys.argv[2:])
+    comparisons = {"same_results": same_results.main, "before_and_after": before_and_after.main}
+    if sys.argv[1:2] and sys.argv[1] in comparisons:
+        return comparisons[sys.argv[1]](sys.argv[2:])
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description="Speed against error.",
-        epilog="same_results --reference PYTHON [...] compares all results with those of another checkout.",
+        epilog="same_results --reference PYTHON [...] compares all results with those of another checkout, "
+        "before_and_after --reference PYTHON [...] the times.",
     )
     parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"one or more of {', '.join(STUDIES)}")
     parser.add_argument("--short", action="store_true", help="the short form: all studies in two minutes")

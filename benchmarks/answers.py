@@ -28,8 +28,8 @@ Answer = dict[str, Any]
 class Checkout:
     """One process of a checkout's own interpreter in a folder of its own, started again where it ends."""
 
-    def __init__(self, python: str, files: dict[str, bytes], limit: float) -> None:
-        self.python, self.files, self.limit = python, files, limit
+    def __init__(self, python: str, files: dict[str, bytes], limit: float, worker: Path = WORKER) -> None:
+        self.python, self.files, self.limit, self.worker = python, files, limit, worker
         self._start()
 
     def _start(self) -> None:
@@ -38,7 +38,7 @@ class Checkout:
             (Path(self._folder.name) / name).write_bytes(content)
         told = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         self._process = subprocess.Popen(
-            [self.python, "-P", str(WORKER)],
+            [self.python, "-P", str(self.worker)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=self._folder.name,
@@ -51,10 +51,13 @@ class Checkout:
 
     def answer(self, run: Run) -> Answer:
         """What the command says and writes; a process that dies or thinks too long says that instead."""
+        return self.ask({"words": run.words})
+
+    def ask(self, question: dict[str, Any]) -> Answer:
+        """What the worker answers."""
         if self._process.poll() is not None:
             self._start()
-        question = json.dumps({"words": run.words})
-        self._process.stdin.write(question.encode() + b"\n")
+        self._process.stdin.write(json.dumps(question).encode() + b"\n")
         self._process.stdin.flush()
         return self._line()
 
