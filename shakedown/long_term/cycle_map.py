@@ -6,9 +6,9 @@ import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.cycle_record import CycleRecord, State
+from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import OPEN, STICK
+from shakedown.motion.kernels.contact_status import STICK
 
 UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1
 
@@ -19,40 +19,14 @@ class CycleMap:
 
     Attributes
     ----------
-    start, end
-        State before and after the period.
     records
         What its cycles did.
-    stuck : (t,)
-        Nodes whose slips v parametrize the state.
-    basis : (2n, t)
-        ∂(v, w)/∂v_stuck at the start.
     jacobian : (t, t)
         J, the derivative of the slips of these nodes over the period.
-    increment : (t,)
-        d, what they gained over the period [length].
     """
 
-    start: State
-    end: State
     records: tuple[CycleRecord, ...]
-    stuck: np.ndarray
-    basis: FloatArray
     jacobian: FloatArray
-    increment: FloatArray
-
-    @property
-    def signatures(self) -> tuple[int, ...]:
-        """The sequences of contact states of its cycles."""
-        return tuple(record.signature for record in self.records)
-
-    def displaced(self, change: FloatArray) -> State:
-        """The start state with the slips of the stuck nodes changed and the others in equilibrium."""
-        u = self.start.u + self.basis @ change
-        n = len(self.start.contact)
-        closed = np.concatenate([np.zeros(n, dtype=bool), self.start.contact != OPEN])
-        u[closed] = 0.0
-        return State(u, self.start.contact)
 
 
 @dataclass(frozen=True)
@@ -77,19 +51,16 @@ class Limit:
     contraction: float
 
 
-def follow_period(evolution: Evolution, period: int, *, record: bool = False) -> CycleMap | None:
+def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
     """Carry an evolution through a period, with the derivative of its cycle map; None where it stops."""
-    start = evolution.state
-    stuck = np.flatnonzero(start.contact == STICK)
-    basis = tangent_basis(evolution, stuck)
-    tangent, records = basis.copy(), []
+    stuck = np.flatnonzero(evolution.state.contact == STICK)
+    tangent, records = tangent_basis(evolution, stuck), []
     for _ in range(period):
-        cycle = evolution.cycle(record=record, tangent=tangent)
+        cycle = evolution.cycle(tangent=tangent)
         if cycle is None:
             return None
         records.append(cycle)
-    end = evolution.state
-    return CycleMap(start, end, tuple(records), stuck, basis, tangent[stuck], end.u[stuck] - start.u[stuck])
+    return CycleMap(tuple(records), tangent[stuck])
 
 
 def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -11,17 +11,15 @@ from numpy.typing import ArrayLike
 
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, require_plane
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.long_term.find_state import settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
-from shakedown.long_term.state import LongTermState, SteppedState
+from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
@@ -32,12 +30,11 @@ from shakedown.motion.viscous_jump import Jump
 METHODS = ("event", "gauss-seidel")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Simulation(Result):
-    """Result of :func:`simulate`: what the joint settles into, and the way there.
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Simulation(SettledState):
+    """Result of :func:`simulate`: what the joint settles into (:class:`SettledState`), and the way there.
 
-    What is said of the settled state can be asked of the simulation too:
-    ``run.outcome`` is ``run.settled.outcome``.
+    What every settled state says the simulation says too: ``run.outcome`` is ``run.settled.outcome``.
 
     Attributes
     ----------
@@ -56,7 +53,6 @@ class Simulation(Result):
         "dissipation_per_cycle friction_dissipation_per_cycle jump_dissipation_per_cycle jumps_per_cycle "
         "open_nodes proved energy_margin cycles_simulated method events residual jumps slides_away"
     )
-    TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
     settled: LongTermState | SteppedState
     method: str
@@ -69,9 +65,8 @@ class Simulation(Result):
         return super().to_dict() | more
 
     def _shown(self) -> Iterator[tuple[str, str]]:
-        for word in ("load_factor", "outcome"):
+        for word in ("load_factor", "outcome", "settled", "method", "slip_criterion"):
             yield word, short(getattr(self, word))
-        yield from super()._shown()
 
     @property
     def long_term(self) -> LongTermState | None:
@@ -110,89 +105,9 @@ class Simulation(Result):
         return self.long_term is not None and self.long_term.proved
 
     @property
-    def slides_away(self) -> bool:
-        """Whether it is undecided because the body slides away for good: friction does not hold it."""
-        return self.settled.slides_away
-
-    @property
     def energy_margin(self) -> float:
         """How far the final state may be disturbed (:class:`LongTermState`) [√(force × length)]."""
         return np.nan if self.long_term is None else self.long_term.energy_margin
-
-    @property
-    def problem(self) -> Problem:
-        """The joint."""
-        return self.settled.problem
-
-    @property
-    def load_factor(self) -> float:
-        """Load factor λ of the simulated loop."""
-        return self.settled.load_factor
-
-    @property
-    def initial_slip(self) -> FloatArray:
-        """Slip at the start, (n,) [length]."""
-        return self.settled.initial_slip
-
-    @property
-    def outcome(self) -> Outcome:
-        """Long-term state."""
-        return self.settled.outcome
-
-    @property
-    def reason(self) -> str:
-        """What the outcome rests on, in words."""
-        return self.settled.reason
-
-    @property
-    def period(self) -> int:
-        """Cycles after which the state repeats; 0 where undecided."""
-        return self.settled.period
-
-    @property
-    def final_slip(self) -> FloatArray:
-        """Slip at the end of a cycle of the long-term state, (n,) [length]."""
-        return self.settled.final_slip
-
-    @property
-    def drift(self) -> FloatArray:
-        """Growth of the slip per period, (n,) [length]; NaN where undecided."""
-        return self.settled.drift
-
-    @property
-    def slip_per_cycle(self) -> FloatArray:
-        """Σ|Δv| in contact over one period of the long-term state, (n,) [length]."""
-        return self.settled.slip_per_cycle
-
-    @property
-    def dissipation_per_cycle(self) -> float:
-        """What friction and jumps take per cycle [force × length]."""
-        return self.settled.dissipation_per_cycle
-
-    @property
-    def friction_dissipation_per_cycle(self) -> float:
-        """What friction takes per cycle [force × length]."""
-        return self.settled.friction_dissipation_per_cycle
-
-    @property
-    def jump_dissipation_per_cycle(self) -> float:
-        """What the damping takes in jumps, per cycle [force × length]."""
-        return self.settled.jump_dissipation_per_cycle
-
-    @property
-    def jumps_per_cycle(self) -> float:
-        """Jumps per cycle of the long-term state."""
-        return self.settled.jumps_per_cycle
-
-    @property
-    def open_nodes(self) -> tuple[int, ...]:
-        """Nodes that stay open through the whole period."""
-        return self.settled.open_nodes
-
-    @property
-    def cycles_simulated(self) -> int:
-        """Cycles followed in all."""
-        return self.settled.cycles_simulated
 
     @property
     def residual(self) -> float:
@@ -269,11 +184,18 @@ def simulate(
     return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
 
 
+def _simulation(
+    settled: LongTermState | SteppedState, method: str, followed: Walk | None = None
+) -> Simulation:
+    said = {each.name: getattr(settled, each.name) for each in fields(SettledState)}
+    return Simulation(**said, settled=settled, method=method, followed=followed)
+
+
 def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
     if not record:
-        return Simulation(settled, "event")
+        return _simulation(settled, "event")
     path = way_there(settled, record=True)
-    return Simulation(_judged(settled, path), "event", path)
+    return _simulation(_judged(settled, path), "event", path)
 
 
 def way_there(settled: LongTermState, *, record: bool) -> Walk:
@@ -324,7 +246,7 @@ def _at_fixed_steps(motion: FixedSteps, most: int, record: bool) -> Simulation:
         reason = motion.stop.reason if motion.stop else f"no steady state within {most} cycles"
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
     path = Walk(start, tuple(records), motion.history if record else None)
-    return Simulation(_stepped_state(motion, verdict, path), "gauss-seidel", path)
+    return _simulation(_stepped_state(motion, verdict, path), "gauss-seidel", path)
 
 
 def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:

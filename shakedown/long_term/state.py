@@ -150,7 +150,6 @@ class LongTermState(SettledState):
         "open_nodes cycles_simulated residual slides_away dissipations opened events contraction "
         "return_error proved energy_margin"
     )
-    TABLE: ClassVar[str] = "initial_slip final_slip drift slip_per_cycle"
 
     dissipations: FloatArray
     opened: NDArray[np.bool_]
