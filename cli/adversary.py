@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import up
 from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
@@ -19,6 +18,7 @@ from shakedown.report.words.hint_words import simulated_path_in_words
 from .claims import OutputFile
 from .options import json_option, problem_argument, quiet_option
 from .output import (
+    bound,
     echo_json,
     headline,
     length_unit,
@@ -83,31 +83,20 @@ def adversary(
 
 
 def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
-    lines = [headline(problem), "", *(paragraph(sentence) for sentence in cycle_in_words(found, problem)), ""]
-    lines[-1:] = [*(paragraph(text) for text in simulated_path_in_words(problem)), ""]
+    said = [*cycle_in_words(found, problem), *simulated_path_in_words(problem)]
     if problem.q_transient is not None:
-        lines[-1:] = [
-            paragraph("The transient load steps of the file were left out: a cycle knows of none."),
-            "",
-        ]
+        said += ["The transient load steps of the file were left out: a cycle knows of none."]
+    lines = [headline(problem), "", *map(paragraph, said), ""]
     limits = found.limits
     lower, upper, universal = limits.lower, limits.upper, limits.universal
     facts = [
-        (
-            "from every state λ_U",
-            _defined(universal.load_factor, down),
-            universal.argument,
-        ),
-        ("first collapse λ_1", _defined(lower.load_factor, down), f"guarantee: {lower.guarantee}"),
+        ("from every state λ_U", bound(universal.load_factor), universal.argument),
+        ("first collapse λ_1", bound(lower.load_factor), f"guarantee: {lower.guarantee}"),
         ("smallest cycle λ_cycle", up(found.load_factor, 10), _period(found)),
         ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),
-        ("upper bound λ_max", _defined(upper.load_factor, up), str(upper.status)),
+        ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
         ("dissipation per cycle", number(found.dissipation_per_cycle), work_unit(problem)),
-        (
-            "least that counts",
-            number(found.least_dissipation, 2),
-            "less is round-off: no cycle",
-        ),
+        ("least that counts", number(found.least_dissipation, 2), "less is round-off: no cycle"),
         ("simulations", str(found.tries), f"up to λ = {found.tried_up_to:.7g}, seed {found.seed}"),
     ]
     lines += [listing(facts)]
@@ -117,11 +106,6 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
         shown = {with_unit(name, length): [number(x) for x in slips] for name, slips in columns.items()}
         lines += ["", node_table(problem, shown)]
     return "\n".join(lines)
-
-
-def _defined(value: float, rounded: Callable[[float, int], str]) -> str:
-    """A limit rounded to its safe side; a dash, which leaves out its line, where there is none."""
-    return "-" if value != value else rounded(value, 10)
 
 
 def _separation(found: shakedown.SmallestCycle) -> str:

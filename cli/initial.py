@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Literal
 
 import click
 import numpy as np
@@ -20,6 +21,16 @@ LONGEST_INDEX = 18  # digits of a state number
 def zone_nodes(problem: Problem) -> tuple[int, ...]:
     """The nodes that are open in the zone with the largest λ_max."""
     return shakedown.upper_bound(problem, open_nodes="auto", certify=False).open_nodes
+
+
+def start_of(
+    problem: Problem, load_factor: float, initial: str | None, open_nodes: tuple[int, ...] | Literal["auto"]
+) -> tuple[str, tuple[int, ...], FloatArray]:
+    """The initial state of a run: the word for it, the nodes that are open, and the slip, (n,)."""
+    default = "zero" if problem.initial_slip is None else "given"
+    word = default if initial is None else initial
+    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
+    return word, opened, initial_state(problem, load_factor, word, opened)
 
 
 def initial_state(

@@ -16,8 +16,16 @@ from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.node_words import resolution, without_round_off
 
 from .claims import NODE_FILES, OutputFile
-from .initial import initial_state, zone_nodes
-from .options import OpenNodes, cycles_option, json_option, problem_argument, quiet_option
+from .initial import start_of
+from .options import (
+    cycles_option,
+    json_option,
+    load_factor_option,
+    open_at_start_option,
+    problem_argument,
+    quiet_option,
+    start_option,
+)
 from .output import echo_json, headline, number, paragraph, say, table, work_unit
 
 if TYPE_CHECKING:  # it loads what computes
@@ -33,21 +41,9 @@ LONGEST_LABEL, WIDTH = 11, 80
     "2 bad usage or bad input.",
 )
 @problem_argument
-@click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
-@click.option(
-    "--initial",
-    metavar="STATE",
-    help="zero, safe, witness, given, given:K (state K of the file) or PATH.npy. "
-    "Default: given where the file has initial_slip, else zero.",
-)
-@click.option(
-    "--open",
-    "open_nodes",
-    type=OpenNodes(),
-    default="none",
-    show_default=True,
-    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
-)
+@load_factor_option
+@start_option
+@open_at_start_option
 @cycles_option
 @click.option(
     "--wear-coefficient",
@@ -81,10 +77,7 @@ def nodes(
     Slip range (max − min), slip per cycle, largest and smallest reactions, friction work per
     cycle, τ δ of Ruiz (largest shear traction × slip range), wear depth per cycle.
     """
-    if initial is None:
-        initial = "zero" if problem.initial_slip is None else "given"
-    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
-    start = initial_state(problem, load_factor, initial, opened)
+    word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     run = shakedown.simulate(problem, load_factor, start, open_nodes=opened, cycles=cycles)
     found = shakedown.node_results(run, wear_coefficient=wear_coefficient)
     if output is not None:
@@ -92,7 +85,7 @@ def nodes(
     if as_json:
         echo_json({"problem": problem_document(problem)} | plain(found.to_dict()))
     else:
-        say(_text(problem, found, initial))
+        say(_text(problem, found, word))
     if found.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
 

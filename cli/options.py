@@ -90,6 +90,24 @@ method_option = click.option(
     show_default=True,
     help="Exact from event to event, or fixed load steps.",
 )
+load_factor_option = click.option(
+    "--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading."
+)
+start_option = click.option(
+    "--initial",
+    metavar="STATE",
+    help="zero, safe (through the transient too, where there is such a slip), witness, given, given:K "
+    "(state K of the file) or PATH.npy. "
+    "Default: given where the file has initial_slip, else zero.",
+)
+open_at_start_option = click.option(
+    "--open",
+    "open_nodes",
+    type=OpenNodes(),
+    default="none",
+    show_default=True,
+    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
+)
 slip_below_option = click.option(
     "--slip-below",
     type=float,

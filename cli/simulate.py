@@ -17,15 +17,17 @@ from shakedown.report.words.hint_words import loads_in_words, simulated_path_in_
 from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile
-from .initial import initial_state, moved_by_transient, zone_nodes
+from .initial import moved_by_transient, start_of
 from .options import (
-    OpenNodes,
     cycles_option,
     json_option,
+    load_factor_option,
     method_option,
+    open_at_start_option,
     problem_argument,
     quiet_option,
     slip_below_option,
+    start_option,
 )
 from .output import (
     echo_json,
@@ -50,22 +52,9 @@ FILMED = 3.0  # cycles
     "2 bad usage or bad input.",
 )
 @problem_argument
-@click.option("--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading.")
-@click.option(
-    "--initial",
-    metavar="STATE",
-    help="zero, safe (through the transient too, where there is such a slip), witness, given, given:K "
-    "(state K of the file) or PATH.npy. "
-    "Default: given where the file has initial_slip, else zero.",
-)
-@click.option(
-    "--open",
-    "open_nodes",
-    type=OpenNodes(),
-    default="none",
-    show_default=True,
-    help="Nodes that are open at the start: none, numbers like 0,3,7, or auto: those of the zone of λ_max.",
-)
+@load_factor_option
+@start_option
+@open_at_start_option
 @cycles_option
 @method_option
 @slip_below_option
@@ -93,10 +82,7 @@ def simulate(
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
-    if initial is None:
-        initial = "zero" if problem.initial_slip is None else "given"
-    opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
-    start = initial_state(problem, load_factor, initial, opened)
+    word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     wanted = output is not None or animation is not None
     run = shakedown.simulate(
         problem,
@@ -115,7 +101,7 @@ def simulate(
     if as_json:
         echo_json(simulation_document(run, problem))
     else:
-        say(_text(problem, run, initial))
+        say(_text(problem, run, word))
     if run.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
 
@@ -141,7 +127,7 @@ def _jump_facts(run: shakedown.Simulation, work: str) -> list[tuple[str, str, st
     ]
 
 
-def _proof_facts(problem: Problem, run: shakedown.Simulation) -> list[tuple[str, str, str]]:
+def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
     """What is proved of a shakedown, and which nodes stay open."""
     facts = []
     if run.open_nodes:
@@ -176,7 +162,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("period", str(run.period) if run.period else "-", "cycles" if run.period > 1 else "cycle"),
         ("dissipation per cycle", number(dissipation), work),
         *_jump_facts(run, work),
-        *_proof_facts(problem, run),
+        *_proof_facts(run),
         *slip_facts(run.slip_criterion, length),
         ("friction law residual", tiny(run.residual), "relative"),
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),

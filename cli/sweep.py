@@ -262,17 +262,18 @@ def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
     unit = length_unit(problem)
     below = f"{number(known[0].below, 4)} {unit}".rstrip()
     rows = [
-        [
-            *(number(value, 5) for value in point.values),
-            _limit(slips.load_factor, "", 6),
-            number(slips.largest, 4),
-        ]
+        [*_values(point.values), _limit(slips.load_factor, "", 6), number(slips.largest, 4)]
         for point, slips in zip(found.points, found.slip_criteria, strict=True)
         if slips is not None
     ]
     said = f"From the state asked about every slip range stays below {below} up to (scanned and bisected):"
     head = [*_names(found), "λ", with_unit("largest slip range", unit)]
     return ["", paragraph(said), "", table(head, rows)]
+
+
+def _values(values: tuple[float, ...]) -> list[str]:
+    """Values of the parameters."""
+    return [number(value, 5) for value in values]
 
 
 def _names(found: shakedown.Sweep) -> list[str]:
@@ -289,9 +290,7 @@ def _outcomes(found: shakedown.Sweep, chosen: range) -> str:
     """What becomes of the joint at some of the load factors that were simulated."""
     headers = [*_names(found), *(f"λ = {found.load_factors_simulated[k]:g}" for k in chosen)]
     rows = [
-        [*(number(value, 5) for value in point.values), *(str(point.outcomes[k]) for k in chosen)]
-        if point.exists
-        else [*(number(value, 5) for value in point.values), *(NONE for _ in chosen)]
+        [*_values(point.values), *(str(point.outcomes[k]) if point.exists else NONE for k in chosen)]
         for point in found.points
     ]
     return table(headers, rows)
@@ -314,13 +313,9 @@ def _narrower(found: shakedown.Sweep, limits: dict[str, FloatArray]) -> dict[str
     pair = (COLUMNS["energy"], COLUMNS["box"])
     if not set(pair) <= set(limits):
         return limits
-    larger = {LARGER: found.from_this_state.ravel()}
-    return {
-        symbol: values
-        for name, column in limits.items()
-        for symbol, values in (larger if name == pair[0] else {name: column}).items()
-        if name != pair[1]
-    }
+    larger = {pair[0]: found.from_this_state.ravel()}
+    chosen = {symbol: column for symbol, column in (limits | larger).items() if symbol != pair[1]}
+    return {LARGER if symbol == pair[0] else symbol: column for symbol, column in chosen.items()}
 
 
 def _table_of_limits(
@@ -329,7 +324,7 @@ def _table_of_limits(
     regions = found.regions(load_factor).ravel()
     rows = [
         [
-            *(number(value, 5) for value in point.values),
+            *_values(point.values),
             *(_limit(values[k], symbol, digits) for symbol, values in limits.items()),
             SHORT[str(regions[k])],
         ]

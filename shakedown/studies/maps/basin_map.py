@@ -239,7 +239,7 @@ class InitialStateMap(Result):
             "fractions": {word: count / len(self) for word, count in self.outcomes.items()},
             "dissipation": self.dissipation_quartiles,
             "dissipation_of": self.dissipation_of,
-            "limit_cycles": [_cycle_document(cycle) for cycle in self.limit_cycles],
+            "limit_cycles": [_without_slips(cycle) for cycle in self.limit_cycles],
             "same_outcome": self.same_outcome,
             "slip_spread": self.scatter.spread,
             "largest_slip": self.scatter.largest,
@@ -267,18 +267,5 @@ def _quartiles(values: FloatArray) -> FloatArray:
     return np.quantile(known, [0.0, 0.25, 0.5, 0.75, 1.0]) if len(known) else np.full(5, np.nan)
 
 
-def _cycle_document(cycle: LimitCycle) -> dict[str, Any]:
-    multipliers = [[float(value.real), float(value.imag)] for value in cycle.multipliers]
-    return {
-        "count": cycle.count,
-        "outcome": cycle.outcome,
-        "period": cycle.period,
-        "dissipation": list(cycle.dissipation),
-        "slipping_nodes": list(cycle.slipping_nodes),
-        "stability": cycle.stability,
-        "multipliers": multipliers,
-        "contact_sequences": cycle.contact_sequences,
-        "example": cycle.example,
-        "spread": cycle.spread,
-        "coincide": cycle.coincide,
-    }
+def _without_slips(cycle: LimitCycle) -> dict[str, Any]:
+    return {word: value for word, value in cycle.to_dict().items() if word != "final_slip"}
