@@ -13,7 +13,8 @@ from benchmarks.calculix_joints import FRICTION, PERIOD, Joint, Values, joint
 from shakedown import LoadCase, Problem
 from shakedown.condensation.condense import condensed_stiffness
 from shakedown.ground.float_array import FloatArray
-from shakedown.readers import Stiffness, read_stiffness
+from shakedown.readers.sniff import read_stiffness
+from shakedown.readers.stiffness import Stiffness
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.initial_gap import initial_gap
 from shakedown.importing.model_section import Model
-from shakedown.readers import Mesh
 from shakedown.readers.input_files import InputFiles
+from shakedown.readers.mesh import Mesh
 from shakedown.readers.toml_table import Table
 
 _NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant

@@ -30,10 +30,10 @@ from shakedown.importing.stiffness_section import ImportContext, stiffness_secti
 from shakedown.importing.traces import load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.readers import Mesh, Stiffness
 from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
-from shakedown.readers.mesh import SOLIDS
+from shakedown.readers.mesh import SOLIDS, Mesh
+from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.toml_table import Table, change_number, read_toml
 
 

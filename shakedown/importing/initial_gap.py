@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.model_section import Model
-from shakedown.readers import Mesh, read_table
 from shakedown.readers.input_files import InputFiles
+from shakedown.readers.mesh import Mesh
+from shakedown.readers.table import read_table
 from shakedown.readers.text import quoted
 from shakedown.readers.toml_table import Table, is_number, shown
 

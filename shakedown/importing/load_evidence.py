@@ -9,7 +9,8 @@ from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.joint.result import Result
-from shakedown.readers import Mesh, Stiffness
+from shakedown.readers.mesh import Mesh
+from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import quoted
 
 

@@ -15,9 +15,10 @@ from shakedown.importing.model_section import Values
 from shakedown.importing.static_runs import clamped_run, opened_run, thermal_forces
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.importing.time_function import time_function
-from shakedown.readers import read_nodal_loads, read_op4_columns, read_substructure_load
+from shakedown.readers.abaqus_matrix import read_nodal_loads
+from shakedown.readers.abaqus_substructure import read_substructure_load
 from shakedown.readers.circumference import HOOP
-from shakedown.readers.nastran_op4 import is_op4
+from shakedown.readers.nastran_op4 import is_op4, read_op4_columns
 from shakedown.readers.text import quoted, read_lines
 from shakedown.readers.toml_table import Table, is_number, shown
 

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.readers import Mesh, read_coordinates, read_deck, read_grids
-from shakedown.readers.deck import is_deck
+from shakedown.readers.coordinates import read_coordinates
+from shakedown.readers.deck import is_deck, read_deck
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.nastran_bulk import is_bulk_data
+from shakedown.readers.mesh import Mesh
+from shakedown.readers.nastran_bulk import is_bulk_data, read_grids
 from shakedown.readers.text import quoted, read_lines
 from shakedown.readers.toml_table import Table, shown
 

@@ -8,10 +8,10 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_section import Values
 from shakedown.importing.stiffness_section import ImportContext
-from shakedown.readers import NodalVectors, read_nodal_vectors
 from shakedown.readers.circumference import HOOP
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.nodal_vectors import What, combined
+from shakedown.readers.nodal_vectors import NodalVectors, What, combined
+from shakedown.readers.reactions_table import read_nodal_vectors
 from shakedown.readers.toml_table import Table
 
 

@@ -12,21 +12,15 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_section import Model, Values
-from shakedown.readers import (
-    Stiffness,
-    read_analysis_set,
-    read_grids,
-    read_nodal_vectors,
-    read_stiffness,
-    stiffness_format,
-    unit_displacement_stiffness,
-)
-from shakedown.readers.calculix_reactions import Order
+from shakedown.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.readers.circumference import HOOP, circumference_factor
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.nastran_bulk import is_bulk_data
+from shakedown.readers.nastran_bulk import is_bulk_data, read_analysis_set, read_grids
 from shakedown.readers.nastran_cards import cards, of_superelement
+from shakedown.readers.reactions_table import read_nodal_vectors
 from shakedown.readers.row_map import Rows
+from shakedown.readers.sniff import read_stiffness, stiffness_format
+from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import read_lines
 from shakedown.readers.toml_table import Table
 

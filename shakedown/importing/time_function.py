@@ -4,8 +4,8 @@ import numpy as np
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.readers import NumberTable, read_table
 from shakedown.readers.input_files import InputFiles
+from shakedown.readers.table import NumberTable, read_table
 from shakedown.readers.text import listed
 from shakedown.readers.toml_table import Table
 

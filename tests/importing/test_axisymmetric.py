@@ -13,7 +13,9 @@ from skfem.helpers import ddot, sym_grad, trace
 
 import shakedown
 from shakedown import ProblemError, import_model
-from shakedown.readers import Mesh, read_calculix_storage, read_deck
+from shakedown.readers.calculix_storage import read_calculix_storage
+from shakedown.readers.deck import read_deck
+from shakedown.readers.mesh import Mesh
 
 YOUNG, POISSON = 210e3, 0.3
 BORE, FIT, RIM, LENGTH, INTERFERENCE = 4.0, 10.0, 20.0, 6.0, 0.01

@@ -8,7 +8,7 @@ from calculix import ccx, needs_ccx
 from model_files import HEAT, RING
 
 from shakedown import LoadCase, ProblemError, import_model
-from shakedown.readers import read_deck
+from shakedown.readers.deck import read_deck
 
 THERMAL = 'thermal = { file = "held.dat", step = 1 }'
 CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'

@@ -5,8 +5,9 @@ import pytest
 import writers
 
 from shakedown import ProblemError, import_model
-from shakedown.readers import read_analysis_set, read_nastran_dmig, read_op4_columns
-from shakedown.readers.nastran_op4 import op4_headings
+from shakedown.readers.nastran_bulk import read_analysis_set
+from shakedown.readers.nastran_dmig import read_nastran_dmig
+from shakedown.readers.nastran_op4 import op4_headings, read_op4_columns
 
 DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
 PUNCH = {

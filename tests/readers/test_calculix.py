@@ -14,7 +14,7 @@ from shakedown.condensation.condense import condensed_stiffness
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
 from shakedown.importing.import_model import import_problem
-from shakedown.readers import read_stiffness
+from shakedown.readers.sniff import read_stiffness
 
 MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc
 *INCLUDE,INPUT=tie.inc

@@ -7,19 +7,15 @@ from scipy.io import hb_read, hb_write
 from scipy.sparse import csc_array
 
 from shakedown import ProblemError
-from shakedown.readers import (
-    read_analysis_set,
-    read_coordinates,
-    read_deck,
-    read_grids,
-    read_harwell_boeing,
-    read_nodal_vectors,
-    read_row_map,
-    read_stiffness,
-    read_substructure_load,
-    read_table,
-)
-from shakedown.readers.reactions_table import read_vectors_table
+from shakedown.readers.abaqus_substructure import read_substructure_load
+from shakedown.readers.coordinates import read_coordinates
+from shakedown.readers.deck import read_deck
+from shakedown.readers.harwell_boeing import read_harwell_boeing
+from shakedown.readers.nastran_bulk import read_analysis_set, read_grids
+from shakedown.readers.reactions_table import read_nodal_vectors, read_vectors_table
+from shakedown.readers.row_map import read_row_map
+from shakedown.readers.sniff import read_stiffness
+from shakedown.readers.table import read_table
 
 BRICKS = """*HEADING
 Two bricks on each other
@@ -283,7 +279,7 @@ def test_rows_in_directions_of_their_own_are_turned():
     """A spring along the x of a turned point acts along y of the model."""
     from scipy import sparse
 
-    from shakedown.readers import Stiffness
+    from shakedown.readers.stiffness import Stiffness
 
     dofs = np.array([(7, 1), (7, 2), (7, 3)])
     own = Stiffness(sparse.csr_array(np.diag([5.0, 1.0, 2.0])), dofs, "by hand")

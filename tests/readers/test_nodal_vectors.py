@@ -5,8 +5,8 @@ import pytest
 import writers
 
 from shakedown import ProblemError
-from shakedown.readers import read_nodal_vectors
 from shakedown.readers.nodal_vectors import combined
+from shakedown.readers.reactions_table import read_nodal_vectors
 
 NODES = [7, 1042, 12345678]
 STEPS = [(NODES, -np.arange(9.0).reshape(3, 3) / 7), (NODES, 1e-30 + np.arange(9.0).reshape(3, 3) * 1e5)]

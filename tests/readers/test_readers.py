@@ -9,14 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shakedown import ProblemError
-from shakedown.readers import (
-    read_dof_map,
-    read_nodal_loads,
-    read_stiffness,
-    stiffness_format,
-    unit_displacement_stiffness,
-)
-from shakedown.readers.calculix_reactions import read_calculix_output
+from shakedown.readers.abaqus_matrix import read_nodal_loads
+from shakedown.readers.calculix_reactions import read_calculix_output, unit_displacement_stiffness
+from shakedown.readers.row_map import read_dof_map
+from shakedown.readers.sniff import read_stiffness, stiffness_format
 
 DOFS = [(101, 1), (101, 2), (7, 1), (7, 2), (7, 3), (42, 1)]
 K = writers.symmetric_matrix(len(DOFS))

@@ -16,17 +16,12 @@ from scipy.io import mmread
 from scipy.spatial import cKDTree
 
 from shakedown import ProblemError, import_model
-from shakedown.readers import (
-    read_coordinates,
-    read_deck,
-    read_grids,
-    read_nastran_dmig,
-    read_op4_columns,
-    read_stiffness,
-    stiffness_format,
-)
-from shakedown.readers.nastran_bulk import pyyeti_module
-from shakedown.readers.nastran_op4 import op4_headings
+from shakedown.readers.coordinates import read_coordinates
+from shakedown.readers.deck import read_deck
+from shakedown.readers.nastran_bulk import pyyeti_module, read_grids
+from shakedown.readers.nastran_dmig import read_nastran_dmig
+from shakedown.readers.nastran_op4 import op4_headings, read_op4_columns
+from shakedown.readers.sniff import read_stiffness, stiffness_format
 
 NAMED = os.environ.get("SHAKEDOWN_REAL_FILES", "")
 FOLDER = Path(NAMED) if NAMED else Path("no-such-folder")
