@@ -8,15 +8,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.transient_limit import SCANNED, scan_end
+from shakedown.assessment.transient_limit import SCANNED, bisected, check_scan, scan_end
 from shakedown.bounds.upper import upper_bound
-from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
-from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite
+from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
@@ -128,15 +126,11 @@ def slip_limit(
     """
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
     check_slip_below(slip_below)
-    check_count("steps", steps, MANY)
-    if largest is not None and not (is_finite(largest) and largest > 0):
-        raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
-    if not (is_finite(accuracy) and 0 < accuracy < 1):
-        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
+    check_scan(1.0 if largest is None else largest, steps, accuracy)
     runs = _Runs(problem, slip_below, start, opened, tolerances, {})
     top = runs.end(_first_end(problem, opened, tolerances) if largest is None else largest)
     runs.scan(np.linspace(0.0, top, steps + 1).tolist())
-    runs.bisect(accuracy * top)
+    bisected(runs.meets, *runs.first_change(), accuracy * top)
     return runs.limit()
 
 
@@ -172,14 +166,6 @@ class _Runs:
     def scan(self, load_factors: list[float]) -> None:
         for load_factor in load_factors:
             self.meets(load_factor)
-
-    def bisect(self, width: float) -> None:
-        """Enclose the first change to slips that are too large."""
-        low, high = self.first_change()
-        middle = 0.5 * (low + high)
-        while isfinite(middle) and high - low > width and low < middle < high:  # floats are finite
-            low, high = (middle, high) if self.meets(middle) else (low, middle)
-            middle = 0.5 * (low + high)
 
     def first_change(self) -> tuple[float, float]:
         """The last load factor before slips are first too large, NaN if none, and the one after it."""

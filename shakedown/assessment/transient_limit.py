@@ -1,6 +1,6 @@
 """Up to which load factor does a given loading history shake down? (thesis §4.3.5)"""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -23,25 +23,9 @@ if TYPE_CHECKING:
 
 SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
 SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends
-BELOW = (
-    0.0,
-    1e-6,
-    1e-5,
-    1e-4,
-    2e-4,
-    4e-4,
-    6e-4,
-    8e-4,
-    1e-3,
-    2e-3,
-    5e-3,
-    1e-2,
-    1.5e-2,
-    2e-2,
-    3e-2,
-    0.1,
-    0.3,
-)  # where a proof is sought
+BELOW = (  # where a proof is sought
+    0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,14 +144,10 @@ def transient_limit(
     require_plane("transient limit", problem)
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
     top = _top(problem, opened, tolerances) if largest is None else largest
-    if not (is_finite(top) and top > 0):
-        raise UsageError(f"largest: expected a positive load factor, found {top!r}")
-    check_count("steps", steps, MANY)
-    if not (is_finite(accuracy) and 0 < accuracy < 1):
-        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
+    check_scan(top, steps, accuracy)
     histories = _Histories(problem, start, opened, tolerances, {})
     low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
-    low, high = histories.bisected(low, high, accuracy * float(top))
+    low, high = bisected(histories.shakes_down, low, high, accuracy * float(top))
     return histories.limit(low, high)
 
 
@@ -192,14 +172,6 @@ class _Histories:
         if not good:
             return np.nan, float(scan[0])
         return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
-
-    def bisected(self, low: float, high: float, width: float) -> tuple[float, float]:
-        """The same change, more narrowly."""
-        middle = 0.5 * (low + high)
-        while np.isfinite(high) and high - low > width and low < middle < high:  # floats are finite
-            low, high = (middle, high) if self.shakes_down(middle) else (low, middle)
-            middle = 0.5 * (low + high)
-        return low, high
 
     def limit(self, low: float, high: float) -> TransientLimit:
         """All that has been found, with a proof near ``low``."""
@@ -236,6 +208,24 @@ class _Histories:
             if state.proved:
                 return state
         return None
+
+
+def check_scan(largest: float, steps: int, accuracy: float) -> None:
+    """Raise ``UsageError`` where the end, the number or the accuracy of a scan is out of range."""
+    if not (is_finite(largest) and largest > 0):
+        raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
+    check_count("steps", steps, MANY)
+    if not (is_finite(accuracy) and 0 < accuracy < 1):
+        raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
+
+
+def bisected(holds: Callable[[float], bool], low: float, high: float, width: float) -> tuple[float, float]:
+    """A change from holding at ``low`` to not holding at ``high``, more narrowly; as given without one."""
+    middle = 0.5 * (low + high)
+    while np.isfinite(high) and high - low > width and low < middle < high:  # floats are finite
+        low, high = (middle, high) if holds(middle) else (low, middle)
+        middle = 0.5 * (low + high)
+    return low, high
 
 
 def scan_end(upper: "UpperBound") -> float | None:

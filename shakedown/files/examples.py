@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from importlib import resources
 
 import numpy as np
@@ -236,36 +237,6 @@ def jump() -> Problem:
     )
 
 
-def block_9() -> Problem:
-    """Elastic block, plane strain, nine contact nodes on a rigid plane, top face moved (CalculiX 2.20)."""
-    return _shipped("block-9")
-
-
-def block_33() -> Problem:
-    """The same block with 33 contact nodes."""
-    return _shipped("block-33")
-
-
-def receding_block() -> Problem:
-    """The receding contact of chapter III, 33 contact nodes; its outer nodes separate."""
-    return _shipped("receding-block")
-
-
-def cantilevered_block() -> Problem:
-    """The slanted, cantilevered block of chapter V, nine contact nodes; λ_1 = 0 by lift-off."""
-    return _shipped("cantilevered-block")
-
-
-def press_fit() -> Problem:
-    """A hollow shaft pressed into a hub (Lamé), pulled oval to and fro; nine contact nodes."""
-    return _shipped("press-fit")
-
-
-def cylinder_on_flat() -> Problem:
-    """A cylinder pressed onto a flat (Hertz), moved along it to and fro; thirteen nodes, the outer open."""
-    return _shipped("cylinder-on-flat")
-
-
 def _shipped(name: str) -> Problem:
     with resources.as_file(resources.files("shakedown.files") / "data" / f"{name}.npz") as path:
         return load_problem(path)
@@ -281,10 +252,15 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "pair-cycle": pair_cycle,
     "two-attractors": two_attractors,
     "jump": jump,
-    "block-9": block_9,
-    "block-33": block_33,
-    "receding-block": receding_block,
-    "cantilevered-block": cantilevered_block,
-    "press-fit": press_fit,
-    "cylinder-on-flat": cylinder_on_flat,
+    # Elastic block, plane strain, 9 or 33 contact nodes on a rigid plane, top face moved (CalculiX 2.20).
+    "block-9": partial(_shipped, "block-9"),
+    "block-33": partial(_shipped, "block-33"),
+    # The receding contact of chapter III, 33 contact nodes; its outer nodes separate.
+    "receding-block": partial(_shipped, "receding-block"),
+    # The slanted, cantilevered block of chapter V, nine contact nodes; λ_1 = 0 by lift-off.
+    "cantilevered-block": partial(_shipped, "cantilevered-block"),
+    # A hollow shaft pressed into a hub (Lamé), pulled oval to and fro; nine contact nodes.
+    "press-fit": partial(_shipped, "press-fit"),
+    # A cylinder pressed onto a flat (Hertz), moved along it to and fro; thirteen nodes, the outer open.
+    "cylinder-on-flat": partial(_shipped, "cylinder-on-flat"),
 }

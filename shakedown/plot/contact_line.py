@@ -73,8 +73,7 @@ def pressure(
         _along(axes, problem, values, _at_time(path, row, k))
     unit = force if area is None else stress_unit(force, length)
     what = "normal reaction p" if area is None else "pressure"
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit(what, unit))
-    return _finished(axes, problem)
+    return _finished(axes, problem, with_unit(what, unit))
 
 
 @checked
@@ -108,10 +107,8 @@ def friction_use(
         _along(axes, problem, use, _at_time(path, row, k))
     for limit in (-1.0, 1.0):
         axes.axhline(limit, color=BLACK, lw=0.8, ls="--")
-    axes.set(
-        xlabel=positions(problem, problem.n)[1], ylabel="use of friction q / f p [–]", ylim=(-1.15, 1.15)
-    )
-    return _finished(axes, problem)
+    axes.set(ylim=(-1.15, 1.15))
+    return _finished(axes, problem, "use of friction q / f p [–]")
 
 
 @checked
@@ -150,8 +147,7 @@ def slip_along(
     axes = axes_for(ax)
     for k, (name, slip) in enumerate(slips.items()):
         _along(axes, problem, np.asarray(slip), style_of(name, k, styles))
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit(what, units_of(problem)[1]))
-    return _finished(axes, problem)
+    return _finished(axes, problem, with_unit(what, units_of(problem)[1]))
 
 
 @checked
@@ -174,8 +170,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     _along(axes, problem, np.where(closed.any(axis=0), high - low, np.nan), style_of("", 0, None))
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=with_unit("slip range", units_of(problem)[1]))
-    return _finished(axes, problem)
+    return _finished(axes, problem, with_unit("slip range", units_of(problem)[1]))
 
 
 @checked
@@ -207,8 +202,7 @@ def dissipation_along(
         label = with_unit("friction work", work_unit(force, length))
     else:
         label = with_unit("friction work per area", f"{force}/{length}" if force and length else "")
-    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=label)
-    return _finished(axes, problem)
+    return _finished(axes, problem, label)
 
 
 def _areas(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
@@ -250,7 +244,8 @@ def _along(axes: Axes, problem: Problem, values: FloatArray, style: Style) -> No
         look["label"] = "_nolegend_"
 
 
-def _finished(axes: Axes, problem: Problem) -> Axes:
+def _finished(axes: Axes, problem: Problem, quantity: str) -> Axes:
+    axes.set(xlabel=positions(problem, problem.n)[1], ylabel=quantity)
     axes.grid(alpha=0.3)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3))
     if axes.get_legend_handles_labels()[1]:
