@@ -137,7 +137,7 @@ def _check_of(number: int, length: int, checksum: bytes) -> int:
 def journal_at(
     path: str | os.PathLike[str] | None, header: Mapping[str, str], *, resume: bool = False
 ) -> Iterator[Journal]:
-    """Open the journal of a campaign, new or to go on with.
+    """Open the journal of a campaign, new or to go on with; one without a piece does not outlive an error.
 
     Parameters
     ----------
@@ -177,7 +177,13 @@ def journal_at(
             if not beginning.startswith(found):  # nor cut off before there was a record
                 raise UsageError(f"{path}: {_difference(found + file.read(MOST_BYTES), header)}")
             _begin(file, target, beginning, new=not found)
-        yield Journal(file, target, beginning)
+        journal = Journal(file, target, beginning)
+        try:
+            yield journal
+        except BaseException:
+            if not journal.done():  # nothing to go on with
+                target.unlink(missing_ok=True)
+            raise
 
 
 @contextmanager

@@ -226,3 +226,16 @@ def test_a_record_that_could_not_begin_is_none(path, monkeypatch):
     with pytest.raises(UsageError, match="journal: cannot be written"), journal_at(path, HEADER):
         pass
     assert not path.exists()
+
+
+def test_what_ends_before_the_first_piece_leaves_no_record(path):
+    def fails(number):
+        raise UsageError("state: expected another one")
+
+    with pytest.raises(UsageError, match="another one"), journal_at(path, HEADER) as journal:
+        run_campaign(fails, COUNT, journal)
+    assert not path.exists()
+    with pytest.raises(UsageError, match="another one"), journal_at(path, HEADER) as journal:
+        run_campaign(lambda number: small(number) if number < 2 else fails(number), COUNT, journal)
+    assert path.exists()
+    assert resumed(path) == (WHOLE, [2])
