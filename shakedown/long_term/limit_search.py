@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.long_term.cycle_map import limit
@@ -95,6 +94,8 @@ class LimitSearch:
     def from_here(self, answers: Answers) -> None:
         """Answer for the state that the evolution is in, at its very start."""
         tell(self.compiled, FROM_HERE, 0.0, 0.0)
+        if not self.evolution.held:
+            self._give_up()
         self._settle(answers.final_slip, answers, lambda: False)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
@@ -109,9 +110,7 @@ class LimitSearch:
             if status == LIMIT_WANTED:
                 self._give_limit()
             elif status == SINGULAR:
-                raise UsageError(
-                    "state: expected one in which the moving nodes are held, found a singular one"
-                )
+                self._give_up()
             elif status not in (DONE, PAUSED):
                 self._give_way(status)
 
@@ -121,6 +120,13 @@ class LimitSearch:
         end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
         affine.limit[:k], affine.drift[:k] = end.change, end.drift
         tell(self.compiled, LIMIT_WANTED, float(end.decaying), end.contraction)
+
+    def _give_up(self) -> None:
+        """Nothing holds the moving nodes of the state that a search is to go on from."""
+        at = self.standing
+        self.evolution.enter_cycle(at.cycles)
+        self.evolution.say_not_held(self.evolution.run(at.cycles == 0, False))
+        tell(self.compiled, STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Rates, or a state to jump to, where the loop has found none; else why the motion stops."""

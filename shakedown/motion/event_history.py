@@ -104,7 +104,7 @@ class EventHistory(Result):
         """
         check_count("keep", keep)
         steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
-        return self.rows(np.union1d(steps, [len(self) - 1]))
+        return self.rows(np.union1d(steps, np.arange(len(self))[-1:]))
 
     @property
     def signature(self) -> int:

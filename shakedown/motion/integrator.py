@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_plane
@@ -109,6 +108,7 @@ class Evolution:
         self.stop: Stop | None
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
+        self.held: bool  # whether the moving nodes of the state set last are: nothing goes on from it if not
         self.begin(load_factor, initial_slip, open_nodes)
 
     def begin(
@@ -152,7 +152,10 @@ class Evolution:
 
     @property
     def state(self) -> State:
-        """The state between two cycles; may be set to continue from another one."""
+        """The state between two cycles; may be set to continue from another one.
+
+        From one whose moving nodes nothing holds the next cycle cannot be followed.
+        """
         return State(self.motion.u.copy(), self.active.state.copy())
 
     @state.setter
@@ -160,8 +163,7 @@ class Evolution:
         self.stop, self.left, self.slides = None, False, False
         self.motion.u[:] = state.u
         self.active.state[:] = state.contact
-        if factorize(self.active) == 0:
-            raise UsageError("state: expected one in which the moving nodes are held, found a singular one")
+        self.held = factorize(self.active) != 0
 
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
@@ -231,6 +233,9 @@ class Evolution:
             delay = np.zeros(tangent.shape[1])
             follow_derivative(self.motion, tangent, delay)
         self.enter_cycle(before)
+        if not self.held:
+            self.say_not_held(run)
+            return None
         while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
             status = kernel.follow(run, cycles, kernel.EFFORT)
             now = progress(run)
@@ -285,6 +290,8 @@ class Evolution:
         released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
         contact_before = self.active.state.copy()
         self.state = State(rest.u, rest.contact)
+        if not self.held:
+            return False
         resume(motion, time)
         closed = (contact_before != OPEN) & (rest.contact != OPEN)
         split = self.problem.layout.split
@@ -348,6 +355,11 @@ class Evolution:
         by_course = groupby(self._pieces, key=lambda piece: id(piece.course))
         return EventHistory.joined([*(self._joined(list(pieces)) for _, pieces in by_course), end])
 
+    def say_not_held(self, run: Run) -> None:
+        """Set ``stop`` where a cycle cannot begin: nothing holds the moving nodes of its first state."""
+        begin(self.motion)
+        self.say_why(kernel.NOT_SETTLED, progress(run), run)
+
     def say_why(self, status: int, now: Progress, run: Run) -> None:
         """Set ``stop``: why the loop has ended with this status."""
         node, steps = now.concerned, self.problem.m - len(run.course.path) + now.step + now.time
@@ -362,6 +374,8 @@ class Evolution:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         if self.slides:
             reasons[status] = SLIDES_AWAY
+        if not self.held:
+            reasons[status] = reasons[kernel.NOT_SETTLED]
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
         self.stop = Stop(f"{reasons[status]} {when}{why}", time, node, self.slides)

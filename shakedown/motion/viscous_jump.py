@@ -148,7 +148,7 @@ class ViscousMotion:
             if rest is not None:
                 return rest
             dt *= 1.5
-        self.endless = dt >= longest or float(np.abs(self.u - self.start).max()) >= far
+        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
         return None
 
     def _step(self, dt: float) -> bool:

@@ -137,3 +137,29 @@ def test_cycles_to_one_percent_follow_from_the_contraction():
     assert state.contraction**count <= 0.01 < state.contraction ** (count - 1)
     at_once = shakedown.long_term_state(shakedown.example("uncoupled"), 0.5)
     assert (at_once.contraction <= 0.01, at_once.cycles_to_one_percent) == (True, 1)
+
+
+def test_a_joint_whose_moving_nodes_nothing_holds_is_undecided():
+    joint = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
+    one, again = (shakedown.long_term_state(joint, 1.0) for _ in range(2))
+    assert one.outcome == "undecided"
+    assert "moving nodes are not held" in one.reason
+    assert again.reason == one.reason
+    assert shakedown.long_term_states(joint, 1.0, [[0.0], [1.0]]).outcome.tolist() == ["undecided"] * 2
+    run = shakedown.simulate(joint, 1.0)
+    assert run.outcome == "undecided"
+    assert not run.cycles.records
+    runs = shakedown.verify(joint).runs
+    assert runs
+    assert all(run.simulation.outcome == "undecided" for run in runs)
+
+
+def test_a_body_that_leaves_while_it_slides_far_is_said_in_words():
+    stiff, loose = np.array([[2.0, -2.0], [-2.0, 2.0]]), np.zeros((2, 2))
+    joint = shakedown.Problem(
+        A=stiff, B=loose, C=np.diag([3.0, 1.0]), f=0.5, q_w=loose, p_w=[[-1, -1], [1, 1]]
+    )
+    state = shakedown.long_term_state(joint, 1.0, [1.25, 0.5])
+    assert state.outcome == "separation"
+    assert "body leaves" in state.reason
+    assert state.slides_away is False

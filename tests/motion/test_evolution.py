@@ -288,3 +288,11 @@ def test_a_thinned_history_keeps_load_steps_and_the_last_state():
     assert np.isin(thinned.cycle, history.cycle).all()
     with pytest.raises(shakedown.UsageError, match="keep"):
         history.thinned(0)
+
+
+def test_a_motion_that_cannot_begin_has_an_empty_path():
+    joint = shakedown.Problem(A=[[0.0]], B=[[0.0]], f=0.0, q_w=[[1.0], [-1.0]], p_w=[[1.0], [1.0]])
+    run = evolve(joint, 1.0, cycles=2)
+    assert run.stop is not None
+    assert not run.cycles
+    assert not len(run.history.thinned())
