@@ -17,6 +17,7 @@ from shakedown.report.json_documents import assessment_document, quick_document
 from shakedown.report.node_words import node_in_words
 from shakedown.report.words.assessment_words import (
     certain_in_words,
+    loads_of_numbers,
     numbers_in_words,
     quickly_in_words,
     said_as_given_in_words,
@@ -186,7 +187,11 @@ def _quick_text(problem: Problem, energy: shakedown.EnergyBound, upper: shakedow
 
 def _text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
     limits, problem = found.details, found.problem
-    lines = [headline(problem), "", listing(numbers_in_words(found)), ""]
+    numbers = [
+        (name, value, f"{loads}; {remark}" if loads else remark)
+        for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
+    ]
+    lines = [headline(problem), "", listing(numbers), ""]
     lines += [paragraph(said_as_given_in_words(found)), ""]
     lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]

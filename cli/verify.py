@@ -116,6 +116,8 @@ def verify(
 
 
 def _text(problem: Problem, result: shakedown.Verification) -> str:
+    from shakedown.report.words.answer_words import answer_in_words, margin_of_answer  # loads compiled code
+
     length = length_unit(problem)
     lines = [headline(problem), ""]
     findings = [*result.disagreements, *result.open_questions]
@@ -124,8 +126,10 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     limits = result.limits
-    answer = as_given_in_words(result.as_given, length, problem, limits.universal)
-    lines += [paragraph(sentence) for sentence in (answer, *certain_in_words(limits))]
+    answer = [answer_in_words(result), margin_of_answer(result)]
+    lines += [paragraph(" ".join(filter(None, answer))), ""]
+    evidence = as_given_in_words(result.as_given, length, problem, limits.universal)
+    lines += [paragraph(sentence) for sentence in (evidence, *certain_in_words(limits))]
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]

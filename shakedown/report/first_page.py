@@ -12,8 +12,7 @@ from shakedown.long_term.nodes.node_results import node_results
 from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import Table, transient_is_proved
-from shakedown.report.words.answer_words import at_load_factor, loads_at
-from shakedown.report.words.assessment_words import numbers_in_words
+from shakedown.report.words.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.verification.verify import Verification
 
 HOW = {
@@ -35,19 +34,14 @@ class LargeNumber(NamedTuple):
 
 def large_numbers(v: Verification) -> list[LargeNumber]:
     """Proved from this state, proved from every state, impossible above: in the user's loads where said."""
-    found = v.assessment
-    every, here, above = numbers_in_words(found, 3)
-    sizes = (
-        (here, found.proved_from_this_state, down),
-        (every, found.proved_from_every_state, down),
-        (above, found.impossible_above, up),
-    )
-    shown = []
-    for (name, factor, remark), value, rounded in sizes:
-        loads = loads_at(v.problem, value, rounded) if np.isfinite(value) and value > 0 else ""
-        text, more = (loads, f"{factor}, {remark}") if loads else (factor, remark)
-        shown.append(LargeNumber(name, text, more))
-    return shown
+    shown = [
+        LargeNumber(name, loads or factor, f"{factor}, {remark}" if loads else remark)
+        for (name, factor, remark), loads in zip(
+            numbers_in_words(v.assessment, 3), loads_of_numbers(v.assessment), strict=True
+        )
+    ]
+    every, here, above = shown
+    return [here, every, above]
 
 
 def rest_table(v: Verification) -> Table:
@@ -96,7 +90,9 @@ def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: st
 
 
 def _sized(number: str, unit: str) -> str:
-    return f"{number} {unit}".rstrip()
+    """A rounded number with its unit, without an exponent where that takes few zeros."""
+    plain = f"{float(number):.7g}" if "e+0" in number else number
+    return f"{plain} {unit}".rstrip()
 
 
 def _limit_rows(v: Verification) -> list[Sequence[str]]:

@@ -147,6 +147,12 @@ def test_where_nothing_slips_zero_is_said_of_no_node(holds):
     assert rows["nodes"] == ("9", "9 stick")
 
 
+def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_few_zeros():
+    values = [value for _, value, _ in rest_table(verified(shakedown.example("two-node"))).rows]
+    assert not any("e+" in value for value in values)
+    assert "1790" in values
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_on_paper_long_tables_of_nodes_have_their_worst_rows_only():
     v = verified(shakedown.example("receding-block"))

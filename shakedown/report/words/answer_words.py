@@ -13,7 +13,7 @@ from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
 from shakedown.long_term.nodes.node_results import node_results
 from shakedown.report.node_words import node_in_words, open_in_words
-from shakedown.report.words.assessment_words import admissible_in_words, beside_one, proved_up_to
+from shakedown.report.words.assessment_words import admissible_in_words, at_load_factor, proved_up_to
 from shakedown.report.words.run_words import sliding_in_words
 
 if TYPE_CHECKING:
@@ -103,19 +103,6 @@ def up_to(problem: Problem, load_factor: float) -> str:
     if np.isinf(load_factor):
         return "at every load factor"
     return f"up to {at_load_factor(problem, load_factor, down)}"
-
-
-def at_load_factor(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
-    """A load factor in the user's loads, in three digits; by itself where the problem does not say them."""
-    factor, loads = f"λ = {beside_one(load_factor, rounded)}", loads_at(problem, load_factor, rounded)
-    return f"{loads} ({factor})" if loads else factor
-
-
-def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
-    """The varying loads at a load factor; without its name where there is one only."""
-    loads = varying_loads_in_words(problem, load_factor, "down" if rounded is down else "up")
-    varying = [load for load in problem.loads if load.amplitude != 0]
-    return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
 
 
 def margin_of_answer(v: Verification) -> str:

@@ -11,6 +11,7 @@ from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.units import varying_loads_in_words
 from shakedown.report.node_words import open_in_words
 from shakedown.report.words.hint_words import LOAD_DOMAIN
 
@@ -94,6 +95,38 @@ def beside_one(value: float, rounded: Callable[[float, int], str], digits: int =
     """
     texts = [rounded(value, more) for more in range(digits, 17)]
     return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
+
+
+def at_load_factor(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """A load factor in the user's loads, in three digits; by itself where the problem does not say them."""
+    factor, loads = f"λ = {beside_one(load_factor, rounded)}", loads_at(problem, load_factor, rounded)
+    return f"{loads} ({factor})" if loads else factor
+
+
+def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """The varying loads at a load factor; without its name where there is one only, empty where none is said.
+
+    Examples
+    --------
+    >>> import dataclasses, shakedown
+    >>> loads = {"load_names": ["shear"], "load_mean": [20], "load_amplitude": [20], "load_units": ["N"]}
+    >>> loads_at(dataclasses.replace(shakedown.example("two-node"), **loads), 1.2734, down)
+    '20 ± 25.4 N'
+    """
+    loads = varying_loads_in_words(problem, load_factor, "down" if rounded is down else "up")
+    varying = [load for load in problem.loads if load.amplitude != 0]
+    return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
+
+
+def loads_of_numbers(found: Assessment) -> list[str]:
+    """The three numbers of a joint in the user's loads, three digits; empty where these are not said."""
+    limits = (
+        (found.proved_from_every_state, down),
+        (found.proved_from_this_state, down),
+        (found.impossible_above, up),
+    )
+    known = ((value if np.isfinite(value) and value > 0 else np.nan, rounded) for value, rounded in limits)
+    return [loads_at(found.problem, value, rounded) for value, rounded in known]
 
 
 def said_as_given_in_words(found: Assessment) -> str:
