@@ -162,7 +162,7 @@ def conic_lower_bound(
         return start
     if start.status != Status.OPTIMAL or _unsafe(rows, least, start, tolerances):
         return _nothing(Status.INFEASIBLE, rows.n, start.solver)
-    most = replace(least, cost=-least.cost)
+    most = least.with_signs(cost=-1.0)
     found = [extreme_load_factor(most, solver)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
         end = extreme_load_factor(reversed_rows(least, rows.node == node), solver)
@@ -184,8 +184,8 @@ def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: 
     to compare with: its own accuracy, in its own units, is allowed besides.
     """
     terms = np.abs(rows.G) @ np.abs(start.slip) + np.abs(rows.g)
-    (_, scales), asked = program.scaled(), WAYS[0].reduced if start.reduced_accuracy else WAYS[0].accuracy
-    left = asked * scales.size / scales.row
+    asked = WAYS[0].reduced if start.reduced_accuracy else WAYS[0].accuracy
+    left = asked * program.scales.size / program.scales.row
     allowed = max(tolerances.second_road, tolerances.feasibility) * terms + left
     return bool(np.any(rows.excess(start.slip, 0.0) > allowed))
 

@@ -1,7 +1,5 @@
 """Programs over all rows of a joint: the extreme load factor, how far the rows contradict each other."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,8 +22,7 @@ def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerance
 
 def reversed_rows(program: Program, chosen: NDArray[np.bool_]) -> Program:
     """The program with some rows reversed: what they limit from above, from below."""
-    sign = np.where(chosen, -1.0, 1.0)
-    return replace(program, matrix=program.matrix * sign[:, None], right=program.right * sign)
+    return program.with_signs(np.where(chosen, -1.0, 1.0))
 
 
 def contradiction(rows: Constraints, tolerances: Tolerances) -> Widest:

@@ -127,14 +127,13 @@ class _ConicForm(NamedTuple):
 def _conic_form(given: Program) -> _ConicForm:
     program, scales = given.scaled()
     linear, same = program.linear, (program.left == program.right)[: program.linear]
-    parts = program.inequalities(without=same)
+    equal = np.flatnonzero(same)
+    parts = program.inequalities(without=same if equal.size else None)
     less = sum(len(part.row) for part in parts)
-    parts = [program.sides(np.flatnonzero(same))] * bool(same.any()) + parts
+    parts = [program.sides(equal)] * bool(equal.size) + parts
     if program.cones:
         parts.append(program.sides(np.arange(linear, len(program.right))))
     matrix, right = (np.concatenate([part[k] for part in parts]) for k in range(2))
     used = matrix.any(axis=0) | (program.cost != 0)
     matrix = matrix if used.all() else matrix[:, used]
-    return _ConicForm(
-        matrix, right, program.cost[used], (int(same.sum()), less), used, parts, program, scales
-    )
+    return _ConicForm(matrix, right, program.cost[used], (equal.size, less), used, parts, program, scales)

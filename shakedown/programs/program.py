@@ -1,7 +1,7 @@
 """A program: a linear cost over rows, bounds and second-order cones; the same in numbers near 1; its end."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -91,36 +91,52 @@ class Program:
     @cached_property
     def rank(self) -> int | None:
         """r where the last rows are ‖(x_0, …, x_{r−1})‖ + offset ≤ x_r, the others right sides; else None."""
-        limited = (np.any(np.isfinite(each)) for each in (self.left, self.lower, self.upper))
+        limited = (np.isfinite(each).any() for each in (self.left, self.lower, self.upper))
         if len(self.cones) != 1 or self.cones[0] > len(self.cost) or any(limited):
             return None
         rank, right = self.cones[0] - 1, self.right[self.linear :]
         same = np.array_equal(self.matrix[self.linear :], ball(rank, len(self.cost)))
         return rank if same and right[0] <= 0 and not right[1:].any() else None
 
-    def scaled(self) -> tuple["Program", Scales]:
-        """The program in numbers near 1, with sides and bounds of its own for every row and column."""
-        columns, left = len(self.cost), np.full(len(self.right), self.left)
+    @cached_property
+    def scales(self) -> Scales:
+        """The units in which the program has numbers near 1."""
         if self.rank is None:
             row, column = equilibration(self.matrix, self.tolerances.equilibration_sweeps, self.cones)
-            sizes = np.abs(np.concatenate([left, self.right])) * np.concatenate([row, row])
+            sizes = np.abs(self.right) * row
+            if np.any(self.left > -INF):
+                sizes = np.concatenate([np.abs(self.left) * row, sizes])
             size = typical_size(sizes, otherwise=0.0)
             if size == 0.0:  # no right side has a size: the dearest column keeps its unit
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
         else:
             row, column, size = ball_scales(self.matrix, self.right, self.linear, self.rank)
-        cost, scales = Scales(row, column, size).with_cost(self.cost)
+        return Scales(row, column, size).with_cost(self.cost)[1]
+
+    def scaled(self) -> tuple["Program", Scales]:
+        """The program in numbers near 1, with sides and bounds of its own for every row and column."""
+        scales, columns, unit = self.scales, len(self.cost), self.scales.x
+        row, size = scales.row, scales.size
         program = Program(
-            self.matrix * row[:, None] * column,
+            self.matrix * row[:, None] * scales.column,
             self.right * row / size,
-            cost,
+            self.cost * scales.column * scales.cost,
             self.cones,
-            left * row / size,
-            np.full(columns, self.lower) / scales.x,
-            np.full(columns, self.upper) / scales.x,
+            self.left * row / size,
+            np.full(columns, self.lower) / unit,
+            np.full(columns, self.upper) / unit,
             self.tolerances,
         )
         return program, scales
+
+    def with_signs(self, rows: FloatArray | float = 1.0, cost: float = 1.0) -> "Program":
+        """The program with other signs of rows, which have right sides alone, or of the cost."""
+        signs = np.broadcast_to(rows, len(self.right))
+        other = replace(
+            self, matrix=self.matrix * signs[:, None], right=self.right * signs, cost=self.cost * cost
+        )
+        vars(other)["scales"] = self.scales  # known already: they ask for sizes alone
+        return other
 
     def sides(self, rows: NDArray[np.intp], sign: float = 1.0) -> Sides:
         """Right (+1) or left (−1) sides of some rows."""
@@ -183,7 +199,8 @@ def columnwise(matrix: FloatArray) -> tuple[FloatArray, NDArray[np.int32], NDArr
 def ball(rank: int, columns: int) -> FloatArray:
     """The rows −(x_r, x_0, …, x_{r−1}) of a cone over the first columns."""
     rows = np.zeros((rank + 1, columns))
-    rows[np.arange(rank + 1), np.roll(np.arange(rank + 1), 1)] = -1.0
+    rows[0, rank] = -1.0
+    rows[np.arange(1, rank + 1), np.arange(rank)] = -1.0
     return rows
 
 

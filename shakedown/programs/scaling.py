@@ -83,7 +83,7 @@ def equilibration(
     for _ in range(sweeps):
         scaled = size * rows[:, None] * columns
         rows /= _root(_row_sizes(scaled, cones))
-        columns /= _root(scaled.max(axis=0, initial=0.0))
+        columns /= _root(np.maximum.reduce(scaled, axis=0, initial=0.0))
     rows /= _nonzero(_row_sizes(size * rows[:, None] * columns, cones))
     return np.exp2(np.round(np.log2(rows))), np.exp2(np.round(np.log2(columns))) * units
 
@@ -110,7 +110,7 @@ def ball_scales(
 
 
 def _row_sizes(matrix: FloatArray, cones: Sequence[int]) -> FloatArray:
-    sizes: FloatArray = matrix.max(axis=1, initial=0.0)
+    sizes: FloatArray = np.maximum.reduce(matrix, axis=1, initial=0.0)
     if cones:
         first = len(sizes) - sum(cones)
         starts = first + np.cumsum([0, *cones[:-1]])
@@ -119,7 +119,8 @@ def _row_sizes(matrix: FloatArray, cones: Sequence[int]) -> FloatArray:
 
 
 def _root(size: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(_nonzero(size)), dtype=float)
+    root: FloatArray = np.sqrt(_nonzero(size))
+    return root
 
 
 def _nonzero(size: FloatArray) -> FloatArray:
