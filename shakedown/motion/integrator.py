@@ -326,8 +326,10 @@ class Evolution:
         )
         first = self.problem.m - len(path)
         index = np.minimum((steps - first).astype(int), len(path) - 2)
-        share = (steps - first - index)[:, None]
-        q_w, p_w = split(path[index] + share * (path[index + 1] - path[index]))
+        welded = np.diff(path, axis=0)[index]  # in place from here on: a path may be long
+        welded *= (steps - first - index)[:, None]
+        welded += path[index]
+        q_w, p_w = split(welded)
         (v, w), (q, p) = split(u), split(r)
         cycle = done + steps / self.problem.m
         return EventHistory(cycle, kind, node, v, w, q, p, q_w, p_w, state)
