@@ -4,9 +4,10 @@ import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from shakedown.files.atomic_write import atomic_write
 from shakedown.files.npy import Header, load_array, read_array, read_header
 from shakedown.files.regular_file import open_regular
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import ProblemError, UsageError
+from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
 from shakedown.joint.fields.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
@@ -58,10 +59,8 @@ def load_problem(path: str | os.PathLike[str]) -> Problem:
     >>> load_problem(path) == shakedown.example("two-node")
     True
     """
-    try:
+    with found_in(path):
         return Problem(**_read_arrays(_path(path)))
-    except ProblemError as error:
-        raise ProblemError(f"{path}: {error}") from None
 
 
 @checked
@@ -122,10 +121,8 @@ def load_initial_slip(path: str | os.PathLike[str]) -> FloatArray:
     >>> load_initial_slip(path)
     array([0.5 , 0.25])
     """
-    try:
+    with found_in(path):
         return real_numbers("initial slip", load_array(_path(path), _memory() // 4))
-    except ProblemError as error:
-        raise ProblemError(f"{path}: {error}") from None
 
 
 @checked
@@ -209,13 +206,8 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
 
 
 def _read_header(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Header:
-    try:
-        with archive.open(info) as file:
-            header = read_header(file)
-    except ProblemError as error:
-        raise ProblemError(f"key '{key}': {error}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({error})") from None
+    with _member(archive, key, info) as file:
+        header = read_header(file)
     longest = LONGEST_TEXT if key in (*TEXTS, "schema") else LONGEST_NAME
     if key in (*TEXTS, *NAMES, "schema") and header.dtype.itemsize > 4 * longest:
         raise ProblemError(f"key '{key}': expected at most {longest} characters, found more")
@@ -235,13 +227,19 @@ def _check_sizes(headers: Mapping[str, Header], file_size: int) -> None:
 
 
 def _read_member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo, header: Header) -> NDArray[Any]:
-    try:
-        with archive.open(info) as file:
-            return read_array(file, header, info.file_size)
-    except ProblemError as error:
-        raise ProblemError(f"key '{key}': {error}") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError) as error:
-        raise ProblemError(f"key '{key}': expected an NPY array, found damaged data ({error})") from None
+    with _member(archive, key, info) as file:
+        return read_array(file, header, info.file_size)
+
+
+@contextmanager
+def _member(archive: zipfile.ZipFile, key: str, info: zipfile.ZipInfo) -> Iterator[IO[bytes]]:
+    """The bytes of a member; what is wrong with them is said with its key."""
+    with found_in(f"key '{key}'"):
+        try:
+            with archive.open(info) as file:
+                yield file
+        except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+            raise ProblemError(f"expected an NPY array, found damaged data ({error})") from None
 
 
 def _memory() -> int:

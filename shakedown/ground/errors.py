@@ -1,5 +1,8 @@
 """The exceptions that the toolkit raises, in one tree."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from shakedown.ground.visible_text import one_line
 
 
@@ -28,3 +31,12 @@ class BudgetExceeded(ShakedownError):
 
 class SolverError(ShakedownError, RuntimeError):
     """A numerical solver ended in a state from which no checked result follows."""
+
+
+@contextmanager
+def found_in(where: object) -> Iterator[None]:
+    """Say of a ``ProblemError`` that is raised inside in what it was found."""
+    try:
+        yield
+    except ProblemError as error:
+        raise ProblemError(f"{where}: {error}") from None

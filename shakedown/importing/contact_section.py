@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from shakedown.condensation.contact_frame import node_names
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.initial_gap import initial_gap
 from shakedown.importing.model_section import Model
@@ -88,17 +88,18 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
     _check_axisymmetric(axes, model, table.where)
     labels, from_sets = _labels(table, model)
+    first = labels if labels.ndim == 1 else labels[:, 0]
     gap = initial_gap(table, model, files)
-    area = _areas(table, model, labels)  # before the normals take 'surface'
+    area = _areas(table, model, first)  # before the normals take 'surface'
     contact = ContactSection(
         labels,
-        _normals(table, model, labels if labels.ndim == 1 else labels[:, 0], (axes[0], axes[1])),
+        _normals(table, model, first, (axes[0], axes[1])),
         (axes[0], axes[1]),
         table.flag("free_out_of_plane"),
         _integers(table, "tied"),
         table.flag("relative"),
         _positions(table),
-        None if model.mesh is None else model.mesh.at(labels if labels.ndim == 1 else labels[:, 0]),
+        None if model.mesh is None else model.mesh.at(first),
         gap.listed,
         area,
     )
@@ -109,9 +110,8 @@ def contact_section(table: Table, model: Model, files: InputFiles) -> ContactSec
         rotated = [label for label in contact.labels.ravel().tolist() if label in model.mesh.rotated]
         if rotated:
             raise ProblemError(
-                f"{table.where}: expected contact nodes with directions x, y, z, found node "
-                f"{rotated[0]} in a "
-                "*TRANSFORM"
+                f"{table.where}: expected contact nodes with directions x, y, z, found node {rotated[0]} in "
+                "a *TRANSFORM"
             )
     placed = _placed(contact, table.where, sort=from_sets)
     normals = in_space(placed.normals, placed.axes)
@@ -237,14 +237,11 @@ def _normals(table: Table, model: Model, first: NDArray[np.intp], axes: tuple[in
         return np.broadcast_to(values, (len(first), 2)).copy()
     if model.mesh is None or not model.mesh.elements:
         raise ProblemError(
-            f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that "
-            "has elements, "
-            "found none"
+            f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that has "
+            "elements, found none"
         )
-    try:
+    with found_in(table.where):
         return model.mesh.normals(first, axes, surface)
-    except ProblemError as error:
-        raise ProblemError(f"{table.where}: {error}") from None
 
 
 def _vectors(table: Table, key: str, many: bool, axes: tuple[int, int]) -> FloatArray | None:
@@ -269,7 +266,7 @@ def _vectors(table: Table, key: str, many: bool, axes: tuple[int, int]) -> Float
     return vectors[..., [axis - 1 for axis in axes]]
 
 
-def _areas(table: Table, model: Model, labels: NDArray[np.intp]) -> FloatArray | None:
+def _areas(table: Table, model: Model, first: NDArray[np.intp]) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
@@ -282,7 +279,6 @@ def _areas(table: Table, model: Model, labels: NDArray[np.intp]) -> FloatArray |
     if model.mesh is None or not model.mesh.elements:
         return None
     surface = table.content.get("surface")
-    first = labels if labels.ndim == 1 else labels[:, 0]
     return model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
 
 
@@ -296,9 +292,8 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
         for axis in contact.axes:
             if (label, axis) not in model.mesh.relative:
                 raise ProblemError(
-                    f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction "
-                    f"{axis} of node "
-                    f"{label}, found none in the deck"
+                    f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction {axis} of "
+                    f"node {label}, found none in the deck"
                 )
 
 

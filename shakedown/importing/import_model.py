@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import friction_left_out
 from shakedown.ground.argument_kinds import checked
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.importing.contact_section import ContactSection, contact_section, in_space
@@ -271,10 +271,8 @@ def import_model(
     loads = [load_section(table, context) for table in tables]
     if kept is None:
         held = held_rows(sections["supports"], context, loads)
-        try:
+        with found_in(root.where):
             reduced = _condensed(stiffness, contact, held, model.mesh)
-        except ProblemError as error:
-            raise ProblemError(f"{root.where}: {error}") from None
         difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     else:
         reduced, difference = kept.condensation, kept.static_run

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.readers.coordinates import read_coordinates
 from shakedown.readers.deck import is_deck, read_deck
@@ -55,10 +55,8 @@ class Model:
                 f"{where}: expected node labels, or [model] with a deck that names sets, found "
                 f"{quoted(name)} and no [model]"
             )
-        try:
+        with found_in(where):
             return self.mesh.nodes(name)
-        except ProblemError as error:
-            raise ProblemError(f"{where}: {error}") from None
 
     def values(self, table: Table, key: str, *, valued: bool = True) -> Values | None:
         """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.

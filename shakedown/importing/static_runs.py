@@ -3,7 +3,7 @@
 import numpy as np
 
 from shakedown.condensation.condense import Condensation
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_section import Values
@@ -50,10 +50,9 @@ def clamped_run(
     bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
     if bodies not in ("", "tied", "clamped") or (contact.labels.ndim == 1 and bodies):
         raise ProblemError(
-            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the "
-            "bodies tied to each "
-            "other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, "
-            f"found '{bodies}'"
+            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the bodies tied to "
+            "each other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, found "
+            f"'{bodies}'"
         )
     run = run_of(source, "reactions", files)
     source.done()
@@ -89,10 +88,8 @@ def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
     dofs = context.stiffness.dofs
     moving = np.isin(dofs[:, 1], (1, 2, 3))
     force = np.zeros(len(dofs))
-    try:
+    with found_in(source.where):
         places = run.places(dofs[moving, 0], "node")
-    except ProblemError as error:
-        raise ProblemError(f"{source.where}: {error}") from None
     force[moving] = -run.vectors[places, dofs[moving, 1] - 1]
     if not force.any():
         raise ProblemError(
@@ -137,10 +134,8 @@ def opened_run(
     run = run_of(source, "displacements", files)
     source.done()
     columns = [axis - 1 for axis in contact.axes]
-    try:
+    with found_in(source.where):
         bodies = [run.places(nodes) for nodes in contact.labels.reshape(len(contact.labels), -1).T]
-    except ProblemError as error:
-        raise ProblemError(f"{source.where}: {error}") from None
     first, *second = (run.vectors[places][:, columns] for places in bodies)
     rounding = np.sum([run.rounding[places][:, columns] for places in bodies], axis=0)
     apart = first - sum(second)
@@ -176,9 +171,8 @@ def static_run(table: Table, reduced: Condensation, context: ImportContext, stif
     source = table.content.get("reactions")
     if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
         raise ProblemError(
-            f"{table.where}: key 'reactions': expected a run of its own, found the file that the "
-            "stiffness was made "
-            "from, which agrees with itself"
+            f"{table.where}: key 'reactions': expected a run of its own, found the file that the stiffness "
+            "was made from, which agrees with itself"
         )
     moved = context.model.values(table, "displacements")
     reactions, clamped = clamped_run(table, contact, files)

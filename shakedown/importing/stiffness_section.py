@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.condensation.stiffness_checks import check_condensed
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_section import Model, Values
@@ -47,10 +47,8 @@ class ImportContext:
 
     def rows(self, where: str, values: Values) -> NDArray[np.intp]:
         """Rows of (node, direction) pairs."""
-        try:
+        with found_in(where):
             return self.stiffness.rows(list(values))
-        except ProblemError as error:
-            raise ProblemError(f"{where}: {error}") from None
 
 
 def stiffness_section(table: Table, contact: ContactSection, model: Model, files: InputFiles) -> Stiffness:
@@ -82,10 +80,8 @@ def stiffness_section(table: Table, contact: ContactSection, model: Model, files
         _check_whole(stiffness, map_name, str(files.path(name)))
     factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
     if stiffness.superelement and not allow_sparse:
-        try:
+        with found_in(files.path(name)):
             check_condensed(stiffness.K, stiffness.dofs[:, 0])
-        except ProblemError as error:
-            raise ProblemError(f"{files.path(name)}: {error}") from None
     return replace(
         stiffness,
         K=scale * factor * stiffness.K,
@@ -144,10 +140,8 @@ def _matrix(name: str, map_name: str | None, pick: Pick, model: Model, files: In
         )
         if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
             frames = files.read(map_name, lambda path: _frames(path, pick.superelement))
-    try:
+    with found_in(files.path(name)):
         return stiffness.in_basic_directions(frames)
-    except ProblemError as error:
-        raise ProblemError(f"{files.path(name)}: {error}") from None
 
 
 def _rows(path: Path, superelement: int | None) -> Rows:
@@ -181,7 +175,7 @@ def _unit_displacements(
             f"{path}: expected no reactions of an axisymmetric model: {HOOP}; write the matrix "
             "(*FREQUENCY, SOLVER=MATRIXSTORAGE)"
         )
-    try:
+    with found_in(path):
         return unit_displacement_stiffness(
             tables,
             contact.moved,
@@ -190,5 +184,3 @@ def _unit_displacements(
             amplitude=amplitude,
             tied=contact.tied,
         )
-    except ProblemError as error:
-        raise ProblemError(f"{path}: {error}") from None

@@ -101,9 +101,8 @@ def _block(lines: list[str], name: str) -> tuple[int, int, list[int]]:
     labels = _labels(lines, start, name)
     if str(len(labels)) != count[1].lstrip("0"):
         raise ProblemError(
-            f"{name}: expected {quoted(count[1])[1:-1]} node labels in the comments after '** "
-            "ELEMENT NODES', "
-            f"found {len(labels)}"
+            f"{name}: expected {quoted(count[1])[1:-1]} node labels in the comments after '** ELEMENT "
+            f"NODES', found {len(labels)}"
         )
     return start, _find(lines, r"\*MATRIX\s*,.*TYPE\s*=\s*STIFFNESS", name, start), labels
 

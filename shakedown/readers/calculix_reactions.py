@@ -85,9 +85,8 @@ def step_of(
     nodes, count = np.unique(data[:, 0], return_counts=True)
     if count.max() > 1:
         raise ProblemError(
-            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} "
-            "twice at time "
-            f"{time:g}"
+            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} twice at "
+            f"time {time:g}"
         )
     vectors = data[:, 1:]
     rounding = FIRST_DIGIT * digits * np.abs(vectors)

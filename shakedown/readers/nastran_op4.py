@@ -109,9 +109,8 @@ def read_op4_columns(path: str | os.PathLike[str], matrix: str) -> FloatArray:
     loaded = _loaded(path, _chosen(op4_headings(path), matrix, name), name)
     if not isinstance(loaded, np.ndarray):
         raise ProblemError(
-            f"{name}: expected at most {_DENSE_SHARE} times the size of the file in loads, found a "
-            "header that "
-            f"claims {loaded.shape[0]} x {loaded.shape[1]}"
+            f"{name}: expected at most {_DENSE_SHARE} times the size of the file in loads, found a header "
+            f"that claims {loaded.shape[0]} x {loaded.shape[1]}"
         )
     return loaded
 

@@ -84,9 +84,8 @@ def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -
     if len(place) < len(steps):
         k = int(np.setdiff1d(np.arange(len(steps)), first)[0])
         raise ProblemError(
-            f"{table.name}: line {table.lines[k]}: expected every node once in a step, found node "
-            f"{nodes[k]} twice "
-            f"in step {steps[k]}"
+            f"{table.name}: line {table.lines[k]}: expected every node once in a step, found node {nodes[k]} "
+            f"twice in step {steps[k]}"
         )
     return [
         NodalVectors(what, ("table",), float(step), nodes[own], vectors[own], np.zeros_like(vectors[own]))

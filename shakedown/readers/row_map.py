@@ -173,8 +173,7 @@ def _implied(nodes: NDArray[np.intp], size: int | None, name: str) -> NDArray[np
     each, left = divmod(size, len(nodes))
     if left or not 1 <= each <= _MOST_DIRECTIONS:
         raise ProblemError(
-            f"{name}: expected nodes for {size} rows with equally many directions each, found "
-            f"{len(nodes)} nodes "
-            "(rows of constrained directions are missing from the matrix?); give a map with directions"
+            f"{name}: expected nodes for {size} rows with equally many directions each, found {len(nodes)} "
+            "nodes (rows of constrained directions are missing from the matrix?); give a map with directions"
         )
     return np.column_stack([np.repeat(nodes, each), np.tile(np.arange(1, each + 1), len(nodes))])

@@ -78,8 +78,7 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
         what = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
     raise ProblemError(
         f"{os.fspath(path)}: expected a stiffness matrix (Abaqus MATRIX INPUT, COORDINATE or substructure, "
-        "CalculiX .sti, reactions, Matrix Market, Harwell-Boeing, Nastran DMIG or OUTPUT4), "
-        f"found {what}"
+        f"CalculiX .sti, reactions, Matrix Market, Harwell-Boeing, Nastran DMIG or OUTPUT4), found {what}"
     )
 
 

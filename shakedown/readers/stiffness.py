@@ -81,9 +81,8 @@ class Stiffness:
                 rows = [own[d] for d in range(first, first + 3) if d in own]
                 if len(rows) in (1, 2):
                     raise ProblemError(
-                        f"expected all rows of node {node}, whose directions are not those of the "
-                        "model, found "
-                        f"{len(rows)} of 3 from direction {first} on"
+                        f"expected all rows of node {node}, whose directions are not those of the model, "
+                        f"found {len(rows)} of 3 from direction {first} on"
                     )
                 for i, row in enumerate(rows):
                     for j, column in enumerate(rows):

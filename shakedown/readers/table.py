@@ -63,8 +63,7 @@ class NumberTable:
         if wrong.size:
             raise ProblemError(
                 f"{self.name}: line {self.lines[wrong[0]]}: expected a whole number in column "
-                f"{quoted(str(key))}, "
-                f"found {values[wrong[0]]:g}"
+                f"{quoted(str(key))}, found {values[wrong[0]]:g}"
             )
         return [int(value) for value in values]
 

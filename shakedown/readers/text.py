@@ -91,9 +91,8 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
     raw = read_bytes(path)
     if b"\0" in raw[:65536]:
         raise ProblemError(
-            f"{name}: expected a text file, found a binary one (of the binary formats, Nastran "
-            "OUTPUT4 can be "
-            "read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF)"
+            f"{name}: expected a text file, found a binary one (of the binary formats, Nastran OUTPUT4 can "
+            "be read; Abaqus: *MATRIX OUTPUT, FORMAT=MATRIX INPUT; Ansys: *EXPORT with MMF)"
         )
     text = raw.decode("utf-8-sig", errors="replace")
     if not text.strip():

@@ -43,9 +43,8 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
     else:
         sentences = [
             f"{begun} up to λ_max = {down(upper.load_factor)}: {held}.",
-            f"Above λ_max = {up(upper.load_factor)} no slip-free state has exactly these nodes open and "
-            "all others closed throughout; "
-            "of other zones, and of nodes that open and close, nothing is said.",
+            f"Above λ_max = {up(upper.load_factor)} no slip-free state has exactly these nodes open and all "
+            "others closed throughout; of other zones, and of nodes that open and close, nothing is said.",
         ]
     if upper.pinned and (problem is None or upper.pinned != rigid_slips(problem).pinned):
         sentences.append(pinned_in_words(upper.pinned, problem))
