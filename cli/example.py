@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 import shakedown
-from shakedown.report.json_documents import problem_document
 
 from .claims import OutputFile
 from .options import json_option, quiet_option
@@ -30,8 +29,8 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         names = shakedown.example_names()
         problems = [shakedown.example(each) for each in names]
         if as_json:
-            documents = map(problem_document, problems)
-            echo_json({"examples": [{"example": e} | d for e, d in zip(names, documents, strict=True)]})
+            named = zip(names, problems, strict=True)
+            echo_json({"examples": [{"example": each} | problem.to_dict() for each, problem in named]})
             return
         width = max(map(len, names))
         for each, problem in zip(names, problems, strict=True):
@@ -43,7 +42,7 @@ def example(name: str | None, output: Path | None, as_json: bool) -> None:
         raise click.UsageError(f"{target} exists; name the file to write with -o")
     shakedown.save_problem(target, problem)
     if as_json:
-        echo_json({"example": name, "file": str(target)} | problem_document(problem))
+        echo_json({"example": name, "file": str(target)} | problem.to_dict())
         return
     say(f"wrote {target}")
     say(headline(problem))

@@ -11,7 +11,6 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.report.json_documents import plain
 
 from .claims import PICTURES, RECORD, OutputFile, writes
 from .map_text import SAMPLED, map_text
@@ -147,7 +146,7 @@ def map_command(
     if picture is not None:
         _draw(found, picture)
     if as_json:
-        echo_json(plain(found.to_dict()))
+        echo_json(found.to_dict())
     else:
         say(map_text(problem, found))
     maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)

@@ -12,7 +12,6 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
-from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.node_words import resolution, without_round_off
 
 from .claims import NODE_FILES, OutputFile
@@ -83,7 +82,7 @@ def nodes(
     if output is not None:
         found.save(output, tractions=tractions)
     if as_json:
-        echo_json({"problem": problem_document(problem)} | plain(found.to_dict()))
+        echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:
         say(_text(problem, found, word))
     if found.outcome == shakedown.Outcome.UNDECIDED:

@@ -11,7 +11,6 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
-from shakedown.report.json_documents import simulation_document
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.hint_words import loads_in_words, simulated_path_in_words
 from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
@@ -99,7 +98,7 @@ def simulate(
     if animation is not None:
         _animate(problem, run, animation)
     if as_json:
-        echo_json(simulation_document(run, problem))
+        echo_json({"problem": problem.to_dict()} | run.to_dict())
     else:
         say(_text(problem, run, word))
     if run.outcome == shakedown.Outcome.UNDECIDED:

@@ -14,7 +14,6 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.design_words import SHORT, sweep_in_words
-from shakedown.report.json_documents import plain, problem_document
 from shakedown.report.words.hint_words import LOAD_DOMAIN
 
 from .claims import PICTURES, RECORD, OutputFile, name_of, reads, writes
@@ -231,7 +230,7 @@ def sweep(
 
         plot.save(plot.regions(found, load_factor=spoken), picture)
     if as_json:
-        echo_json(plain({"problem": problem_document(problem)} | found.to_dict()))
+        echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:
         say(_text(problem, found, spoken))
     if found.contradictions:

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from shakedown.ground.evidence import Missing, present
-from shakedown.ground.shown_values import plain as plain
+from shakedown.ground.shown_values import plain
 from shakedown.ground.visible_text import visible
 from shakedown.joint.problem import Problem
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.upper import UpperBound
-    from shakedown.long_term.simulation import Simulation
     from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
     from shakedown.verification.verify import Verification
 
@@ -29,11 +28,6 @@ def as_text(document: dict[str, Any]) -> str:
 def _json_escape(character: str) -> str:
     code = ord(character)
     return f"\\u{code:04x}" if code < 0x10000 else json.dumps(character)[1:-1]
-
-
-def problem_document(problem: Problem) -> dict[str, Any]:
-    """Name and size of a problem, its labels and units where it has them."""
-    return problem.to_dict()
 
 
 def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | None") -> dict[str, Any]:
@@ -69,9 +63,3 @@ def verification_document(verification: "Verification") -> dict[str, Any]:
     from shakedown.long_term.nodes.node_results import node_results  # loads compiled code
 
     return verification.to_dict() | {"nodes": node_results(verification.as_given).to_dict()}
-
-
-def simulation_document(run: "Simulation", problem: Problem | None = None) -> dict[str, Any]:
-    """A simulation as ``shakedown-bounds simulate --json`` writes it, with the joint where it is given."""
-    about = {} if problem is None else {"problem": problem.to_dict()}
-    return about | run.to_dict()

@@ -9,7 +9,6 @@ import shakedown
 from shakedown.ground.shown_values import down, up
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
-from shakedown.report.json_documents import simulation_document
 from shakedown.report.page_tables import remarks
 from shakedown.report.words.assessment_words import quickly_in_words
 from shakedown.report.words.bound_words import bounds_in_words
@@ -31,13 +30,13 @@ def test_jumps_open_nodes_and_proof_are_told():
 
 
 def test_the_document_of_a_simulation_tells_friction_from_jumps():
-    document = simulation_document(shakedown.simulate(shakedown.example("one-node-separation"), 1.0))
+    document = shakedown.simulate(shakedown.example("one-node-separation"), 1.0).to_dict()
     parts = document["friction_dissipation_per_cycle"] + document["jump_dissipation_per_cycle"]
     assert document["dissipation_per_cycle"] == parts
     assert (document["jumps_per_cycle"], document["open_nodes"], document["proved"]) == (1.0, [], False)
     assert document["energy_margin"] is None
     stepped = shakedown.simulate(shakedown.example("two-node"), 1.0, method="gauss-seidel")
-    assert simulation_document(stepped)["jumps_per_cycle"] is None
+    assert stepped.to_dict()["jumps_per_cycle"] is None
 
 
 def sliding() -> shakedown.Problem:

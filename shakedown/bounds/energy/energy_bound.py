@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan, nextafter
 from numbers import Real
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -213,12 +213,6 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
         initial_slip=zone.slips(given),
         open_nodes=zone.open_nodes,
     )
-
-
-@checked
-def energy_document(bound: EnergyBound) -> dict[str, Any]:
-    """The energy bound with the field names that other programs rely on."""
-    return bound.to_dict()
 
 
 def farthest_load_factor(
