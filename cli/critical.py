@@ -61,10 +61,7 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
     smallest = result.smallest_positive
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
-        lines += [
-            "",
-            paragraph(f"It is where these limits meet (node, limit): {limits}."),
-        ]
+        lines += ["", paragraph(f"It is where these limits meet (node, limit): {limits}.")]
         heading = with_unit("slip there", length_unit(problem))
         lines += ["", node_table(problem, {heading: [number(slip) for slip in smallest.slip]})]
     if list_all and result.load_factors is not None:

@@ -14,8 +14,7 @@ from .output import echo_json, headline, say
 
 
 @click.command(
-    short_help="List or write the built-in problems.",
-    epilog="Exit codes: 0 listed or written; 2 bad usage.",
+    short_help="List or write the built-in problems.", epilog="Exit codes: 0 listed or written; 2 bad usage."
 )
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")

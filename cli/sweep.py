@@ -131,11 +131,7 @@ class TableFile(OutputFile):
     "stiffness or coupling, or a key or constant load of CONFIG.toml. May be given twice.",
 )
 @click.option(
-    "--bounds",
-    type=Bounds(),
-    default=",".join(BOUNDS),
-    show_default=True,
-    help="Limits to compute.",
+    "--bounds", type=Bounds(), default=",".join(BOUNDS), show_default=True, help="Limits to compute."
 )
 @click.option(
     "--load-factor",

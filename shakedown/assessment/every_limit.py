@@ -169,12 +169,7 @@ class JointLimits(Result):
         upper = sought(lambda: self.upper)
         end = None if isinstance(upper, Missing) else scan_end(upper)
         return sought(
-            slip_limit,
-            self.problem,
-            below,
-            self.initial_slip,
-            largest=end or 1.0,
-            tolerances=self.tolerances,
+            slip_limit, self.problem, below, self.initial_slip, largest=end or 1.0, tolerances=self.tolerances
         )
 
     def curve(

@@ -69,10 +69,7 @@ def receding_block(
     # Samples after each step, so that a cycle leads from p_max to p_max.
     triangle = 1 - (1 - unloading) * (1 - np.abs(1 - 2 * np.arange(1, steps + 1) / steps))
     press = Pressure(
-        boundary="strip",
-        value=1.0,
-        history=triangle,
-        transient=np.arange(first_loading + 1) / first_loading,
+        boundary="strip", value=1.0, history=triangle, transient=np.arange(first_loading + 1) / first_loading
     )
     body = ElasticBody(
         mesh,

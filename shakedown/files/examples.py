@@ -83,10 +83,7 @@ def one_node_cyclic() -> Problem:
 
 
 def _above_critical(
-    name: str,
-    transient: list[tuple[float, float]],
-    loop: list[tuple[float, float]],
-    slips: list[list[float]],
+    name: str, transient: list[tuple[float, float]], loop: list[tuple[float, float]], slips: list[list[float]]
 ) -> Problem:
     """One node with load steps (q_w, p_w)."""
     before, period = np.array(transient), np.array(loop)

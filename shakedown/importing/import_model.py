@@ -17,13 +17,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.importing.contact_section import ContactSection, contact_section, in_space
 from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
-from shakedown.importing.load_section import (
-    absent_before,
-    held_rows,
-    load_section,
-    uneven,
-    vary_loads,
-)
+from shakedown.importing.load_section import absent_before, held_rows, load_section, uneven, vary_loads
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.static_runs import static_run
 from shakedown.importing.stiffness_section import ImportContext, stiffness_section

@@ -71,11 +71,7 @@ class Layout:
 
     def blocks(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """A (dn, dn), B (n, dn) and C (n, n) of a stiffness κ, as views."""
-        return (
-            matrix[self.slips, self.slips],
-            matrix[self.gaps, self.slips],
-            matrix[self.gaps, self.gaps],
-        )
+        return (matrix[self.slips, self.slips], matrix[self.gaps, self.slips], matrix[self.gaps, self.gaps])
 
     def of_blocks(self, A: FloatArray, B: FloatArray, C: FloatArray) -> FloatArray:
         """κ = [[A, Bᵀ], [B, C]]."""

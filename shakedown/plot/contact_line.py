@@ -15,16 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.loops import friction_work
-from shakedown.plot.style import (
-    BLACK,
-    Recorded,
-    Style,
-    axes_for,
-    flanks,
-    path_of,
-    positions,
-    style_of,
-)
+from shakedown.plot.style import BLACK, Recorded, Style, axes_for, flanks, path_of, positions, style_of
 
 
 @checked

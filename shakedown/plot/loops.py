@@ -13,14 +13,7 @@ from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
 from shakedown.motion.event_history import EventHistory
-from shakedown.plot.style import (
-    GREY,
-    LINES,
-    Recorded,
-    axes_for,
-    node_name,
-    path_of,
-)
+from shakedown.plot.style import GREY, LINES, Recorded, axes_for, node_name, path_of
 
 MOST_LOOPS = 4
 
@@ -140,11 +133,7 @@ def _checked(nodes: Iterable[int], n: int) -> list[int]:
 
 @checked
 def load_loop(
-    problem: Problem,
-    nodes: int | Iterable[int] = 0,
-    *,
-    load_factor: float = 1.0,
-    ax: Axes | None = None,
+    problem: Problem, nodes: int | Iterable[int] = 0, *, load_factor: float = 1.0, ax: Axes | None = None
 ) -> Axes:
     """The loading of nodes: welded reactions (q_w, p_w) over a period, with the friction cone.
 

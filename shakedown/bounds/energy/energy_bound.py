@@ -208,10 +208,7 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
     if not zone.open_nodes:
         return bound
     return replace(
-        bound,
-        slip=zone.slips(bound.slip),
-        initial_slip=zone.slips(given),
-        open_nodes=zone.open_nodes,
+        bound, slip=zone.slips(bound.slip), initial_slip=zone.slips(given), open_nodes=zone.open_nodes
     )
 
 

@@ -13,15 +13,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.active_set import ActiveSet, larger
 from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import Motion
-from shakedown.motion.kernels.named_state import (
-    Integers,
-    NamedState,
-    Reals,
-    entered,
-    fields,
-    inner,
-    keeping,
-)
+from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, entered, fields, inner, keeping
 
 
 @structref.register

@@ -59,13 +59,7 @@ class Run(NamedState):
 
 structref.define_boxing(RunType, Run)
 RUN = RunType(
-    [
-        ("active", ACTIVE_SET),
-        ("rates", RATES),
-        ("motion", MOTION),
-        ("record", RECORD),
-        ("course", COURSE),
-    ]
+    [("active", ACTIVE_SET), ("rates", RATES), ("motion", MOTION), ("record", RECORD), ("course", COURSE)]
 )
 
 

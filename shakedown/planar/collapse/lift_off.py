@@ -79,11 +79,7 @@ def _at_risk(problem: Problem, enough: float, box: Box | None, steps: NDArray[np
 
 
 def _first_lift_off(
-    problem: Problem,
-    corners: FloatArray,
-    nodes: NDArray[np.intp],
-    within: Box | None,
-    tolerances: Tolerances,
+    problem: Problem, corners: FloatArray, nodes: NDArray[np.intp], within: Box | None, tolerances: Tolerances
 ) -> float:
     """Smallest Σ α with the load r⁰ + Σ α_k r_k, α ≥ 0, at which one of some nodes has p = q = 0."""
     if not nodes.size:

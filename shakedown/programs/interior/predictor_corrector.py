@@ -217,7 +217,5 @@ def _next(program: DenseProgram, point: Point, scaling: Scaling) -> Point:
     d = step(1.0 - sigma, sigma * mean * cone.unit - square - cone.product(ahead.s, ahead.y))
     length = min(1.0, STEP * min(cone.reach(centre, d.s), cone.reach(centre, d.y)))
     return Point(
-        point.x + length * d.x,
-        point.s + length * scaling.times(d.s),
-        point.y + length * scaling.divided(d.y),
+        point.x + length * d.x, point.s + length * scaling.times(d.s), point.y + length * scaling.divided(d.y)
     )

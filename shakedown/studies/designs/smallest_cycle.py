@@ -23,9 +23,7 @@ from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
 from shakedown.studies.designs.cycle_search import CycleSearch
-from shakedown.studies.designs.descent import (
-    Simulator,
-)
+from shakedown.studies.designs.descent import Simulator
 
 Progress = Callable[[int, int], None]
 

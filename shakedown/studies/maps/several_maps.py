@@ -64,7 +64,4 @@ class InitialStateMaps(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the states themselves, for JSON."""
-        return {
-            "maps": [one.to_dict() for one in self.maps],
-            "missing": [plain(one) for one in self.missing],
-        }
+        return {"maps": [one.to_dict() for one in self.maps], "missing": [plain(one) for one in self.missing]}
