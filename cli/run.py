@@ -17,11 +17,8 @@ from shakedown.ground.visible_text import one_line
 from .group import NAME, shakedown_bounds
 
 OPEN, BAD_INPUT = 1, 2
-COLLECTED = (
-    50_000,
-    20,
-    20,
-)  # new objects between two searches for garbage: at 700 they take a sixth of the time
+# New objects between two searches for garbage: at 700 they take a sixth of the time.
+COLLECTED = 50_000, 20, 20
 COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # what a shell sets when it asks how a line may go on
 
 

@@ -101,11 +101,8 @@ def _ring(inside: float, outside: float, across: int, along: int) -> MeshQuad:
     )
 
 
-RADIUS, CANDIDATE, FAR = (
-    20.0,
-    1.5,
-    100.0,
-)  # of the cylinder; half-widths of the candidate contact, of the bodies
+RADIUS = 20.0  # of the cylinder
+CANDIDATE, FAR = 1.5, 100.0  # half-widths of the candidate contact, of the bodies
 
 
 @checked

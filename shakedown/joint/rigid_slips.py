@@ -18,9 +18,8 @@ from shakedown.joint.problem import Problem
 ROUND_OFF = 2.0**-30  # of a rigid motion, relative, at most: condensing a model costs a few digits
 PRINTED = 1e-6  # likewise where the stiffness went through seven printed digits, and does not say so
 CLEAR = 1e4  # by how much what resists exceeds what is round-off, or what is printed
-RESOLVED = (
-    100.0  # by how much what resists exceeds the accuracy of the data, or of floats, where that is known
-)
+# By how much what resists exceeds the accuracy of the data, or of floats, where that is known.
+RESOLVED = 100.0
 CLEARLY_HELD = 1e-4  # smallest eigenvalue of the scaled A, relative, that needs no closer look
 TIED = 1e-6  # relative: pivots that differ by less are equal, and the lowest node is taken
 NOTHING = 1e-9  # share of a node in a rigid slip, relative to the largest, that is none

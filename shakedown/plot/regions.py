@@ -44,9 +44,8 @@ NAMES = {
     "coupling": "factor on the coupling B",
 }
 NO_JOINT = "#EEEEEE"
-BETWEEN_LINES = LinearSegmentedColormap.from_list(
-    "light", ["#F7FBFF", "#6BAED6"]
-)  # black numbers stay readable
+# Light, so that black numbers stay readable.
+BETWEEN_LINES = LinearSegmentedColormap.from_list("light", ["#F7FBFF", "#6BAED6"])
 BELOW: dict[str, Any] = {
     "loc": "upper center", "bbox_to_anchor": (0.5, -0.13), "fontsize": "small", "title_fontsize": "small",
     "frameon": False,

@@ -34,9 +34,8 @@ EDGES: dict[str, tuple[tuple[int, int], ...]] = {
 SOLIDS = ("tetrahedron", "wedge", "hexahedron")
 CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
-_IN_PLANE = (
-    1e-3  # a normal that leaves the plane by more than this share is not a normal of the plane problem
-)
+# A normal that leaves the plane by more than this share is not a normal of the plane problem.
+_IN_PLANE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,8 @@ from shakedown.condensation.contact_frame import checked_dofs
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 
-FEWEST_DIGITS, MOST_DIGITS = (
-    5,
-    10,
-)  # with fewer digits numbers are round, with more they are as good as floats
+# With fewer digits numbers are round, with more they are as good as floats.
+FEWEST_DIGITS, MOST_DIGITS = 5, 10
 DECIMAL = 1e-13  # round-off of a decimal number between 1 and 10, scaled
 MOST_ENTRIES = 20000  # that are looked at
 

@@ -14,9 +14,8 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.program import Program, ball
 from shakedown.programs.solver import ROADS, solve
 
-FIRST_ROWS = (
-    40  # with these, and half as many as there are nodes, most programs are solved in one or two rounds
-)
+# With these, and half as many as there are nodes, most programs are solved in one or two rounds.
+FIRST_ROWS = 40
 NEWTON_STEPS = 5
 SHARP = 1e-10  # what may be left between λ and what its multipliers prove, relatively
 PULLING, NEAR = 1e-7, 1e-5  # active rows have larger multipliers and smaller slacks, relatively

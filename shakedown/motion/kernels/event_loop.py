@@ -61,9 +61,8 @@ from shakedown.motion.kernels.run import RUN, Run
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)
 EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
-EVENT = (
-    MOST_FOLLOWED // 8
-)  # load steps that an event counts for: it adds more round-off to κ u than one of them
+# Load steps that an event counts for: it adds more round-off to κ u than one of them.
+EVENT = MOST_FOLLOWED // 8
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature
 
 

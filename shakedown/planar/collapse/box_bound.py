@@ -30,9 +30,8 @@ WORK = 4 * 10**9  # programs times the cube of their size: some 250 at 250 nodes
 DOUBLINGS = 60  # of the load factor, where no λ_max ends the search
 STEPS = 100  # of the search; each closes the bracket by half at least every other time
 ACCURACY = 1e-11  # of the load factor, relative
-AHEAD = (
-    8.0  # of what is proved, in steps by which that rose last: the first collapse hardly changes with the box
-)
+# Of what is proved, in steps by which that rose last: the first collapse hardly changes with the box.
+AHEAD = 8.0
 UNLIMITED: dict[str, Any] = {
     "status": Status.UNBOUNDED,
     "load_factor": inf,

@@ -177,9 +177,8 @@ def _normal_equations(program: DenseProgram, scaling: Scaling) -> Callable[[Floa
     normal = blas.dsyrk(1.0, scaled, lower=1)
     if program.rank is not None:
         size = program.rank + 1
-        of_cone = np.roll(
-            scaling.inverse_square(), -1, axis=(0, 1)
-        )  # the radius comes last among the columns
+        # The radius comes last among the columns.
+        of_cone = np.roll(scaling.inverse_square(), -1, axis=(0, 1))
         normal[:size, :size] += np.tril(of_cone)
     factor = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
 

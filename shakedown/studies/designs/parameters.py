@@ -14,14 +14,9 @@ from shakedown.joint.problem import Problem
 
 # What is varied, and its unit.
 PARAMETERS = {
-    "f": "1",
-    "friction": "1",
-    "amplitude": "1",
-    "mean": "1",
-    "phase": "periods",
-    "stiffness": "1",
+    "f": "1", "friction": "1", "amplitude": "1", "mean": "1", "phase": "periods", "stiffness": "1",
     "coupling": "1",
-}
+}  # fmt: skip
 FACTORS = ("friction", "amplitude", "mean", "stiffness", "coupling")
 _NEAR = 64 * np.finfo(float).eps  # of a period: a shift this near a load step is one by whole load steps
 
@@ -112,7 +107,7 @@ def _changed(problem: Problem, name: str, value: float) -> Problem:
             return _loaded(known, Loading(loop.q0, loop.p0, value * loop.q1, value * loop.p1))
         case "mean":
             known = _scaled(problem, value, "load_mean", "q_transient", "p_transient")
-            return _loaded(known, _mean_scaled(loop, value))
+            return _loaded(known, Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1))
         case "phase":
             return _shifted(problem, value)
         case "coupling":
@@ -134,10 +129,6 @@ def _with_friction(problem: Problem, value: float) -> Problem:
 def _loaded(problem: Problem, loop: Loading) -> Problem:
     """The joint under another loop, its constant part given apart so that no sample mean replaces it."""
     return replace(problem, q_w=loop.q0 + loop.q1, p_w=loop.p0 + loop.p1, q_mean=loop.q0, p_mean=loop.p0)
-
-
-def _mean_scaled(loop: Loading, value: float) -> Loading:
-    return Loading(value * loop.q0, value * loop.p0, loop.q1, loop.p1)
 
 
 def _scaled(problem: Problem, value: float, *keys: str) -> Problem:
