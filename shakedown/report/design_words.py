@@ -145,12 +145,8 @@ def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> 
     if found.state is None:
         return [*sentences, _none_found(found)]
     one = len(found.slipping_nodes) == 1
-    after = "gain slip" if found.state.drift.any() else "return to where they were"
-    after = (
-        after.replace("gain", "gains").replace("return", "returns").replace("they were", "it was")
-        if one
-        else after
-    )
+    back = "returns to where it was" if one else "return to where they were"
+    after = f"gain{'s' * one} slip" if found.state.drift.any() else back
     apart = found.separation_load_factor < found.load_factor
     which = f"The smallest cycle was found at λ_cycle = {up(found.load_factor)}. " if apart else ""
     who = f"{which}In that cycle {open_in_words(found.slipping_nodes, problem)} slip{'s' * one}"
