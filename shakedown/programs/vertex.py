@@ -43,7 +43,9 @@ def cleaned(program: Program, x: FloatArray) -> FloatArray:
     sides = np.abs(np.stack([program.left, program.right]))
     largest = np.where(sides < INF, sides, 0.0).max(axis=0)
     threshold = program.tolerances.cancellation * len(x)
-    return np.clip(without_round_off(program.matrix, x, largest, threshold), program.lower, program.upper)
+    clean = without_round_off(program.matrix, x, largest, threshold)
+    dear = ~program.matrix.any(axis=0) & (program.cost != 0)  # in no row, but not for nothing at its bound
+    return np.clip(np.where(dear, x, clean), program.lower, program.upper)
 
 
 def without_round_off(matrix: FloatArray, x: FloatArray, right: FloatArray, threshold: float) -> FloatArray:
