@@ -35,9 +35,9 @@ from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.json_documents import as_text, verification_document
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
-    WORST,
     Table,
     bounds_table,
+    nodes_note,
     nodes_table,
     printed_nodes,
     runs_table,
@@ -62,6 +62,11 @@ from shakedown.report.words.subset_words import critical_in_words
 from shakedown.verification.verify import Verification
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
+MOST_SENSITIVE = 100  # nodes up to which a page has sensitivities: at a degenerate optimum a program each
+LIMITED_ELSEWHERE = (
+    f"Beyond {MOST_SENSITIVE} nodes it takes minutes to say which node limits the joint: shakedown-bounds "
+    "solve FILE --json has it (“sensitivities”)."
+)
 
 
 @checked
@@ -151,6 +156,7 @@ def _attribute(value: str) -> Markup:
 def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
     certain, *reservations = certain_in_words(v.limits)
+    few = problem.n <= MOST_SENSITIVE
     return {
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
@@ -184,8 +190,8 @@ def _context(v: Verification) -> dict[str, Any]:
         ],
         "guarantee": guarantee_picture(v),
         "slips": slip_picture(v),
-        "limited": sensitivities_in_words(v.limits),
-        "sensitivity": sensitivity_picture(v),
+        "limited": sensitivities_in_words(v.limits) if few else [LIMITED_ELSEWHERE],
+        "sensitivity": sensitivity_picture(v) if few else None,
         "friction": friction_in_words(v.problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,
@@ -194,7 +200,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "no_pictures": no_pictures(v),
         "nodes": nodes_table(v),
         "worst": worst_table(v),
-        "nodes_note": _nodes_note(v),
+        "nodes_note": nodes_note(v),
         "critical": critical_in_words(v.critical, subset_count(problem.n), v.limits.bounds),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
@@ -223,16 +229,6 @@ RUNS_NOTE = (
     "violation of the contact and friction law over that period (with fixed load steps: over all of them), "
     "re-computed from slips and gaps alone. " + SEPARATION
 )
-
-
-def _nodes_note(v: Verification) -> str:
-    """Which nodes the first table of nodes shows, and where all of them are."""
-    shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
-    return (
-        f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "
-        "largest p. All nodes with all digits are in the JSON beside this page (“nodes”), and as a table or "
-        "for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
-    )
 
 
 def _provenance(v: Verification) -> str:

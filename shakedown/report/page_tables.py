@@ -230,3 +230,13 @@ def worst_table(v: Verification) -> Table:
         for j in worst_nodes(v)
     ]
     return Table(head, rows, words=tuple(range(1, 2 + len(labels))))
+
+
+def nodes_note(v: Verification) -> str:
+    """Which nodes the first table of nodes shows, and where all of them are."""
+    shown = "Every node" if v.problem.n <= WORST else f"The {WORST} worst nodes of {v.problem.n}"
+    return (
+        f"{shown} over one period of the long-term state at λ = 1, the largest slip range first, then the "
+        "largest p. All nodes with all digits are in the JSON beside this page (“nodes”), and as a table or "
+        "for ParaView: shakedown-bounds nodes FILE --load-factor 1 -o nodes.csv (or .vtu)."
+    )

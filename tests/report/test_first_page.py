@@ -229,3 +229,13 @@ def test_a_rounded_load_factor_stays_on_its_side_of_one(value, rounded):
     shown = float(beside_one(value, rounded))
     assert np.sign(shown - 1) == np.sign(value - 1)
     assert shown <= value if rounded is down else shown >= value
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_page_of_many_nodes_does_not_wait_for_sensitivities(slips, monkeypatch):
+    assert "is limited most at" in render(slips)
+    monkeypatch.setattr("shakedown.report.html.MOST_SENSITIVE", 8)
+    page = render(slips)
+    assert "is limited most at" not in page
+    assert "Neither" not in page
+    assert "shakedown-bounds solve FILE --json has it" in page
