@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import TransientLimit
 
 
+ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class JointLimits(Result):
     """The limits of one joint: whoever needs one reads it here.
@@ -137,10 +140,14 @@ class JointLimits(Result):
 
     @cached_property
     def sensitivities(self) -> dict[str, Sensitivities | Missing]:
-        """By how much λ_max ("upper") and λ_E ("energy") move with friction and loads at every node."""
+        """By how much λ_max ("upper") and λ_E ("energy") move with friction and loads at every node.
+
+        Missing for larger joints where that takes many programs (:func:`sensitivities` goes on there).
+        """
+        few = self.problem.n <= ONE_SIDED_UP_TO
         bounds: dict[str, UpperBound | EnergyBound] = {"upper": self.upper, "energy": self.energy}
         return {
-            name: sought(sensitivities, self.problem, bound, tolerances=self.tolerances)
+            name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)
             for name, bound in bounds.items()
         }
 

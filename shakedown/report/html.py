@@ -62,11 +62,6 @@ from shakedown.report.words.subset_words import critical_in_words
 from shakedown.verification.verify import Verification
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
-MOST_SENSITIVE = 100  # nodes up to which a page has sensitivities: at a degenerate optimum a program each
-LIMITED_ELSEWHERE = (
-    f"Beyond {MOST_SENSITIVE} nodes it takes minutes to say which node limits the joint: shakedown-bounds "
-    "solve FILE --json has it (“sensitivities”)."
-)
 
 
 @checked
@@ -156,7 +151,6 @@ def _attribute(value: str) -> Markup:
 def _context(v: Verification) -> dict[str, Any]:
     problem = v.problem
     certain, *reservations = certain_in_words(v.limits)
-    few = problem.n <= MOST_SENSITIVE
     return {
         "title": shortened(problem.name) or "unnamed problem",
         "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
@@ -190,8 +184,8 @@ def _context(v: Verification) -> dict[str, Any]:
         ],
         "guarantee": guarantee_picture(v),
         "slips": slip_picture(v),
-        "limited": sensitivities_in_words(v.limits) if few else [LIMITED_ELSEWHERE],
-        "sensitivity": sensitivity_picture(v) if few else None,
+        "limited": sensitivities_in_words(v.limits),
+        "sensitivity": sensitivity_picture(v),
         "friction": friction_in_words(v.problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,

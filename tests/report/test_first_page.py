@@ -15,6 +15,7 @@ from shakedown.report.html import render, write_report
 from shakedown.report.page_tables import WORST, worst_table
 from shakedown.report.words.answer_words import answer_in_words, margin_of_answer, proved_limit
 from shakedown.report.words.assessment_words import beside_one
+from shakedown.report.words.sensitivity_words import sensitivities_in_words
 from shakedown.verification.verify import Verification
 from tests.report.test_page import Page
 
@@ -231,11 +232,15 @@ def test_a_rounded_load_factor_stays_on_its_side_of_one(value, rounded):
     assert shown <= value if rounded is down else shown >= value
 
 
-@pytest.mark.usefixtures("undrawn")
-def test_the_page_of_many_nodes_does_not_wait_for_sensitivities(slips, monkeypatch):
-    assert "is limited most at" in render(slips)
-    monkeypatch.setattr("shakedown.report.html.MOST_SENSITIVE", 8)
-    page = render(slips)
-    assert "is limited most at" not in page
-    assert "Neither" not in page
-    assert "shakedown-bounds solve FILE --json has it" in page
+def test_many_nodes_at_a_degenerate_optimum_do_not_wait_for_sensitivities(monkeypatch):
+    """Two joints in one, alike: the multipliers of either, or of both, are optimal."""
+    one = shakedown.example("two-node")
+    zero = np.zeros((2, 2))
+    twins = shakedown.Problem(
+        A=np.block([[one.A, zero], [zero, one.A]]), B=np.block([[one.B, zero], [zero, one.B]]), f=0.35,
+        q_w=np.hstack([one.q_w, one.q_w]), p_w=np.hstack([one.p_w, one.p_w]),
+    )  # fmt: skip
+    assert "λ_max is limited most at" in sensitivities_in_words(shakedown.assess(twins).details)[0]
+    monkeypatch.setattr("shakedown.assessment.every_limit.ONE_SIDED_UP_TO", 3)
+    sentence = sensitivities_in_words(shakedown.assess(twins).details)[0]
+    assert sentence.startswith("Which node limits λ_max is left out: its optimum is degenerate")

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
@@ -38,6 +39,8 @@ class Optimum:
         With a cone the only direction along which x can be changed at all.
     tolerances
         Those of the programs; ``degeneracy`` decides what is regular.
+    programs
+        Whether a derivative may take a program of its own.
     """
 
     W: FloatArray
@@ -48,6 +51,7 @@ class Optimum:
     slack: FloatArray
     ray: FloatArray | None
     tolerances: Tolerances
+    programs: bool
 
     def derivative(self, gain: FloatArray, turn: FloatArray) -> FloatArray:
         """dλ as a parameter falls, and as it grows, (2,), per unit of it; NaN where there is none.
@@ -67,6 +71,10 @@ class Optimum:
             return float(self.multipliers @ gain)
         if moves and self.rows is None:
             return float("nan")
+        if not self.programs:
+            raise SolverError(
+                "its optimum is degenerate, and every derivative there takes a program of its own"
+            )
         return self._by_program(gain, turn if moves else np.zeros_like(turn))
 
     @cached_property

@@ -105,7 +105,11 @@ class Sensitivities(Result):
 
 @checked
 def sensitivities(
-    problem: Problem, bound: UpperBound | EnergyBound, *, tolerances: Tolerances = DEFAULT
+    problem: Problem,
+    bound: UpperBound | EnergyBound,
+    *,
+    one_sided: bool = True,
+    tolerances: Tolerances = DEFAULT,
 ) -> Sensitivities:
     """By how much λ_max or λ_E changes with friction, constant load and load amplitude, at every node.
 
@@ -128,6 +132,8 @@ def sensitivities(
         The joint and its loading.
     bound
         Its λ_max, not through the transient, or its λ_E.
+    one_sided
+        Whether to go on at a degenerate optimum: up to six small programs a node, minutes for 250 nodes.
     tolerances
         Those with which the bound was computed.
 
@@ -135,6 +141,8 @@ def sensitivities(
     ------
     UsageError
         If the bound is not one of this joint.
+    SolverError
+        If the optimum is degenerate and ``one_sided`` is False.
 
     Examples
     --------
@@ -159,9 +167,9 @@ def sensitivities(
         return Sensitivities(symbol, bound.status, reason, bound.load_factor, none, none, none)
     zone = contact_zone(problem, bound.open_nodes, tolerances=tolerances)
     if isinstance(bound, UpperBound):
-        parts = _of_upper(zone, bound, tolerances)
+        parts = _of_upper(zone, bound, one_sided, tolerances)
     else:
-        parts = _of_energy(zone, bound, tolerances)
+        parts = _of_energy(zone, bound, one_sided, tolerances)
     return Sensitivities(
         symbol=symbol,
         status=bound.status,
@@ -208,7 +216,7 @@ class _Reached:
         return Slopes(derivative, derivative / load_factor, together / load_factor)
 
 
-def _of_upper(zone: Zone, bound: UpperBound, tolerances: Tolerances) -> _Reached:
+def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolerances) -> _Reached:
     before = len(bound.multipliers) > len(zone.constraints.g)
     rows, slip = rows_of(zone, before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
@@ -224,11 +232,12 @@ def _of_upper(zone: Zone, bound: UpperBound, tolerances: Tolerances) -> _Reached
         slack=np.maximum(-rows.excess(slip, bound.load_factor), 0.0),
         ray=None,
         tolerances=tolerances,
+        programs=one_sided,
     )
     return _Reached(optimum, rates, rates.pressures(slip), rates.pressure_slopes())
 
 
-def _of_energy(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> _Reached:
+def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tolerances) -> _Reached:
     rows = zone_rows(zone, tolerances=tolerances)
     metric, closed = rows.metric, zone.problem.layout.slips_of(zone.closed_nodes)
     slip, start = bound.slip[closed], bound.initial_slip[closed]
@@ -254,6 +263,7 @@ def _of_energy(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> _Reach
         slack=room,
         ray=ray if s @ y > 0 else None,
         tolerances=tolerances,
+        programs=one_sided,
     )
     pressure = rates.pressures(slip) - reach * needs[:, None] * SIDES
     rising, growing = rates.pressure_slopes() @ metric.inverse, needs[:, None] * ray

@@ -32,8 +32,14 @@ def sensitivities_in_words(limits: JointLimits) -> list[str]:
     λ_E is limited most at node 1: +0.95 % for 1 % more friction, +0.95 % for 1 % more constant
     load, −0.97 % for 1 % more load amplitude there.
     """
-    known = [found for found in limits.sensitivities.values() if not isinstance(found, Missing)]
-    return [sentence for found in known if (sentence := limited_in_words(found, limits.problem))]
+    symbols = {"upper": "λ_max", "energy": "λ_E"}
+    sentences = [
+        f"Which node limits {symbols[name]} is left out: {found.reason} (docs/interpretation.md)."
+        if isinstance(found, Missing)
+        else limited_in_words(found, limits.problem)
+        for name, found in limits.sensitivities.items()
+    ]
+    return [sentence for sentence in sentences if sentence]
 
 
 def limited_in_words(found: Sensitivities, problem: Problem) -> str:
