@@ -57,7 +57,8 @@ def by_clarabel(program: Program, way: Way) -> Solution:
     settings.equilibrate_enable, settings.max_step_fraction = way.rescaled, way.step
     columns, (equal, less) = len(form.cost), form.counts
     cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
-    cones += [clarabel.SecondOrderConeT(count) for count in program.cones]
+    for count in program.cones:  # Clarabel 0.10 knows none of one row
+        cones.append(clarabel.SecondOrderConeT(count) if count > 1 else clarabel.NonnegativeConeT(1))
     matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
     end = clarabel.DefaultSolver(_no_square(columns), form.cost, matrix, form.right, cones, settings).solve()
     status, word = _ENDS.get(str(end.status)), str(end.status)
@@ -83,7 +84,8 @@ def by_cvxpy(program: Program, solver: str, accuracy: float) -> Solution:
     x, ends = cp.Variable(len(form.cost)), np.cumsum([0, *form.counts, *program.cones]).tolist()
     parts = [(form.matrix[rows], form.right[rows]) for rows in (slice(*each) for each in pairwise(ends))]
     (same, value), (below, most), *cones = parts
-    limits = [same @ x == value] * bool(len(value)) + [below @ x <= most] * bool(len(most))
+    limits = [same @ x == value] if len(value) else []  # of no rows cvxpy 1.6 knows no product
+    limits += [below @ x <= most] if len(most) else []
     limits += [cp.SOC(right[0] - matrix[0] @ x, right[1:] - matrix[1:] @ x) for matrix, right in cones]
     told = cp.Problem(cp.Minimize(form.cost @ x), limits)
     keys = ("tol_gap_abs", "tol_gap_rel", "tol_feas") if solver == "CLARABEL" else ()
