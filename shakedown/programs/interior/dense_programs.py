@@ -30,6 +30,8 @@ def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDA
     array([0, 1])
     """
     used = matrix.any(axis=0)
+    if not used.any():
+        return None
     inner = matrix[:, used]
     sizes = _sizes(inner)
     inner = inner / sizes[:, None]

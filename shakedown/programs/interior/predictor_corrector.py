@@ -117,8 +117,6 @@ def preconditioned(matrix: FloatArray) -> FloatArray | None:
 
 def in_units_of(factor: FloatArray, matrix: FloatArray) -> FloatArray:
     """M R⁻¹."""
-    if not factor.size:  # older SciPy solves no empty systems
-        return matrix
     return np.asarray(solve_triangular(factor, matrix.T, trans=1).T, dtype=float)
 
 
