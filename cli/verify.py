@@ -10,7 +10,6 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
-from shakedown.report.json_documents import verification_document
 from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
 from shakedown.report.words.assessment_words import certain_in_words
 from shakedown.report.words.bound_words import bounds_in_words
@@ -104,9 +103,9 @@ def verify(
         if output is not None:
             write_report(output, result)
     if nodes is not None:
-        shakedown.node_results(result.as_given).save(nodes)
+        result.nodes.save(nodes)
     if as_json:
-        echo_json(verification_document(result))
+        echo_json(result.to_dict())
     else:
         say(_text(problem, result))
         if output is not None:

@@ -71,7 +71,7 @@ class FixedSteps:
     @property
     def state(self) -> State:
         """The state between two cycles; may be set to continue from another one."""
-        return State(np.concatenate([self.v, self.w]), self.contact.copy())
+        return State(self.problem.layout.joined(self.v, self.w), self.contact.copy())
 
     @state.setter
     def state(self, state: State) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, State, Stop
 from shakedown.motion.event_history import EventHistory
@@ -20,6 +21,8 @@ class Motion(Protocol):
 
     Attributes
     ----------
+    problem
+        The joint.
     done
         Cycles followed.
     state
@@ -30,6 +33,7 @@ class Motion(Protocol):
         The path over all cycles that were recorded.
     """
 
+    problem: Problem
     done: int
     stop: Stop | None
 
@@ -99,6 +103,6 @@ def cycles_of(motion: Motion, most: int, *, record: bool = False) -> Iterator[Cy
 
 def walk(motion: Motion, most: int, *, record: bool = False) -> Walk:
     """At most so many cycles from the present state."""
-    start = motion.state.u[: len(motion.state.contact)]
+    start = motion.state.u[motion.problem.layout.slips]
     records = tuple(cycles_of(motion, most, record=record))
     return Walk(start, records, motion.history if record else None)

@@ -8,7 +8,6 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.joint.units import stress_unit, units_of, work_unit
-from shakedown.long_term.nodes.node_results import node_results
 from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import Table, transient_is_proved
@@ -51,7 +50,7 @@ def rest_table(v: Verification) -> Table:
 
 def _node_rows(v: Verification) -> list[list[str]]:
     """The worst of the results per node for the loading as given, and the node at which it is."""
-    nodes = node_results(v.as_given)
+    nodes = v.nodes
     if not nodes.period:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
     force, length = units_of(v.problem)

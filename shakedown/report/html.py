@@ -32,7 +32,7 @@ from shakedown.report.data_page import (
     stiffness_rows,
 )
 from shakedown.report.first_page import large_numbers, rest_table
-from shakedown.report.json_documents import as_text, verification_document
+from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
     Table,
@@ -77,7 +77,7 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     if not isinstance(verification, Verification):
         raise UsageError(f"verification: expected a Verification, found {type(verification).__name__}")
     target = report_path(path)
-    document = {"report": REPORT} | verification_document(verification)
+    document = {"report": REPORT} | verification.to_dict()
     page = render(verification)
     with atomic_write_together([target, target.with_suffix(".json")]) as (html_file, json_file):
         html_file.write(page.encode())

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
-    from shakedown.verification.verify import Verification
 
 
 def as_text(document: dict[str, Any]) -> str:
@@ -53,13 +52,3 @@ def quick_document(problem: Problem, energy: "EnergyBound", upper: "UpperBound")
     """What ``shakedown-bounds solve --quick --json`` writes."""
     about = {"problem": problem.to_dict(), "pinned": list(upper.pinned)}
     return about | {"energy": energy.to_dict(), "upper": upper.to_dict()}
-
-
-def verification_document(verification: "Verification") -> dict[str, Any]:
-    """A verification as ``shakedown-bounds verify --json`` and the report's JSON file have it.
-
-    With what every node goes through at λ = 1.
-    """
-    from shakedown.long_term.nodes.node_results import node_results  # loads compiled code
-
-    return verification.to_dict() | {"nodes": node_results(verification.as_given).to_dict()}

@@ -11,7 +11,6 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
-from shakedown.long_term.nodes.node_results import node_results
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.run_words import start_in_words
@@ -190,7 +189,7 @@ def printed_nodes(v: Verification) -> frozenset[int] | None:
 
 def worst_nodes(v: Verification) -> list[int]:
     """The nodes that slip most in the long run under the loading as given, then those pressed hardest."""
-    nodes = node_results(v.as_given)
+    nodes = v.nodes
     slip = _slip_without_round_off(v, nodes.slip_range)
     keys = (-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, slip))
     return np.lexsort([*keys])[:WORST].tolist()
@@ -202,7 +201,7 @@ def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
 
 def worst_table(v: Verification) -> Table:
     """What the worst nodes go through in the long run under the loading as given."""
-    problem, nodes = v.problem, node_results(v.as_given)
+    problem, nodes = v.problem, v.nodes
     force, length = units_of(problem)
     work = np.array(without_round_off(nodes.work, resolution(problem, 1.0)[1]))
     columns = {

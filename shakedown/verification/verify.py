@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
@@ -17,6 +18,8 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_load_factor, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.nodes.node_results import node_results
+from shakedown.long_term.nodes.node_table import NodeResults
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.long_term.simulation import simulate
 from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
@@ -118,6 +121,7 @@ class Verification(Result):
             "guarantee_curve": self.curve,
             **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
             "runs": self.runs,
+            "nodes": self.nodes,
         }
         return {word: plain(value) for word, value in document.items()}
 
@@ -154,6 +158,11 @@ class Verification(Result):
         name = "zero" if self.problem.initial_slip is None else "given 0"
         found = [run for run in self.runs if run.simulation.load_factor == AS_GIVEN and run.initial == name]
         return found[0]
+
+    @cached_property
+    def nodes(self) -> NodeResults:
+        """What every node goes through in the long run under the loading as given."""
+        return node_results(self.as_given, tolerances=self.limits.tolerances)
 
     @property
     def agrees(self) -> bool:

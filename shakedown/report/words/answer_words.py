@@ -11,7 +11,6 @@ import numpy as np
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
-from shakedown.long_term.nodes.node_results import node_results
 from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.words.assessment_words import admissible_in_words, at_load_factor, proved_up_to
 from shakedown.report.words.run_words import sliding_in_words
@@ -71,7 +70,7 @@ def _does(v: Verification) -> str:
     if run.outcome == Outcome.SEPARATION:
         return f"the joint is in separation: {run.reason}"
     verb = "slips on and on" if run.outcome == Outcome.RATCHETTING else "slips"
-    nodes = node_results(v.as_given)
+    nodes = v.nodes
     most = int(nodes.slip_range.argmax())
     size = f"{up(nodes.slip_range[most], 3)} {units_of(v.problem)[1]}".rstrip()
     return f"the joint {verb} in every cycle, by up to {size} at {node_in_words(v.problem, most)}"
