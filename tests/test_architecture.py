@@ -23,6 +23,7 @@ FLOORS = (
         "files",
         "condensation",
         "motion",
+        "motion.implicit",
         "planar",
         "planar.uniqueness",
         "long_term.settling",
@@ -166,7 +167,9 @@ def test_wings_are_small_and_say_what_they_are_for():
         folder = PACKAGE / Path(*wing.split("."))
         rooms = [path for path in folder.glob("*.py") if path.stem != "__init__"]
         parts = [path.parent for path in folder.glob("*/__init__.py")]
-        assert 1 <= len(rooms) + len(parts) <= MOST_ROOMS, wing
+        inside = [path for path in parts if f"{wing}.{path.name}" not in FLOOR]
+        assert len(rooms) + len(inside) <= MOST_ROOMS, wing
+        assert rooms or parts, wing
         purpose = ast.get_docstring(ast.parse((folder / "__init__.py").read_text()))
         assert purpose, wing
         unnamed = [path.stem for path in rooms if f"``{path.stem}``" not in purpose]

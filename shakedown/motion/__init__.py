@@ -5,5 +5,5 @@ Reading order: ``contact_law`` (Coulomb's law and its violation, the judge of ev
 ``initial_state`` (where a motion begins), ``method`` (what every way to follow it has in common),
 ``fixed_steps`` (Gauss–Seidel), ``viscous_jump`` (chapter VI), ``integrator`` (the exact path, jumps
 included), ``reduced_scene`` (only the nodes that matter), ``evolve`` (the public function). Below them
-``kernels/``, the compiled loops.
+``kernels/``, the compiled loops, and ``implicit/``, load steps solved at once.
 """

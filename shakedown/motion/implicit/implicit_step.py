@@ -1,0 +1,188 @@
+"""Load steps of a joint with two tangential directions, each solved at once (implicit Euler)."""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.motion.implicit.dense_solver import address_of_solver
+from shakedown.motion.implicit.load_steps import follow
+from shakedown.motion.implicit.swept_stiffness import Body, Tableau
+
+CLOSE = 2e-12  # what Newton's method leaves of the equations, relative to the force scale
+TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
+MOST_SWEEPS = 10_000
+
+
+class StepStatus(IntEnum):
+    """How a load step ended."""
+
+    SOLVED = 0
+    UNSOLVED = 1
+    LIFTS_OFF = 2
+    SLIDES_AWAY = 3
+
+
+class Steps(NamedTuple):
+    """States after load steps.
+
+    Attributes
+    ----------
+    status
+        Of the last of them: the others are solved.
+    solved
+        How many were solved.
+    node
+        A node that found no state, where one was not solved; −1 where it is none alone.
+    residual
+        Largest departure from the law, relative to the force scale; of the last step where that failed.
+    v, w : (k, 2n), (k, n)
+        Slips and gaps after every load step [length].
+    slip : (k, 2n)
+        Slip in contact in the last part of every load step [length].
+    length, work : (k, n)
+        Length of the way in contact, and what friction takes, in every load step.
+    sweeps, newton_steps
+        Work in all.
+    """
+
+    status: StepStatus
+    solved: int
+    node: int
+    residual: float
+    v: FloatArray
+    w: FloatArray
+    slip: FloatArray
+    length: FloatArray
+    work: FloatArray
+    sweeps: int
+    newton_steps: int
+
+
+class ImplicitJoint:
+    """A joint of n nodes with two tangential directions, ready to be carried through load steps.
+
+    Of each step the state (v, w) after it satisfies, at every node, w ≥ 0, p ≥ 0, w p = 0, |q| ≤ f p and
+    q = −f p s/|s| where it slips by s in contact; s counts from the slip before the step, and where the
+    node was open from where it touches. Of several such states it is the one that the sweeps reach
+    from the state before. What is open stays eliminated from step to step.
+
+    Parameters
+    ----------
+    A, B, C : (2n, 2n), (n, 2n), (n, n)
+        Contact stiffness, node by node [force/length]. C None: nodes cannot open.
+    f : (n,)
+        Friction coefficients.
+    force
+        What "small" is measured against [force]: the largest welded reaction of the scene.
+    tolerances
+        ``zero_mode`` says which motion meets no resistance.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> joint = ImplicitJoint(np.eye(2), np.zeros((1, 2)), np.eye(1), np.array([0.5]), 1.0)
+    >>> joint.step(np.array([0.6, 0.8]), np.array([1.0])).v
+    array([[-0.3, -0.4]])
+    """
+
+    def __init__(
+        self,
+        A: FloatArray,
+        B: FloatArray,
+        C: FloatArray | None,
+        f: FloatArray,
+        force: float,
+        tolerances: Tolerances = DEFAULT,
+    ) -> None:
+        n = len(B)
+        self.n, self.force, self._tolerances = n, float(force), tolerances
+        self._places = np.column_stack([np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2), 2 * n + np.arange(n)])
+        normal = np.zeros((n, n)) if C is None else C
+        kappa = np.block([[A, B.T], [B, normal]])
+        own = self._places.ravel()
+        kappa = np.ascontiguousarray(kappa[np.ix_(own, own)])
+        blocks = kappa.reshape(n, 3, n, 3)[np.arange(n), :, np.arange(n)]
+        tangential = _weights(0.5 * (blocks[:, 0, 0] + blocks[:, 1, 1]))
+        stiff = _weights(blocks[:, 2, 2]) if C is not None else tangential.copy()
+        self._body = Body(
+            kappa, np.array(f, dtype=float), tangential, stiff, _determinants(blocks), C is not None
+        )
+        self._tableau = Tableau(
+            kappa.copy(), np.zeros(n, dtype=np.bool_), np.zeros(3 * n), np.zeros(3 * n), np.zeros(3 * n),
+            np.zeros(1, dtype=np.int64),
+        )  # fmt: skip
+        self._state = np.zeros(3 * n)
+
+    @property
+    def v(self) -> FloatArray:
+        """Present slips (2n,) [length]."""
+        return self._state.reshape(-1, 3)[:, :2].ravel()
+
+    @property
+    def w(self) -> FloatArray:
+        """Present gaps (n,) [length]."""
+        return self._state[2::3].copy()
+
+    def begin(self, v: FloatArray, w: FloatArray, q_w: FloatArray, p_w: FloatArray) -> None:
+        """Put the joint into a state (v, w) under welded reactions (q_w, p_w): where the next step begins."""
+        tableau = self._tableau
+        self._state[:] = self._by_node(v, w)
+        tableau.N[:] = self._body.kappa
+        tableau.is_open[:] = False
+        tableau.updates[0] = 0
+        tableau.given[:] = self._state
+        tableau.r_w[:] = self._by_node(q_w, p_w)
+
+    def follow(self, q_w: FloatArray, p_w: FloatArray, parts: int = 1, *, sweeps_only: bool = False) -> Steps:
+        """Carry the joint through load steps (k, 2n), (k, n), each in equal parts."""
+        n, k = self.n, len(q_w)
+        loads = np.ascontiguousarray(self._by_node(q_w, p_w))
+        path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
+        settings = (CLOSE * self.force, TENSION * self.force, address_of_solver())
+        most = MOST_SWEEPS if sweeps_only else 0
+        before = self._state.copy()
+        failed, node, missed, sweeps, steps = follow(
+            self._body, self._tableau, self._state, loads, parts, settings, most, path
+        )
+        solved, status = k, StepStatus.SOLVED
+        if failed >= 0:
+            solved, status = failed, self._failure(before, failed, path)
+        u, slip, length, work = (part[: solved + (failed >= 0)] for part in path)
+        return Steps(
+            status, solved, node, missed / self.force, u.reshape(-1, n, 3)[:, :, :2].reshape(-1, 2 * n),
+            u[:, 2::3], slip, length, work, sweeps, steps,
+        )  # fmt: skip
+
+    def step(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
+        """Carry the joint through one load step (2n,), (n,)."""
+        return self.follow(q_w[None], p_w[None])
+
+    def _by_node(self, tangential: FloatArray, normal: FloatArray) -> FloatArray:
+        both = np.concatenate([tangential, normal], axis=-1)
+        return both[..., self._places.ravel()]
+
+    def _failure(self, before: FloatArray, failed: int, path: tuple[FloatArray, ...]) -> StepStatus:
+        """Why a step was not solved: what it went until then meets no resistance, or no state was found."""
+        start = path[0][failed - 1] if failed else before
+        way, kappa = self._state - start, self._body.kappa
+        held = way @ kappa @ way > self._tolerances.zero_mode * np.abs(np.diag(kappa)).max() * (way @ way)
+        r = self._tableau.r_w + kappa @ self._state
+        if not self._body.separable and r[2::3].min() < -TENSION * self.force:
+            return StepStatus.LIFTS_OFF
+        if not held and way.any():
+            return StepStatus.SLIDES_AWAY
+        return StepStatus.UNSOLVED
+
+
+def _weights(diagonal: FloatArray) -> FloatArray:
+    """Stiffnesses of the nodes, and where one has none the largest of all."""
+    largest = float(diagonal.max())
+    return np.where(diagonal > 1e-12 * largest, diagonal, largest if largest > 0 else 1.0)
+
+
+def _determinants(blocks: FloatArray) -> FloatArray:
+    """What a block of these stiffnesses has as determinant at most: the product of its diagonal."""
+    return np.asarray(np.diagonal(blocks, axis1=1, axis2=2).prod(axis=1))

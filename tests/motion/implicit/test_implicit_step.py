@@ -1,0 +1,203 @@
+"""One implicit load step with two tangential directions: closed forms, the law, other roads, units, failures."""
+
+import numpy as np
+import pytest
+
+from shakedown.motion.contact_law import Scales, law_violation
+from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
+from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
+
+
+def blocks(n, seed, coupling=1.0):
+    """A, B, C of a random joint; ``coupling`` scales B."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T + 3 * n * np.eye(3 * n)
+    return kappa[: 2 * n, : 2 * n], coupling * kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+
+
+def course(n, steps, seed, mean=3.0):
+    """Welded reactions (k, 2n), (k, n) around a loop in space; a small mean opens nodes."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 4 * np.pi, steps)[:, None]
+    q = rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t)
+    return 2.0 * q, mean + rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(2 * t)
+
+
+def carried(A, B, C, f, q, p, **how):
+    joint = ImplicitJoint(A, B, C, f, max(np.abs(q).max(), np.abs(p).max()))
+    return joint.follow(q, p, **how)
+
+
+def violation(A, B, C, f, q, p, done):
+    """The law at every step from slips and gaps alone, (k, n)."""
+    q, p = q + done.v @ A + done.w @ B, p + done.v @ B.T + done.w @ C
+    force = max(np.abs(q).max(), np.abs(p).max())
+    return law_violation(f, q, p, done.w, done.slip, Scales(force, force / np.diag(A).min()))
+
+
+def test_a_node_alone_slips_by_what_exceeds_the_limit():
+    q, p = np.array([[0.3, 0.4], [3.0, 4.0]]), np.array([[2.0], [2.0]])
+    done = carried(4.0 * np.eye(2), np.zeros((1, 2)), np.eye(1), np.array([0.5]), q, p)
+    np.testing.assert_array_equal(done.v[0], 0.0)
+    np.testing.assert_allclose(done.v[1], [-0.6, -0.8], rtol=1e-14)  # (5 − 1)/4 against q
+    np.testing.assert_allclose(done.work[1], [1.0], rtol=1e-14)
+
+
+def test_a_node_in_tension_is_free():
+    A, B, C = blocks(1, 0)
+    q, p = np.array([[0.4, -0.3]]), np.array([[-2.0]])
+    done = carried(A, B, C, np.array([0.4]), q, p)
+    kappa = np.block([[A, B.T], [B, C]])
+    free = -np.linalg.solve(kappa, [0.4, -0.3, -2.0])
+    np.testing.assert_allclose(np.r_[done.v[0], done.w[0]], free, rtol=1e-13)
+    assert done.w[0, 0] > 0
+    np.testing.assert_array_equal(done.length, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(1, 12))
+@pytest.mark.parametrize("mean", [4.0, 0.5])
+def test_the_law_holds_at_every_step(seed, mean):
+    n = seed
+    (A, B, C), f = blocks(n, seed), np.random.default_rng(seed).uniform(0.1, 0.5, n)
+    q, p = course(n, 40, seed, mean)
+    done = carried(A, B, C, f, q, p)
+    assert done.status == StepStatus.SOLVED
+    assert violation(A, B, C, f, q, p, done).max() < 1e-10
+    assert done.residual < 1e-11
+    assert (done.w > 0).any() or mean > 1
+    assert (done.length > 0).any()
+
+
+@pytest.mark.parametrize("mean", [4.0, 0.5])
+def test_sweeps_alone_come_to_the_same(mean):
+    (A, B, C), f = blocks(6, 3, 0.3), np.full(6, 0.3)
+    q, p = course(6, 40, 3, mean)
+    one, other = carried(A, B, C, f, q, p), carried(A, B, C, f, q, p, sweeps_only=True)
+    assert one.status == other.status == StepStatus.SOLVED
+    np.testing.assert_allclose(other.v, one.v, atol=1e-9)
+    np.testing.assert_allclose(other.w, one.w, atol=1e-9)
+    assert other.newton_steps == 0 < one.newton_steps
+
+
+@pytest.mark.parametrize("mean", [4.0, 0.5])
+def test_loaded_in_one_direction_is_the_plane(mean):
+    """Slip across has a stiffness of its own and no load: the plane's Gauss–Seidel at the same load steps."""
+    n = 5
+    kappa = np.random.default_rng(1).normal(size=(2 * n, 2 * n))
+    kappa = kappa @ kappa.T + 2 * n * np.eye(2 * n)
+    A, B, C, f = kappa[:n, :n], kappa[n:, :n], kappa[n:, n:], np.full(n, 0.4)
+    both, ahead = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n))
+    both[::2, ::2], both[1::2, 1::2], ahead[:, ::2] = A, A, B
+    q, p = course(n, 40, 5, mean)
+    q[:, 1::2] = 0.0
+    done = carried(both, ahead, C, f, q, p)
+    v, w, slip = (np.zeros((len(q), n)) for _ in range(3))
+    plane = Stiffness(*map(np.ascontiguousarray, (A, B, C)), f, True, 1e-14)
+    load_steps(plane, q[:, ::2].copy(), p, np.zeros(n), np.zeros(n), 1e-14, 10_000, v, w, slip)
+    np.testing.assert_allclose(done.v[:, ::2], v, atol=1e-10)
+    np.testing.assert_allclose(done.w, w, atol=1e-10)
+    np.testing.assert_allclose(done.slip[:, ::2], slip, atol=1e-10)
+    np.testing.assert_allclose(done.v[:, 1::2], 0.0, atol=1e-12)
+
+
+def test_tractrix_to_first_order():
+    """A = 2, f p = 0.4: q = f p (cos φ, sin φ), φ = 2 arctan tanh(1/(2 f p)) after a load of 1 across."""
+    angle = 2.0 * np.arctan(np.tanh(1.0 / 0.8))
+    exact = (0.4 * np.array([np.cos(angle), np.sin(angle)]) - [0.4, 1.0]) / 2.0
+    np.testing.assert_allclose(exact, [-0.167385753614, -0.302677140370], atol=1e-12)
+    ends = []
+    for parts in (50, 100, 200):
+        joint = ImplicitJoint(2.0 * np.eye(2), np.zeros((1, 2)), None, np.array([0.4]), 1.0)
+        joint.begin(np.zeros(2), np.zeros(1), np.array([0.4, 0.0]), np.ones(1))
+        ends.append(joint.follow(np.array([[0.4, 1.0]]), np.ones((1, 1)), parts).v[0])
+    errors = [np.abs(end - exact).max() for end in ends]
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.02)
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.01)
+    np.testing.assert_allclose(2 * ends[2] - ends[1], exact, atol=0.02 * errors[2])  # extrapolated
+
+
+def test_circle_in_the_limit():
+    """Q around a circle, f p constant: slip on a circle of radius √(Q² − (f p)²)/A, dissipation 2π radius f p."""
+    Q, limit, A = 1.0, 0.6, 2.5
+    radius = np.sqrt(Q**2 - limit**2) / A
+    found = []
+    for m in (200, 400):
+        t = 2 * np.pi * np.arange(1, 3 * m + 1)[:, None] / m
+        q = Q * np.hstack([np.cos(t), np.sin(t)])
+        done = carried(A * np.eye(2), np.zeros((1, 2)), None, np.array([0.3]), q, np.full((3 * m, 1), 2.0))
+        found.append((np.hypot(*np.ptp(done.v[-m:], axis=0)) / np.sqrt(8), done.work[-m:].sum()))
+    exact = np.array([radius, 2 * np.pi * radius * limit])
+    coarse, fine = np.abs(np.array(found) - exact)
+    assert (fine < 0.01 * exact).all()
+    assert (fine < 0.6 * coarse).all()
+
+
+@pytest.mark.parametrize("angle", [0.4, 2.5])
+def test_turned_tangents_turn_the_slip(angle):
+    n = 4
+    (A, B, C), f = blocks(n, 7), np.full(n, 0.3)
+    q, p = course(n, 30, 7, 1.0)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    T = np.kron(np.diag([1.0, 0.0, 1.0, 0.0]), turn) + np.kron(np.diag([0.0, 1.0, 0.0, 1.0]), np.eye(2))
+    one, other = carried(A, B, C, f, q, p), carried(T @ A @ T.T, B @ T.T, C, f, q @ T.T, p)
+    np.testing.assert_allclose(other.v, one.v @ T.T, atol=1e-12)
+    np.testing.assert_allclose(other.w, one.w, atol=1e-12)
+
+
+def test_units_change_no_bit():
+    n, force, length = 6, 2.0**21, 2.0**-8
+    (A, B, C), f = blocks(n, 9), np.full(n, 0.4)
+    q, p = course(n, 40, 9, 0.5)
+    one = carried(A, B, C, f, q, p)
+    stiff = force / length
+    other = carried(stiff * A, stiff * B, stiff * C, f, force * q, force * p)
+    assert (one.w > 0).any()
+    for mine, theirs in ((one.v, other.v), (one.w, other.w), (one.slip, other.slip)):
+        np.testing.assert_array_equal(length * mine, theirs)
+    np.testing.assert_array_equal(force * length * one.work, other.work)
+    assert one.residual == other.residual
+
+
+def test_of_two_solutions_the_connected_one():
+    """A = 1, B = (2, 0), f = 1, q = (0.75, 0), p = 1: it may stick, or slip by (−0.25, 0) at q = p = 0.5."""
+    B = np.array([[2.0, 0.0]])
+    joint = ImplicitJoint(np.eye(2), B, 5.0 * np.eye(1), np.ones(1), 1.0)
+    done = joint.step(np.array([0.75, 0.0]), np.ones(1))
+    np.testing.assert_array_equal(done.v, 0.0)
+    other = np.array([-0.25, 0.0])
+    q, p = np.array([0.75, 0.0]) + other, 1.0 + B @ other
+    np.testing.assert_allclose(q, -p * other / 0.25)
+
+
+def test_a_closing_node_sticks_where_it_touches():
+    """One node, B = 0, C = A = 1, free at (0, 0.5) under p = −0.5; then pressed while q moves it: v = −½·0.6."""
+    joint = ImplicitJoint(np.eye(2), np.zeros((1, 2)), np.eye(1), np.array([10.0]), 1.0)
+    opened = joint.step(np.zeros(2), np.array([-0.5]))
+    np.testing.assert_array_equal(opened.w, [[0.5]])
+    done = joint.step(np.array([0.6, 0.0]), np.array([0.5]))
+    np.testing.assert_allclose(done.v, [[-0.3, 0.0]], atol=1e-13)
+    np.testing.assert_array_equal(done.w, 0.0)
+    np.testing.assert_array_equal(done.length, 0.0)
+
+
+def test_what_nothing_holds_slides_away():
+    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    joint = ImplicitJoint(A, np.zeros((2, 4)), None, np.full(2, 0.5), 1.0)
+    done = joint.step(np.array([1.0, 0.2, 1.0, 0.2]), np.ones(2))
+    assert (done.status, done.solved) == (StepStatus.SLIDES_AWAY, 0)
+    assert done.residual > 0.1
+
+
+def test_a_node_that_may_not_open_is_named():
+    joint = ImplicitJoint(np.eye(4), np.zeros((2, 4)), None, np.full(2, 0.5), 1.0)
+    done = joint.follow(np.zeros((2, 4)), np.array([[1.0, 1.0], [1.0, -0.1]]))
+    assert (done.status, done.solved, done.node) == (StepStatus.LIFTS_OFF, 1, 1)
+
+
+def test_a_floating_block_cannot_open_as_a_whole():
+    C = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    joint = ImplicitJoint(np.eye(4), np.zeros((2, 4)), C, np.full(2, 0.5), 1.0)
+    done = joint.step(np.zeros(4), np.full(2, -0.1))
+    assert done.status != StepStatus.SOLVED
+    assert done.residual > 0.01
