@@ -260,4 +260,9 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "press-fit": partial(_shipped, "press-fit"),
     # A cylinder pressed onto a flat (Hertz), moved along it to and fro; thirteen nodes, the outer open.
     "cylinder-on-flat": partial(_shipped, "cylinder-on-flat"),
+    # Two tangential directions, loaded out of phase in space: one, two and four nodes, and an elastic block.
+    "one-node-3d": partial(_shipped, "one-node-3d"),
+    "two-node-3d": partial(_shipped, "two-node-3d"),
+    "four-node-3d": partial(_shipped, "four-node-3d"),
+    "block-3x3": partial(_shipped, "block-3x3"),
 }

@@ -63,7 +63,10 @@ def test_law_holds_at_and_between_events_of_random_problems(seed):
     assert separated >= 250 / 3
 
 
-@pytest.mark.parametrize("name", shakedown.example_names())
+PLANE = [name for name in shakedown.example_names() if shakedown.example(name).directions == 1]
+
+
+@pytest.mark.parametrize("name", PLANE)
 @pytest.mark.parametrize("share", [0.5, 1.2, 2.5])
 def test_law_holds_on_built_in_problems(name, share):
     problem = shakedown.example(name)
