@@ -26,7 +26,7 @@ def zone_nodes(problem: Problem) -> tuple[int, ...]:
 def start_of(
     problem: Problem, load_factor: float, initial: str | None, open_nodes: tuple[int, ...] | Literal["auto"]
 ) -> tuple[str, tuple[int, ...], FloatArray]:
-    """The initial state of a run: the word for it, the nodes that are open, and the slip, (n,)."""
+    """The initial state of a run: the word for it, the nodes that are open, and the slip, (dn,)."""
     default = "zero" if problem.initial_slip is None else "given"
     word = default if initial is None else initial
     opened = zone_nodes(problem) if open_nodes == "auto" else open_nodes
@@ -36,12 +36,12 @@ def start_of(
 def initial_state(
     problem: Problem, load_factor: float, initial: str, open_nodes: tuple[int, ...] = ()
 ) -> FloatArray:
-    """The initial slip, (n,), that a word or a file on the command line stands for."""
+    """The initial slip, (dn,), that a word or a file on the command line stands for."""
     word, colon, index = initial.partition(":")
     if colon and word in ("zero", "safe", "witness"):
         raise click.UsageError(f"--initial {shortened(initial)}: only given takes a state number")
     if word == "zero":
-        return np.zeros(problem.n)
+        return np.zeros(problem.layout.slip_size)
     if word == "given":
         return _given(problem, index)
     if word == "safe":

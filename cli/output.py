@@ -120,6 +120,7 @@ def headline(problem: Problem) -> str:
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
+    nodes += ", two directions" * (problem.directions > 1)
     steps = f"{problem.m} load step{'s' * (problem.m != 1)}"
     if problem.is_domain:
         steps = f"load domain of {problem.m} corner{'s' * (problem.m != 1)}"

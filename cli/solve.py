@@ -10,38 +10,20 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.evidence import Missing
-from shakedown.ground.shown_values import down, up
-from shakedown.ground.visible_text import shortened, with_unit
-from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.ground.shown_values import down, plain
+from shakedown.ground.visible_text import shortened
 from shakedown.report.json_documents import assessment_document, quick_document
-from shakedown.report.node_words import node_in_words
-from shakedown.report.words.assessment_words import (
-    certain_in_words,
-    loads_of_numbers,
-    numbers_in_words,
-    quickly_in_words,
-    said_as_given_in_words,
-)
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.friction_words import friction_in_words
-from shakedown.report.words.hint_words import hints_in_words
-from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
-from shakedown.report.words.sensitivity_words import sensitivities_in_words
-from shakedown.report.words.zone_words import open_in_words, zone_in_words
 
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
-from .output import bound, echo_json, headline, length_unit, listing, node_table, number, paragraph, say
+from .output import echo_json, say
+from .solve_text import quick_text, solve_text
 
 CLAIMS = {
     "proved-from-state": "proved_from_this_state",
     "proved-from-every-state": "proved_from_every_state",
 }  # what may be required, and the number it is about
 CURVE_RADII = (0.25, 1.0, 4.0)  # in multiples of the largest safe slip
-F_THRESHOLD = (
-    "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
-    "A_jj/|B_jj|."
-)
 CURVE_UP_TO = 40  # nodes; beyond, each point takes seconds
 ANNOUNCED_FROM = 250  # nodes; from here on the lower bound may take a minute
 
@@ -133,7 +115,7 @@ def solve(
         if as_json:
             echo_json(quick_document(problem, energy, upper))
         else:
-            say(_quick_text(problem, energy, upper))
+            say(quick_text(problem, energy, upper))
         _leave(context, upper, energy)
     if problem.n >= ANNOUNCED_FROM:
         click.echo(
@@ -144,11 +126,18 @@ def solve(
     limits = found.details
     curve = limits.curve(CURVE_RADII, limits.upper.slip) if problem.n <= CURVE_UP_TO else None
     if as_json:
-        echo_json(assessment_document(found, curve))
+        asked = {"required": [_asked(found, *each) for each in required]} if required else {}
+        echo_json(assessment_document(found, curve) | asked)
     else:
-        say(_text(found, curve))
+        say(solve_text(found, curve))
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]
     _leave(context, limits.lower, limits.upper, limits.energy, limits.universal, unmet=unmet)
+
+
+def _asked(found: shakedown.Assessment, claim: str, least: float) -> dict[str, Any]:
+    """A requirement as JSON knows it: what was to be proved, up to where it is, and whether that does."""
+    proved = getattr(found, CLAIMS[claim])
+    return {"claim": claim, "load_factor": least, "proved": plain(proved), "met": bool(proved >= least)}
 
 
 def _unmet(found: shakedown.Assessment, claim: str, least: float) -> str:
@@ -162,7 +151,11 @@ def _unmet(found: shakedown.Assessment, claim: str, least: float) -> str:
 
 def _leave(
     context: click.Context,
-    *results: shakedown.LowerBound | shakedown.UpperBound | shakedown.EnergyBound | shakedown.UniversalBound,
+    *results: shakedown.LowerBound
+    | shakedown.UpperBound
+    | shakedown.EnergyBound
+    | shakedown.UniversalBound
+    | Missing,
     unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""
@@ -172,108 +165,3 @@ def _leave(
     for sentence in left:
         click.echo(sentence, err=True)
     context.exit(1 if left else 0)
-
-
-def _quick_text(problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound) -> str:
-    """What one linear and one cone program tell."""
-    lines = [headline(problem), ""]
-    lines += [paragraph(sentence) for sentence in quickly_in_words(energy, upper, problem)]
-    if upper.open_nodes:
-        lines += [paragraph(sentence) for sentence in zone_in_words(upper, problem)]
-    elif upper.status != "optimal":
-        lines += [paragraph(f"{upper.status}: {upper.reason}.")]
-    return "\n".join([*lines, "", node_table(problem, _safe_columns(problem, upper))])
-
-
-def _text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
-    limits, problem = found.details, found.problem
-    numbers = [
-        (name, value, f"{loads}; {remark}" if loads else remark)
-        for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
-    ]
-    lines = [headline(problem), "", listing(numbers), ""]
-    lines += [paragraph(said_as_given_in_words(found)), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
-    lines += [paragraph(hint) for hint in hints_in_words(problem)]
-    if problem.initial_slip is not None and not limits.energy.initial_slip.any():
-        lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
-    lines += ["", listing(_facts(found)), ""]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
-    lines += [paragraph(sentence) for sentence in sensitivities_in_words(limits)]
-    if isinstance(curve, Missing):
-        lines += [paragraph(f"The guarantee curve is missing: {curve.reason}.")]
-    elif curve is not None:
-        lines += [paragraph(curve_in_words(curve, problem))]
-    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
-    thresholds = [number(each, 5) for each in limits.friction.single_node]
-    safe, active = _safe_columns(problem, limits.upper).items()
-    slips = [number(slip) for slip in limits.lower.slip]
-    witness = with_unit("witness", length_unit(problem)), slips
-    columns = dict([safe, witness, active, ("f threshold", thresholds)])
-    return "\n".join([*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)])
-
-
-def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
-    """The safe slip of every node, and its limits that are reached at λ_max."""
-    heading = with_unit("safe slip", length_unit(problem))
-    sides = [_sides(upper, node) for node in range(problem.n)]
-    return {heading: [number(slip) for slip in upper.slip], "active at λ_max": sides}
-
-
-def _facts(found: shakedown.Assessment) -> list[tuple[str, str, str]]:
-    """(name, value, remark) of every number that stands for the whole joint."""
-    limits = found.details
-    lower, upper = limits.lower, limits.upper
-    energy, universal, box = limits.energy, limits.universal, limits.box
-    exactly = energy.certified
-    certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
-    least = upper.least_load_factor
-    collapse = "no node collapses"
-    if lower.node >= 0:
-        labelled = lower.problem.label is not None
-        collapse = node_in_words(lower.problem, lower.node) if labelled else f"collapse of node {lower.node}"
-    return [
-        ("from this state λ_E", bound(energy.load_factor), f"{energy.status}{certified}"),
-        ("from this state, box", bound(box.load_factor), box.limited_by or box.status),
-        ("from every state λ_U", bound(universal.load_factor), universal.argument),
-        ("lower bound λ_1", bound(lower.load_factor), f"{collapse}{_certified(lower.certified)}"),
-        ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", bound(lower.single_node_bound, 7), "no node cycles alone below"),
-        (
-            "  coupling ratio ρ*",
-            number(lower.coupling_ratio, 4),
-            coupling_in_words(lower.coupling_ratio).partition(":")[0],
-        ),
-        ("least load factor λ_lo", _from_here_on(least), "safe slips exist from here on"),
-        _largest(upper),
-    ]
-
-
-def _largest(upper: shakedown.UpperBound) -> tuple[str, str, str]:
-    """λ_max, with the nodes that are open where it is that of a zone."""
-    remark = f"{upper.status}{_certified(upper.certified)}"
-    if upper.open_nodes:
-        remark += f", with {open_in_words(upper.open_nodes)} open"
-    name = "λ_max of the zone" if upper.open_nodes else "upper bound λ_max"
-    return (name, bound(upper.load_factor, rounded=down if upper.open_nodes else up), remark)
-
-
-def _from_here_on(least: float) -> str:
-    """λ_lo where there is one, rounded up."""
-    return bound(least, rounded=up) if least else "-"
-
-
-def _certified(interval: tuple[float, float] | None) -> str:
-    """How close an exact enclosure is, where there is one."""
-    if interval is None:
-        return ""
-    low, high = interval
-    size = max(abs(low), abs(high))
-    if size in (0.0, float("inf")):
-        return ", certified"
-    return f", exact to {max(high - low, 0.0) / size:.0e}"
-
-
-def _sides(upper: shakedown.UpperBound, node: int) -> str:
-    """Which limits of a node are reached at λ_max."""
-    return "+".join(SIDE_NAMES[side] for at, side in upper.active if at == node) or "-"

@@ -8,12 +8,12 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits, kind_of_limits
 from shakedown.assessment.from_state import admitted_up_to
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Outcome, Said, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, checked_initial_slip, require_plane
+from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
@@ -29,10 +29,11 @@ class Assessment(Result):
     Attributes
     ----------
     details
-        Every limit, with its evidence; each is computed when it is first read.
+        Every limit, with its evidence; each is computed when it is first read. With two tangential
+        directions some do not exist, and are ``Missing``.
     """
 
-    details: JointLimits
+    details: Limits
 
     @property
     def problem(self) -> Problem:
@@ -55,15 +56,16 @@ class Assessment(Result):
     def proved_from_this_state(self) -> float:
         """Below it shakedown is proved from the state asked about: the largest of what is proved of it.
 
-        λ_E (a ball in the energy norm), λ_box (a box of slips) and, as far as the first load step admits
-        the state, λ_U. Where ``details.open_nodes`` are open it is λ_E, of the state with these open. 0 where
-        nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program came to no end.
+        λ_E (a ball in the energy norm), in the plane λ_box (a box of slips) and, as far as the first load
+        step admits the state, λ_U. Where ``details.open_nodes`` are open it is λ_E, of the state with these
+        open. 0 where nothing is proved, or not from λ = 0 on (``details.from_state``); NaN where a program
+        came to no end.
         """
         known = [self._from_here, self._as_one_of_all]
         proved = [number for number in known if not isnan(number)]
         if proved:
             return max(proved)
-        return nan if Status.UNDECIDED in (self.details.energy.status, self.details.box.status) else 0.0
+        return nan if self.details.is_open_from_state else 0.0
 
     @property
     def _from_here(self) -> float:
@@ -131,7 +133,7 @@ class Assessment(Result):
         words = ("proved_from_every_state", "proved_from_this_state", "impossible_above")
         said = self.said_as_given
         return {word: getattr(self, word) for word in words} | {
-            "as_given": None if said == Said.OPEN else str(said)
+            "said_as_given": None if said == Said.OPEN else str(said)
         }
 
     def _shown(self) -> Any:
@@ -155,7 +157,7 @@ def assess(
     ----------
     problem
         The joint and its loading.
-    initial_slip : (n,), optional
+    initial_slip : (dn,), optional
         The state that is asked about [length]; zero by default, a joint assembled without locked-in slip.
     distance
         How far the state may be from it, in the energy norm [√(force · length)].
@@ -185,7 +187,7 @@ def assess(
     >>> found.details.energy.load_factor < found.details.box.load_factor
     True
     """
-    require_plane("assessment", problem)
+    kind = kind_of_limits(problem)
     start = None if initial_slip is None else checked_initial_slip(problem, initial_slip)
     zone = open_nodes if isinstance(open_nodes, str) else tuple(open_nodes)
-    return Assessment(JointLimits(problem, start, distance, zone, certify, tolerances=tolerances))
+    return Assessment(kind(problem, start, distance, zone, certify, tolerances=tolerances))

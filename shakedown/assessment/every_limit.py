@@ -3,24 +3,24 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from shakedown.assessment.common_limits import CommonLimits
 from shakedown.assessment.from_state import FromState, from_state
 from shakedown.assessment.sensitivity.sensitivities import Sensitivities, sensitivities
-from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
+from shakedown.assessment.space_limits import SpaceLimits
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
-from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
-from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.upper import UpperBound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_plane
-from shakedown.joint.constraints import constraints, through_transient
+from shakedown.joint.arguments import checked, require_problem
 from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
 from shakedown.planar.collapse.box_bound import BoxBound, box_bound
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.friction.thresholds import FrictionThresholds, friction_thresholds
@@ -36,66 +36,14 @@ ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take te
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class JointLimits(Result):
-    """The limits of one joint: whoever needs one reads it here.
-
-    A limit whose program comes to no end raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
-    status where it is a proof; evidence beside the answers (λ_T, the guarantee curve) is ``Missing`` then.
-
-    Attributes
-    ----------
-    problem
-        The joint and its loading.
-    initial_slip : (n,) or None
-        The state that is asked about [length]; None for slip zero.
-    distance
-        How far the state may be from it, in the energy norm [√(force · length)]; for λ_E.
-    zone
-        The nodes that stay open, for λ_max and λ_E, or ``"auto"`` (:func:`upper_bound`).
-    certify
-        Whether to check in exact arithmetic; None: each limit where that is quick.
-    accuracy
-        Of λ_T, relative to where its scan ends.
-    tolerances
-        The tolerances that decide.
-    """
-
-    DOCUMENT: ClassVar[str] = "lower upper energy box universal friction"
-
-    problem: Problem
-    initial_slip: ArrayLike | None = None
-    distance: float = 0.0
-    zone: Iterable[int] | Literal["auto"] = "auto"
-    certify: bool | None = None
-    accuracy: float = 1e-6
-    tolerances: Tolerances = DEFAULT
+class JointLimits(CommonLimits):
+    """The limits of one joint in the plane."""
 
     @cached_property
     def lower(self) -> LowerBound:
         """λ_1, the first collapse with all nodes closed, with its guarantee."""
         exact = self.problem.n <= LOWER_CERTIFIED_UP_TO if self.certify is None else self.certify
         return lower_bound(self.problem, certify=exact, tolerances=self.tolerances)
-
-    @cached_property
-    def upper(self) -> UpperBound:
-        """λ_max, with its safe slip and its zone."""
-        return upper_bound(
-            self.problem, open_nodes=self.zone, certify=self.certify, tolerances=self.tolerances
-        )
-
-    @cached_property
-    def open_nodes(self) -> tuple[int, ...]:
-        """The nodes that are open in the zone of λ_max; none where that is not found."""
-        upper = sought(lambda: self.upper)
-        return () if isinstance(upper, Missing) else upper.open_nodes
-
-    @cached_property
-    def through_transient(self) -> UpperBound | None:
-        """λ_max of slips that the transient load steps do not move either; None without such steps."""
-        problem = self.problem
-        if self.open_nodes or through_transient(problem) is constraints(problem):
-            return None
-        return upper_bound(problem, transient=True, tolerances=self.tolerances)
 
     @cached_property
     def bounds(self) -> ShakedownBounds:
@@ -110,18 +58,6 @@ class JointLimits(Result):
         )
 
     @cached_property
-    def energy(self) -> EnergyBound:
-        """λ_E, proved from this state by an energy; that of the zone where nodes are open."""
-        return energy_bound(
-            self.problem,
-            self.initial_slip,
-            self.distance,
-            open_nodes=self.open_nodes,
-            certify=self.certify,
-            tolerances=self.tolerances,
-        )
-
-    @cached_property
     def box(self) -> BoxBound:
         """λ_box, proved from this state, closed at all nodes, by a box."""
         closed = None if self.open_nodes else sought(lambda: self.upper)
@@ -132,6 +68,11 @@ class JointLimits(Result):
     def from_state(self) -> FromState:
         """The larger of λ_E and λ_box."""
         return from_state(self.energy, self.box)
+
+    @property
+    def is_open_from_state(self) -> bool:
+        """Whether a program for λ_E or λ_box came to no end."""
+        return Status.UNDECIDED in (self.energy.status, self.box.status)
 
     @cached_property
     def friction(self) -> FrictionThresholds:
@@ -198,6 +139,23 @@ class JointLimits(Result):
         )
 
 
+Limits = JointLimits | SpaceLimits
+
+
+def kind_of_limits(problem: Problem) -> type[JointLimits] | type[SpaceLimits]:
+    """The class of the limits of a joint: what it has follows from its tangential directions.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> kind_of_limits(joint)(joint).lower.node
+    1
+    """
+    require_problem(problem)
+    return SpaceLimits if problem.directions > 1 else JointLimits
+
+
 @checked
 def shakedown_bounds(
     problem: Problem,
@@ -205,8 +163,8 @@ def shakedown_bounds(
     open_nodes: Iterable[int] | Literal["auto"] = (),
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
-) -> ShakedownBounds:
-    """Lower and upper bound of the load factor.
+) -> ShakedownBounds | SpaceBounds:
+    """Lower and upper bound of the load factor; with two tangential directions the upper one alone.
 
     Parameters
     ----------
@@ -231,5 +189,5 @@ def shakedown_bounds(
     >>> round(bounds.lower.load_factor, 6), round(bounds.upper.load_factor, 6)
     (0.657373, 0.739146)
     """
-    require_plane("bounds", problem)
-    return JointLimits(problem, zone=open_nodes, certify=certify, tolerances=tolerances).bounds
+    kind = kind_of_limits(problem)
+    return kind(problem, zone=open_nodes, certify=certify, tolerances=tolerances).bounds

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.constraints import CONE, constraints, step_loads
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
@@ -34,6 +34,11 @@ class FromState(NamedTuple):
     load_factor: float
     least_load_factor: float
 
+    @classmethod
+    def of_energy(cls, energy: "EnergyBound") -> "FromState":
+        """What the energy bound alone proves."""
+        return cls(ENERGY, energy.load_factor, energy.least_load_factor)
+
 
 def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
     """The larger of both bounds of the same state.
@@ -48,7 +53,7 @@ def from_state(energy: "EnergyBound", box: "BoxBound") -> FromState:
     """
     if box_proves_more(box, energy):
         return FromState(BOX, box.load_factor, 0.0)
-    return FromState(ENERGY, energy.load_factor, energy.least_load_factor)
+    return FromState.of_energy(energy)
 
 
 def box_proves_more(box: "BoxBound | None", energy: "EnergyBound") -> "TypeGuard[BoxBound]":
@@ -70,5 +75,36 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     rows, first = constraints(problem), step_loads(problem)[0]
     if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:
         return 0.0
-    room, rising = rows.g - rows.G @ slip, first > 0
+    room = rows.g - rows.G @ slip
+    if problem.directions > 1:
+        heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
+        limits = room[heads[:, None] + np.arange(CONE)]
+        return min(map(leaves_cone, limits, -first.reshape(-1, CONE)), default=np.inf)
+    rising = first > 0
     return max(float(np.min(room[rising] / first[rising], initial=np.inf)), 0.0)
+
+
+def leaves_cone(start: FloatArray, along: FloatArray) -> float:
+    """The largest t ≥ 0 at which ``start + t along`` is in the cone |(x, y)| ≤ h, from its point ``start``.
+
+    Vectors are (h, x, y). inf where it never leaves; 0 where it does so at once.
+
+    Examples
+    --------
+    >>> leaves_cone(np.array([1.0, 0.0, 0.5]), np.array([0.0, 0.0, 2.0]))
+    0.25
+    >>> leaves_cone(np.array([1.0, 0.0, 0.5]), np.array([2.0, 0.0, 2.0]))
+    inf
+    """
+    size = float(np.abs(along).max())
+    if size == 0.0:
+        return np.inf
+    c, a = start[0], start[1:]  # |a + t b|² − (c + t d)² = α t² + 2 β t + γ, and γ ≤ 0
+    d, b = along[0] / size, along[1:] / size
+    alpha, beta = float(b @ b - d * d), float(a @ b - c * d)
+    gamma = min(float(a @ a - c * c), 0.0)
+    root = np.sqrt(max(beta * beta - alpha * gamma, 0.0))
+    if beta * beta < alpha * gamma or (alpha <= 0 and beta <= 0):
+        return np.inf
+    t = -gamma / (beta + root) if beta > 0 else (root - beta) / alpha
+    return float(t / size)

@@ -1,11 +1,13 @@
-"""Both bounds of the load factor."""
+"""Both bounds of the load factor, and the one there is in space."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from shakedown.bounds.upper import UpperBound
+from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import NO_SIDES, in_the_plane_only
 from shakedown.joint.result import Result
 from shakedown.planar.collapse.lower import LowerBound
 
@@ -41,3 +43,25 @@ class ShakedownBounds(Result):
         if self.upper.open_nodes:
             return False
         return self.upper.status == Status.OPTIMAL and bool(first < last * (1 - self.tolerances.feasibility))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SpaceBounds(Result):
+    """What :class:`ShakedownBounds` is in the plane, of a joint with two tangential directions: λ_max alone.
+
+    ``lower`` is ``Missing``, with the reason: a disc has no sides that a node could lose its range of safe
+    slips between. What is proved there is λ_U and λ_E (:func:`assess`).
+    """
+
+    DOCUMENT: ClassVar[str] = "lower upper through_transient"
+
+    upper: UpperBound
+    tolerances: Tolerances = field(default=DEFAULT, repr=False)
+    through_transient: UpperBound | None = None
+
+    lower: ClassVar[Missing] = Missing(in_the_plane_only("first collapse", NO_SIDES))
+    have_gap: ClassVar[bool] = False
+
+    def columns(self) -> dict[str, Any]:
+        """The safe slip."""
+        return {"safe_slip": self.upper.slip}

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ParamSpec, TypeVar
+from typing import Literal, ParamSpec, TypeVar
 
 from shakedown.ground.errors import ShakedownError, SolverError
 
@@ -16,9 +16,12 @@ class Missing:
 
     reason: str
 
-    def __bool__(self) -> bool:
+    def __bool__(self) -> Literal[False]:
         """False: there is none."""
         return False
+
+    def to_dict(self) -> None:
+        """In a document it is null."""
 
 
 def sought(step: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | Missing:

@@ -61,7 +61,18 @@ def require_plane(what: str, problem: object, why: str = PLANE_SO_FAR) -> None:
     require_problem(problem)
     assert isinstance(problem, Problem)
     if problem.directions > 1:
-        raise UsageError(f"{what}: expected one tangential direction, found two ({why})")
+        raise UsageError(in_the_plane_only(what, why))
+
+
+def in_the_plane_only(what: str, why: str = PLANE_SO_FAR) -> str:
+    """The line that says that joints in space do not have something, and why.
+
+    Examples
+    --------
+    >>> in_the_plane_only("box bound", NO_SIDES)
+    'box bound: expected one tangential direction, found two (it needs the two limits of a node, ...)'
+    """
+    return f"{what}: expected one tangential direction, found two ({why})"
 
 
 def real_array(name: str, values: ArrayLike) -> FloatArray:

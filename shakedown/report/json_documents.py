@@ -35,7 +35,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
     return plain(
         {
             "problem": found.problem,
-            "pinned": limits.lower.pinned,
+            "pinned": limits.pinned,
             "assessment": found,
             **limits.bounds.to_dict(),
             "energy": limits.energy,
@@ -44,6 +44,7 @@ def assessment_document(found: "Assessment", curve: "GuaranteeCurve | Missing | 
             "friction": limits.friction,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": present(curve),
+            **({"missing": why} if (why := limits.why_missing) else {}),
         }
     )
 

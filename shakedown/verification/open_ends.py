@@ -4,13 +4,18 @@ from collections.abc import Iterator
 
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.upper import UpperBound
+from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.planar.universal.universal_bound import UniversalBound
 
 
-def open_ends(*results: LowerBound | UpperBound | EnergyBound | UniversalBound) -> Iterator[str]:
+def open_ends(
+    *results: LowerBound | UpperBound | EnergyBound | UniversalBound | Missing,
+) -> Iterator[str]:
     """One sentence for each result without an answer, or whose answer is disputed.
+
+    What a joint has not, as λ_1 with two tangential directions, is not open.
 
     Examples
     --------
@@ -20,6 +25,8 @@ def open_ends(*results: LowerBound | UpperBound | EnergyBound | UniversalBound) 
     """
     names = {LowerBound: "λ_1", UpperBound: "λ_max", EnergyBound: "λ_E", UniversalBound: "λ_U"}
     for result in results:
+        if isinstance(result, Missing):
+            continue
         name = names[type(result)]
         if result.status == Status.UNDECIDED:
             yield f"{name} is open: {result.reason}"

@@ -145,7 +145,7 @@ class Verification(Result):
     @property
     def limits(self) -> JointLimits:
         """Every limit of the joint."""
-        return self.assessment.details
+        return in_the_plane(self.assessment)
 
     @property
     def transient(self) -> TransientLimit | None:
@@ -247,7 +247,7 @@ def verify(
         check_slip_below(slip_below)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=open_nodes, tolerances=tolerances)
-    limits = found.details
+    limits = in_the_plane(found)
     cases = list(planned_cases(limits, load_factors, random_states, seed))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + len(_Beside._fields), progress)
@@ -303,6 +303,12 @@ def _beside(limits: JointLimits, budget: int, slip_below: float | None, work: "_
         transient=work.done(limits.transient),
         slip=work.done(None if slip_below is None else limits.slip(slip_below)),
     )
+
+
+def in_the_plane(found: Assessment) -> JointLimits:
+    """The limits of a joint in the plane, which a verification is about."""
+    assert isinstance(found.details, JointLimits)
+    return found.details
 
 
 def _check(random_states: int, seed: int) -> None:

@@ -336,6 +336,7 @@ ANSWERS = {
     # motion
     # long term
     # assessment and studies
+    "assess",
     "random_paths",
     "with_parameter",
     # of runs of any joint: the problem has the units only

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
+from shakedown.ground.evidence import present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.rigid_slips import rigid_slips
@@ -17,7 +18,7 @@ from shakedown.report.words.hint_words import LOAD_DOMAIN
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
-    from shakedown.assessment.every_limit import JointLimits
+    from shakedown.assessment.every_limit import Limits
     from shakedown.bounds.energy.energy_bound import EnergyBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
@@ -57,7 +58,7 @@ def numbers_in_words(found: Assessment, digits: int = 7) -> list[tuple[str, str,
     ]
 
 
-def _where_impossible(limits: JointLimits) -> str:
+def _where_impossible(limits: Limits) -> str:
     """What is excluded above λ_max."""
     if limits.open_nodes:
         return f"not known: {_open(limits)}"
@@ -65,14 +66,14 @@ def _where_impossible(limits: JointLimits) -> str:
     return "some slip is safe at every λ" if every else "with all nodes in contact"
 
 
-def _this_state(limits: JointLimits) -> str:
+def _this_state(limits: Limits) -> str:
     """The state that is asked about."""
     slip = np.delete(limits.energy.initial_slip, limits.open_nodes)
     start = "the given slip" if slip.any() else "slip zero"
     return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
 
 
-def _open(limits: JointLimits) -> str:
+def _open(limits: Limits) -> str:
     return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
 
 
@@ -146,7 +147,7 @@ def said_as_given_in_words(found: Assessment) -> str:
     return f"{given}: the bounds do not decide; run simulate."
 
 
-def certain_in_words(limits: JointLimits) -> list[str]:
+def certain_in_words(limits: Limits) -> list[str]:
     """What is certain, first of all: proved from this state, proved from every state, excluded.
 
     Of a load domain it is said that this holds for every path, and where it is not clear whether the
@@ -161,7 +162,7 @@ def certain_in_words(limits: JointLimits) -> list[str]:
     cannot leave; by energy up to λ_E = 0.6619611); from every initial state, closed and admissible,
     up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
     """
-    here = _proved_from_here(limits.energy, limits.box, limits.problem)
+    here = _proved_from_here(limits.energy, present(limits.box), limits.problem)
     return _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
+from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Guarantee, Status
 from shakedown.joint.loading import loading
@@ -16,7 +17,7 @@ from shakedown.report.words.assessment_words import admissible_in_words, proved_
 from shakedown.report.words.zone_words import zone_in_words
 
 if TYPE_CHECKING:
-    from shakedown.assessment.every_limit import JointLimits
+    from shakedown.assessment.every_limit import JointLimits, Limits
     from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
     from shakedown.planar.collapse.lower import LowerBound
@@ -37,18 +38,18 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     The loading as given (λ = 1) lies at or above λ_max.
     """
     lower, upper = limits.lower, limits.upper
-    reservations = _reservations(limits)
+    reservations = reservations_in_words(limits)
     if upper.open_nodes:
         return [_closed(limits), *zone_in_words(upper, limits.problem), *reservations]
     if upper.status == Status.INFEASIBLE:
         return [f"No load factor is safe with all nodes in contact: {upper.reason}.", *reservations]
-    if _is_constant(limits.problem):
+    if is_constant(limits.problem):
         return [_constant(lower, upper), *reservations]
     if lower.status == Status.INFEASIBLE:
         return [*_from_least(upper, limits.problem), _as_given(limits), *reservations]
     gap = limits.bounds.have_gap or (upper.status == Status.UNBOUNDED and lower.status == Status.OPTIMAL)
     between = [_between(limits)] if gap else []
-    return [_below(limits), *between, _above(upper, limits.problem), _as_given(limits), *reservations]
+    return [_below(limits), *between, above_in_words(upper, limits.problem), _as_given(limits), *reservations]
 
 
 def _closed(limits: JointLimits) -> str:
@@ -97,10 +98,10 @@ def _from_least(upper: UpperBound, problem: Problem) -> list[str]:
     if upper.status == Status.UNBOUNDED:
         return [*sentences, f"From λ_lo on a safe slip exists at every load factor: {upper.reason}."]
     exist = f"Safe slips exist from λ_lo up to λ_max = {down(upper.load_factor)}."
-    return [*sentences, exist, _above(upper, problem)]
+    return [*sentences, exist, above_in_words(upper, problem)]
 
 
-def _is_constant(problem: Problem) -> bool:
+def is_constant(problem: Problem) -> bool:
     """Whether the loading does not change over the period, so that the load factor multiplies nothing."""
     loop = loading(problem)
     return not (loop.q1.any() or loop.p1.any())
@@ -146,7 +147,8 @@ def _through_transient(before: UpperBound, limits: JointLimits) -> str:
     )
 
 
-def _above(upper: UpperBound, problem: Problem) -> str:
+def above_in_words(upper: UpperBound, problem: Problem) -> str:
+    """What is excluded above λ_max, or that nothing is."""
     if upper.status == Status.UNBOUNDED:
         return f"With all nodes in contact a safe slip exists at every load factor: {upper.reason}."
     often = " on a path that returns to all corners" * problem.is_domain
@@ -166,7 +168,7 @@ def _as_given(limits: JointLimits) -> str:
         place = f"between λ_1 and {beyond}"
         if lower.status == Status.INFEASIBLE:
             place = "where safe slips exist"
-        place += _against_energy(limits)
+        place += from_here_in_words(limits)
     return f"The loading as given (λ = 1) lies {place}."
 
 
@@ -177,12 +179,12 @@ def _below_collapse(limits: JointLimits) -> str:
         return "below λ_U: proved from every initial state that is " + admissible_in_words(limits.universal)
     if limits.lower.guarantee == Guarantee.PROVED:
         return "below λ_1"
-    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + _against_energy(limits)
+    return ("between λ_U and λ_1" if known > 0 else "below λ_1") + from_here_in_words(limits)
 
 
-def _against_energy(limits: JointLimits) -> str:
+def from_here_in_words(limits: Limits) -> str:
     """Whether the loading as given is proved from this state, where every state does not do the same."""
-    energy, box = limits.energy, limits.box
+    energy, box = limits.energy, present(limits.box)
     if energy.open_nodes:
         return ""
     start = "the given slip" if np.any(energy.initial_slip) else "slip zero"
@@ -193,12 +195,14 @@ def _against_energy(limits: JointLimits) -> str:
     return f"; from {start} shakedown is not proved there"
 
 
-def _reservations(limits: JointLimits) -> list[str]:
+def reservations_in_words(limits: Limits) -> list[str]:
     """What keeps a number from being certified or fully accurate, where something does."""
     sentences = [f"{missing} (no number is touched by it)." for missing in _missing(limits)]
     if limits.energy.uncertified:
         sentences.append(f"λ_E is not certified: {limits.energy.uncertified}.")
     for name, bound in (("λ_1", limits.lower), ("λ_max", limits.upper)):
+        if isinstance(bound, Missing):
+            continue
         if bound.uncertified:
             sentences.append(f"{name} is not certified: {bound.uncertified}.")
         if bound.reduced_accuracy:
@@ -208,7 +212,7 @@ def _reservations(limits: JointLimits) -> list[str]:
     return sentences
 
 
-def _missing(limits: JointLimits) -> Iterator[str]:
+def _missing(limits: Limits) -> Iterator[str]:
     """Evidence that a solver failed to give, and why."""
     yield from (f"λ_max: no {missing}" for missing in limits.upper.missing)
     swing = limits.universal.swing

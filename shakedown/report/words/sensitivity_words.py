@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.report.node_words import node_in_words
 
 if TYPE_CHECKING:
-    from shakedown.assessment.every_limit import JointLimits
+    from shakedown.assessment.every_limit import Limits
     from shakedown.assessment.sensitivity.sensitivities import Sensitivities
     from shakedown.joint.problem import Problem
 
@@ -19,7 +19,7 @@ CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "loa
 SLIGHT = 5e-4  # of a per cent: what is said to change nothing
 
 
-def sensitivities_in_words(limits: JointLimits) -> list[str]:
+def sensitivities_in_words(limits: Limits) -> list[str]:
     """Which node limits λ_max, and which λ_E, most, and by how much the limit moves with one per cent there.
 
     Examples

@@ -1,0 +1,113 @@
+"""The limits that joints have in the plane and in space, each computed when it is first read, and once."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, Literal
+
+from numpy.typing import ArrayLike
+
+from shakedown.assessment.from_state import FromState
+from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import constraints, through_transient
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CommonLimits(Result):
+    """The limits of one joint: whoever needs one reads it here.
+
+    A limit whose program comes to no end raises ``SolverError`` where it is an answer (λ_1, λ_max) and is a
+    status where it is a proof; evidence beside the answers (λ_T, the guarantee curve) is ``Missing`` then.
+
+    Attributes
+    ----------
+    problem
+        The joint and its loading.
+    initial_slip : (dn,) or None
+        The state that is asked about [length]; None for slip zero.
+    distance
+        How far the state may be from it, in the energy norm [√(force · length)]; for λ_E.
+    zone
+        The nodes that stay open, for λ_max and λ_E, or ``"auto"`` (:func:`upper_bound`).
+    certify
+        Whether to check in exact arithmetic; None: each limit where that is quick.
+    accuracy
+        Of λ_T, relative to where its scan ends.
+    tolerances
+        The tolerances that decide.
+    """
+
+    DOCUMENT: ClassVar[str] = "lower upper energy box universal friction"
+
+    problem: Problem
+    initial_slip: ArrayLike | None = None
+    distance: float = 0.0
+    zone: Iterable[int] | Literal["auto"] = "auto"
+    certify: bool | None = None
+    accuracy: float = 1e-6
+    tolerances: Tolerances = DEFAULT
+
+    @cached_property
+    def upper(self) -> UpperBound:
+        """λ_max, with its safe slip and its zone."""
+        return upper_bound(
+            self.problem, open_nodes=self.zone, certify=self.certify, tolerances=self.tolerances
+        )
+
+    @cached_property
+    def open_nodes(self) -> tuple[int, ...]:
+        """The nodes that are open in the zone of λ_max; none where that is not found."""
+        upper = sought(lambda: self.upper)
+        return () if isinstance(upper, Missing) else upper.open_nodes
+
+    @cached_property
+    def through_transient(self) -> UpperBound | None:
+        """λ_max of slips that the transient load steps do not move either; None without such steps."""
+        problem = self.problem
+        if self.open_nodes or through_transient(problem) is constraints(problem):
+            return None
+        return upper_bound(problem, transient=True, tolerances=self.tolerances)
+
+    @cached_property
+    def universal(self) -> UniversalBound:
+        """λ_U, proved from every state."""
+        return universal_bound(self.problem, certify=self.certify, tolerances=self.tolerances)
+
+    @cached_property
+    def energy(self) -> EnergyBound:
+        """λ_E, proved from this state by an energy; that of the zone where nodes are open."""
+        return energy_bound(
+            self.problem,
+            self.initial_slip,
+            self.distance,
+            open_nodes=self.open_nodes,
+            certify=self.certify,
+            tolerances=self.tolerances,
+        )
+
+    @property
+    def pinned(self) -> tuple[int, ...]:
+        """Where the joint, closed at all nodes, can move as a whole: the nodes that slips are relative to."""
+        return self.problem.layout.nodes_of(constraints(self.problem).pinned)
+
+    @property
+    def why_missing(self) -> dict[str, str]:
+        """Why a limit does not exist for joints of this kind, by its word in documents."""
+        return {}
+
+    @property
+    def from_state(self) -> FromState:
+        """What is proved from this state: the largest of the bounds there are."""
+        return FromState.of_energy(self.energy)
+
+    @property
+    def is_open_from_state(self) -> bool:
+        """Whether a program for what is proved from this state came to no end."""
+        return self.energy.status == Status.UNDECIDED

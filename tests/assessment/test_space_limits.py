@@ -1,0 +1,68 @@
+"""The limits of joints with two tangential directions: what there is none of, and which states λ_U is about."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+from shakedown.assessment.from_state import admitted_up_to, leaves_cone
+from shakedown.ground.evidence import Missing
+from shakedown.joint.loading import loading
+
+JOINT = shakedown.example("two-node-3d")
+
+
+def test_what_the_plane_alone_has_is_missing_with_the_reason():
+    limits = shakedown.assess(JOINT).details
+    for found in (limits.lower, limits.box, limits.friction, limits.curve([1.0]), limits.transient):
+        assert isinstance(found, Missing)
+        assert not found
+        assert "expected one tangential direction, found two (" in found.reason
+    assert set(limits.sensitivities) == {"upper", "energy"}
+    with pytest.raises(shakedown.UsageError) as refused:
+        shakedown.lower_bound(JOINT)
+    assert str(refused.value) == limits.lower.reason
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
+    rng, n = np.random.default_rng(seed), 3
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa, m = root @ root.T, int(rng.integers(1, 6))
+    problem = Problem(
+        A=kappa[: 2 * n, : 2 * n], B=kappa[2 * n :, : 2 * n], f=rng.uniform(0.1, 2.0, n),
+        q_w=rng.normal(size=(m, 2 * n)), p_w=3.0 + rng.normal(size=(m, n)),
+    )  # fmt: skip
+    slip, loop = 0.03 * rng.normal(size=2 * n), loading(problem)
+
+    def outside(load_factor):
+        q = loop.q0 + load_factor * loop.q1[0] + problem.A @ slip
+        p = loop.p0 + load_factor * loop.p1[0] + problem.B @ slip
+        return (np.hypot(*q.reshape(-1, 2).T) - problem.f * p).max()
+
+    limit = admitted_up_to(problem, slip)
+    if limit == 0.0:
+        assert outside(0.0) > 0
+    elif np.isfinite(limit):
+        assert outside(limit) == pytest.approx(0.0, abs=1e-9 * (1 + limit))
+        assert outside(0.999 * limit) < 0 < outside(1.001 * limit)
+    else:
+        assert outside(1e6) <= 1e-6
+
+
+@pytest.mark.parametrize(
+    ("start", "along", "leaves"),
+    [
+        ([1.0, 0.6, 0.8], [0.0, 1.0, 0.0], 0.0),  # on the cone, outwards
+        ([1.0, 0.6, 0.8], [0.0, -1.0, 0.0], 1.2),  # along a chord
+        ([1.0, 0.6, 0.8], [1.0, 0.6, 0.8], np.inf),  # along a generator
+        ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 1.0),  # to the apex
+        ([1.0, 0.0, 0.0], [-2.0, 1.0, 0.0], 1.0 / 3.0),
+        ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], np.inf),
+        ([0.0, 0.0, 0.0], [1.0, 2.0, 0.0], 0.0),
+        ([1.0, 0.0, 0.0], [0.0, 0.0, 0.0], np.inf),
+        ([1.0, 0.0, 0.0], [1e-200, 1e-180, 0.0], 1e180),
+    ],
+)
+def test_where_a_ray_leaves_the_cone(start, along, leaves):
+    assert leaves_cone(np.array(start), np.array(along)) == pytest.approx(leaves, rel=1e-12)
