@@ -34,7 +34,7 @@ WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", 
 @click.argument("config", metavar="[CONFIG.toml]", required=False, type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
 @click.option("--check", is_flag=True, help="Write nothing; show what has been read.")
-@click.option("--picture", type=OutputFile(PICTURES), help="Draw nodes and normals (PNG, SVG, PDF).")
+@click.option("--picture", type=OutputFile(PICTURES), help="Draw nodes, normals, tangents (PNG, SVG, PDF).")
 @click.option(
     "--template",
     type=click.Choice([*import_template_names(), EXAMPLE]),
@@ -133,7 +133,7 @@ def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[
 
 
 def _echo_check(made: shakedown.Import) -> None:
-    """Nodes, normals, symmetry, rigid motions and load resultants."""
+    """Nodes, normals, tangents, symmetry, rigid motions and load resultants."""
     reduced, contact, problem = made.condensation, made.contact, made.problem
     length = length_unit(problem)
     axes = ["xyz"[axis - 1] for axis in contact.axes]
@@ -141,6 +141,8 @@ def _echo_check(made: shakedown.Import) -> None:
     if contact.coordinates is not None:
         columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")
     columns |= _numbers([f"normal {a}" for a in axes], reduced.frame.normals, ".4f")
+    for tangent in made.tangents[:1]:
+        columns |= _numbers([f"tangent {a}" for a in axes], tangent, ".4f")
     if problem.node_area is not None:
         columns |= _numbers([f"area [{length}²]" if length else "area"], problem.node_area[:, None], ".5g")
     if contact.gap.any():
@@ -148,6 +150,8 @@ def _echo_check(made: shakedown.Import) -> None:
         columns |= _numbers([f"gap [{length}]" if length else "gap"], gap, ".4g")
     rows = [[str(k), *cells] for k, cells in enumerate(zip(*columns.values(), strict=True))]
     say(table(["node", *columns], rows))
+    if made.tangents:
+        say("slip along the tangent, and along a second one at right angles to it: normal x tangent")
     say(f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}")
     if made.rigid_residual == made.rigid_residual:
         say(f"rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness")

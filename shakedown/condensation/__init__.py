@@ -1,5 +1,5 @@
 """From an elastic model with many degrees of freedom to the contact stiffness κ.
 
-Reading order: ``contact_frame`` (contact nodes, normals, tangents), ``load_case``,
+Reading order: ``tangent_pairs``, ``contact_frame`` (contact nodes, normals, tangents), ``load_case``,
 ``stiffness_checks``, ``loose_motion``, ``factorised_interior``, ``condense`` (the public functions).
 """

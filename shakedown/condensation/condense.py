@@ -2,18 +2,20 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from shakedown.condensation.contact_frame import (
+    PLANE,
     ContactFrame,
     check_out_of_plane,
     checked_dofs,
     contact_frame,
-    guided_nodes,
     out_of_plane_notes,
+    with_guides,
 )
 from shakedown.condensation.factorised_interior import Interior, interior_of
 from shakedown.condensation.load_case import LoadCase, histories, stated_loads
@@ -43,13 +45,14 @@ class Condensation(Result):
     ----------
     frame : ContactFrame
         Contact nodes, normals and tangents.
-    stiffness : (2n, 2n)
-        κ = [[A, Bᵀ], [B, C]] (thesis (2.10), (2.11)) [force/length].
+    stiffness : ((d + 1) n, (d + 1) n)
+        κ = [[A, Bᵀ], [B, C]] (thesis (2.10), (2.11)) [force/length]; d tangential directions, slips
+        node by node.
     interior, held : int
         Rows that were condensed out, and rows that do not move.
     zero_modes : int
         Motions of the contact nodes that meet no resistance: 0 for a supported
-        body, up to 3 for one that is held by the contact alone.
+        body, up to 3 (in space 6) for one that is held by the contact alone.
     asymmetry : float
         Largest |κ − κᵀ| before it was averaged away, relative to max |κ|.
     residual : float
@@ -82,12 +85,12 @@ class Condensation(Result):
 
     @property
     def A(self) -> FloatArray:
-        """Tangential stiffness, (n, n) [force/length]."""
+        """Tangential stiffness, (dn, dn) [force/length]."""
         return self.layout.blocks(self.stiffness)[0]
 
     @property
     def B(self) -> FloatArray:
-        """Coupling p = B v, (n, n) [force/length]."""
+        """Coupling p = B v, (n, dn) [force/length]."""
         return self.layout.blocks(self.stiffness)[1]
 
     @property
@@ -96,7 +99,7 @@ class Condensation(Result):
         return self.layout.blocks(self.stiffness)[2]
 
     def welded_reactions(self, case: LoadCase) -> FloatArray:
-        """Reactions (q_w, p_w), (2n,) [force], of a load case at factor 1 with all nodes welded.
+        """Reactions (q_w, p_w), ((d + 1) n,) [force], of a load case at factor 1 with all nodes welded.
 
         Raises
         ------
@@ -104,11 +107,11 @@ class Condensation(Result):
             If an array of the case does not fit the model, or a displacement is
             prescribed at a row that is not held.
         """
-        total = self.layout.zeros()
+        total, expected = self.layout.zeros(), (self.n, self.layout.d + 1)
         for key in ("reactions", "opened"):
             given = getattr(case, key)
-            if given is not None and given.shape != (self.n, 2):
-                raise ProblemError(f"{case.name}: {key}: expected shape ({self.n}, 2), found {given.shape}")
+            if given is not None and given.shape != expected:
+                raise ProblemError(f"{case.name}: {key}: expected shape {expected}, found {given.shape}")
         if case.reactions is not None:
             total += self.frame.to_local(case.reactions)
         if case.opened is not None:  # what closes the contact again: 0 = κ u + r_w where nothing acts
@@ -124,8 +127,8 @@ class Condensation(Result):
 
         Parameters
         ----------
-        displacement, reactions : (n, 2)
-            Prescribed displacements (x, y) of the contact nodes [length], and the
+        displacement, reactions : (n, d + 1)
+            Prescribed displacements (x, y[, z]) of the contact nodes [length], and the
             forces on the (first) body that the run gave for them [force].
         what
             The run, for the message.
@@ -138,13 +141,14 @@ class Condensation(Result):
         Raises
         ------
         ProblemError
-            If they are not (n, 2), or differ by more than ``Tolerances.cross_check``;
+            If they are not (n, d + 1), or differ by more than ``Tolerances.cross_check``;
             a wrong sign or factor is named.
         """
         moved, forces = np.asarray(displacement, dtype=float), np.asarray(reactions, dtype=float)
-        if moved.shape != (self.n, 2) or forces.shape != (self.n, 2):
+        expected = (self.n, self.layout.d + 1)
+        if moved.shape != expected or forces.shape != expected:
             raise ProblemError(
-                f"{what}: expected displacements and reactions of shape ({self.n}, 2), "
+                f"{what}: expected displacements and reactions of shape {expected}, "
                 f"found {moved.shape} and {forces.shape}"
             )
         local = self.frame.to_local
@@ -189,6 +193,7 @@ class Condensation(Result):
             name=name,
             units=units,
             load_path=DOMAIN if any(case.range is not None for case in loads) else LOOP,
+            **self._directions(),
             **stated_loads(loads, factors),
         )
         if callable(gap):
@@ -197,6 +202,12 @@ class Condensation(Result):
             gap = gap(touching.x)
         initial = np.asarray(gap)
         return with_initial_gap(touching, initial) if initial.any() else touching
+
+    def _directions(self) -> dict[str, Any]:
+        """Normals and tangents as fields of a problem in space; of a plane one nobody has said the axes."""
+        if self.layout.d == 1:
+            return {}
+        return {"normal": self.frame.normals, "tangents": self.frame.tangents}
 
 
 @checked
@@ -209,7 +220,8 @@ def condense(
     f: ArrayLike,
     *,
     fixed: ArrayLike = (),
-    axes: tuple[int, int] = (1, 2),
+    axes: tuple[int, int] = PLANE,
+    tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
     x: ArrayLike | None = None,
@@ -219,7 +231,8 @@ def condense(
 ) -> Problem:
     """Reduce an elastic model of one or two bodies to a problem in slip and gap.
 
-    The short form of ``condensed_stiffness(...).problem(loads, f)``; see
+    Normals of three components give every node two tangential directions. The short form of
+    ``condensed_stiffness(...).problem(loads, f)``; see
     :func:`condensed_stiffness` for ``K`` to ``allow_sparse``.
 
     Parameters
@@ -250,6 +263,15 @@ def condense(
     >>> joint = condense(K, dofs, [1], [0, 1], [push], f=0.4, fixed=[2, 3])
     >>> joint.B, joint.p_w.ravel()
     (array([[1.]]), array([3. , 1.5]))
+
+    A node in space, on springs of its own:
+
+    >>> push = LoadCase(history=[1.0], force=[0.5, 0.25, -3.0])
+    >>> joint = condense(
+    ...     np.diag([2.0, 4.0, 8.0]), [(1, 1), (1, 2), (1, 3)], [1], [0, 0, 1], [push], 0.4, tangent=[0, 1, 0]
+    ... )
+    >>> joint.directions, joint.A.tolist(), joint.q_w.tolist(), joint.tangents[0].tolist()
+    (2, [[4.0, 0.0], [0.0, 2.0]], [[-0.25, 0.5]], [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     """
     reduced = condensed_stiffness(
         K,
@@ -258,6 +280,7 @@ def condense(
         normals,
         fixed=fixed,
         axes=axes,
+        tangent=tangent,
         free_out_of_plane=free_out_of_plane,
         allow_sparse=allow_sparse,
     )
@@ -272,14 +295,15 @@ def condensed_stiffness(
     normals: ArrayLike,
     *,
     fixed: ArrayLike = (),
-    axes: tuple[int, int] = (1, 2),
+    axes: tuple[int, int] = PLANE,
+    tangent: ArrayLike | None = None,
     free_out_of_plane: bool = False,
     allow_sparse: bool = False,
     places: Mapping[int, Sequence[float]] | None = None,
 ) -> Condensation:
     """Condense a stiffness matrix to the contact nodes, κ = K_cc − K_ci K_ii⁻¹ K_ic.
 
-    One sparse factorization of the interior serves all 2n right-hand sides and
+    One sparse factorization of the interior serves all (d + 1) n right-hand sides and
     all loads. Memory: the factors (about 10 N log₂N numbers in two dimensions),
     64 dense vectors of length N, and κ; a 200 × 50 mesh (N = 20,502) takes 50 MB.
 
@@ -295,17 +319,22 @@ def condensed_stiffness(
         like any other unknown.
     contact : (n,) or (n, 2)
         Contact nodes against a rigid obstacle, or matching pairs (node of the
-        first body, node of the second). Slip and gap are then u₁ − u₂. A node
-        that is held along its tangent only (a plane of symmetry) gets a spring
-        of its own in A, coupled to nothing, so that its slip stays zero.
-    normals : (2,) or (n, 2)
-        Contact normals, pointing into the first body.
+        first body, node of the second). Slip and gap are then u₁ − u₂. A slip
+        that is held while the normal is free (a plane of symmetry) gets a spring
+        of its own in A, coupled to nothing, so that it stays zero.
+    normals : (2,) or (n, 2), in space (3,) or (n, 3)
+        Contact normals, pointing into the first body. With three components, along x, y, z, every
+        node has two tangential directions.
     fixed : (k,) int or (N,) bool
         Rows of K that are held, or move by what a load case prescribes.
     axes
-        The two directions that span the plane.
+        The two directions that span the plane of a plane problem.
+    tangent : (3,) or (n, 3) or (n, 2, 3), optional
+        In space the direction towards which the first tangent leads, one for all or one per node, or
+        a pair per node (:func:`~shakedown.condensation.tangent_pairs.tangent_pairs`). A node that is
+        held in one direction takes that as a tangent.
     free_out_of_plane
-        Contact nodes with a third direction that is not held are an error,
+        Contact nodes of a plane problem with a third direction that is not held are an error,
         because friction acts along one tangent only; true condenses it instead.
     allow_sparse
         Accept a matrix that holds contact nodes only and yet couples few of them.
@@ -321,9 +350,9 @@ def condensed_stiffness(
     """
     table = checked_dofs(dofs)
     matrix, constrained = checked_matrix(K, table)
-    frame = contact_frame(table, contact, normals, axes=axes)
+    frame = contact_frame(table, contact, normals, axes=axes, tangent=tangent)
     held = _held_rows(fixed, constrained, len(table))
-    guided = guided_nodes(frame, table, held)
+    frame, guided = with_guides(frame, table, held)
     if not free_out_of_plane:
         check_out_of_plane(frame, table, held, axes)
     if not allow_sparse and np.isin(table[~held, 0], frame.labels).all():
@@ -378,7 +407,13 @@ def _notes(
     modes: int,
 ) -> tuple[str, ...]:
     notes = []
-    for j in np.flatnonzero(guided):
+    on_planes = np.flatnonzero(frame.layout.by_node(guided).any(axis=1))
+    if frame.directions > 1 and on_planes.size:
+        notes.append(
+            f"{on_planes.size} contact node(s) are held along a tangent (a plane of symmetry), the first "
+            f"{frame.names[on_planes[0]]}: these slips are coupled to nothing and stay zero"
+        )
+    for j in on_planes if frame.directions == 1 else ():
         notes.append(
             f"contact node {frame.labels[j]} is held along its tangent (a plane of symmetry): its slip is "
             "coupled to nothing and stays zero"

@@ -1,17 +1,19 @@
 """Contact nodes of an elastic model and the change to slip and gap variables."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
+from shakedown.condensation.tangent_pairs import guided_pairs, tangent_pairs
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.layout import Layout
 
 IntArray = NDArray[np.intp]
+PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given
 
 
 @dataclass(frozen=True)
@@ -22,13 +24,14 @@ class ContactFrame:
     ----------
     labels : (n,) or (n, 2)
         Contact node of the first body, or pairs (first body, second body).
-    rows : (n, b, 2)
-        Row of the stiffness matrix of node j, body b, direction (x, y); b is 1
+    rows : (n, b, d + 1)
+        Row of the stiffness matrix of node j, body b, direction (x, y) or (x, y, z); b is 1
         against a rigid obstacle, 2 for two bodies.
-    normals : (n, 2)
+    normals : (n, d + 1)
         Unit normals; they point into the first body, the way the gap opens.
-    tangents : (n, 2)
-        Unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0).
+    tangents : (n, 2) or (n, 2, 3)
+        In the plane unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0). In space
+        a perpendicular pair for every node, t₁ × t₂ = n.
     """
 
     labels: IntArray
@@ -40,6 +43,16 @@ class ContactFrame:
     def n(self) -> int:
         """Number of contact nodes (or pairs)."""
         return len(self.rows)
+
+    @property
+    def directions(self) -> int:
+        """Tangential directions of a node: 1 in the plane, 2 in space."""
+        return self.normals.shape[1] - 1
+
+    @property
+    def slip_axes(self) -> FloatArray:
+        """The directions of slip of every node, (n, d, d + 1)."""
+        return self.tangents.reshape(self.n, self.directions, self.directions + 1)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,19 +73,20 @@ class ContactFrame:
 
         Returns
         -------
-        T_c : (size, 2n)
-            Columns v_1 … v_n, w_1 … w_n.
+        T_c : (size, (d + 1) n)
+            Columns v_1 … v_n, w_1 … w_n; slips node by node.
         T_r : (size, r)
             Columns for the rows that are not contact rows of the first body.
         rest : (r,)
             Those rows.
         """
         first = self.rows[:, 0, :]
-        columns = self.layout.split(np.arange(self.layout.size))
+        slips, gaps = self.layout.split(np.arange(self.layout.size))
+        columns = [*self.layout.by_node(slips).T, gaps]
         entries = [
             (first[:, a], columns[k], axis[:, a])
-            for k, axis in enumerate((self.tangents, self.normals))
-            for a in (0, 1)
+            for k, axis in enumerate((*self.slip_axes.transpose(1, 0, 2), self.normals))
+            for a in range(self.directions + 1)
         ]
         row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
         T_c = sparse.csr_array((value, (row, column)), shape=(size, self.layout.size))
@@ -88,12 +102,12 @@ class ContactFrame:
     @property
     def layout(self) -> Layout:
         """Where the slip and the gap of a node stand."""
-        return Layout(self.n)
+        return Layout(self.n, self.directions)
 
     def to_local(self, vectors: FloatArray) -> FloatArray:
-        """Components (x, y) per node, (n, 2), in the local frame: (tangential…, normal…), (2n,)."""
-        q, p = ((vectors * axis).sum(axis=1) for axis in (self.tangents, self.normals))
-        return self.layout.joined(q, p)
+        """Components (x, y[, z]) per node, (n, d + 1), in the local frame: (tangential…, normal…)."""
+        q = (vectors[:, None, :] * self.slip_axes).sum(axis=2).ravel()
+        return self.layout.joined(q, (vectors * self.normals).sum(axis=1))
 
 
 def node_names(labels: IntArray) -> tuple[str, ...]:
@@ -108,7 +122,12 @@ def node_names(labels: IntArray) -> tuple[str, ...]:
 
 
 def contact_frame(
-    dofs: ArrayLike, contact: ArrayLike, normals: ArrayLike, *, axes: tuple[int, int] = (1, 2)
+    dofs: ArrayLike,
+    contact: ArrayLike,
+    normals: ArrayLike,
+    *,
+    axes: tuple[int, int] = PLANE,
+    tangent: ArrayLike | None = None,
 ) -> ContactFrame:
     """Find contact nodes in a (node, direction) map and set up their local frames.
 
@@ -118,16 +137,18 @@ def contact_frame(
         Node label and direction (1, 2, 3 = x, y, z) of every row of the matrix.
     contact : (n,) or (n, 2)
         Labels of the contact nodes, or pairs (node of the first body, node of the second).
-    normals : (2,) or (n, 2)
+    normals : (2,) or (n, 2), in space (3,) or (n, 3)
         Normals that point into the first body; any length.
     axes
-        The two directions that span the plane of the problem.
+        The two directions that span the plane of a plane problem.
+    tangent : (3,) or (n, 3) or (n, 2, 3), optional
+        In space, as :func:`~shakedown.condensation.tangent_pairs.tangent_pairs` takes it.
 
     Raises
     ------
     ProblemError
         If a contact node has no row for one of the directions, occurs twice, or
-        a normal is zero or of the wrong shape.
+        a normal is zero or of the wrong shape, or a tangent leads along a normal.
 
     Examples
     --------
@@ -147,24 +168,34 @@ def contact_frame(
             f"found {labels.dtype} of shape {labels.shape}"
         )
     _check_unique(labels)
+    unit = _unit_normals(normals, len(labels))
+    own = axes if unit.shape[1] == 2 else SPACE
+    _check_plane(unit, axes, tangent)
     index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(table)}
     bodies = labels.reshape(len(labels), -1)
-    wanted = [(int(node), axis) for pair in bodies for node in pair for axis in axes]
+    wanted = [(int(node), axis) for pair in bodies for node in pair for axis in own]
     missing = [key for key in wanted if key not in index]
     if missing:
         listed = ", ".join(f"({node}, {axis})" for node, axis in missing[:4])
         raise ProblemError(
-            f"contact: expected a row for every contact node in directions {axes[0]} and {axes[1]}, "
+            f"contact: expected a row for every contact node in directions {_listed(own)}, "
             f"found none for {len(missing)} of {len(wanted)}, first (node, direction) {listed} "
             "(a direction that is constrained or tied has no row)"
+            + ("; of a plane problem the normals have two components" if len(own) == 3 else "")
         )
-    rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], 2)
-    unit = _unit_normals(normals, len(labels))
-    return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
+    rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], len(own))
+    if unit.shape[1] == 2:
+        return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
+    return ContactFrame(labels, rows, unit, tangent_pairs(unit, tangent))
 
 
-def guided_nodes(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Contact nodes that are held along their tangent and free along their normal, (n,).
+def with_guides(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]
+) -> tuple[ContactFrame, NDArray[np.bool_]]:
+    """Which slips are held while the normal is free, (dn,), and the frame whose tangents lead along them.
+
+    In space a node that is held in one direction takes that direction as a tangent, unless one of
+    its pair is that already.
 
     Raises
     ------
@@ -172,8 +203,8 @@ def guided_nodes(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.
         If a contact node of the first body is held in any other way.
     """
     first = held[frame.rows[:, 0, :]]
-    guided = np.any(first & (np.abs(frame.normals) <= DEFAULT.symmetry), axis=1)
-    blocked = np.any(first, axis=1) & ~(guided & ~np.all(first, axis=1))
+    across = np.abs(frame.normals) <= DEFAULT.symmetry
+    blocked = np.any(first & ~across, axis=1) | np.all(first, axis=1)
     if blocked.any():
         j = int(np.argmax(blocked))
         node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
@@ -181,19 +212,25 @@ def guided_nodes(frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.
             f"contact: expected free contact nodes, found direction {direction} of node {node} held "
             "(release the contact nodes in the model before the matrix is written)"
         )
-    return guided
+    if frame.directions > 1:
+        frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
+    along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry
+    return frame, np.any(along & first[:, None, :], axis=2).ravel()
 
 
 def check_out_of_plane(
     frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
 ) -> None:
     """Refuse contact nodes with a second tangential direction, one that ``held`` does not hold."""
+    if frame.directions > 1:
+        return
     third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
     if third.any():
         node, direction = table[np.argmax(third)]
         raise ProblemError(
             f"contact: expected one tangential direction per node, found node {node} free in direction "
-            f"{direction} too; hold it (fixed), or let it move without friction (free_out_of_plane)"
+            f"{direction} too; ask for friction in both directions (normals of three components; in an "
+            "import directions = 2), hold it (fixed), or let it move without friction (free_out_of_plane)"
         )
 
 
@@ -201,6 +238,8 @@ def out_of_plane_notes(
     frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
 ) -> tuple[str, ...]:
     """What becomes of the friction of contact nodes that have a direction across the plane."""
+    if frame.directions > 1:
+        return ()
     across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & (table[:, 1] >= 1)
     across &= ~np.isin(table[:, 1], axes)
     free = across & ~held
@@ -241,14 +280,32 @@ def _check_unique(labels: IntArray) -> None:
         )
 
 
+def _check_plane(unit: FloatArray, axes: tuple[int, int], tangent: ArrayLike | None) -> None:
+    """That the axes of a plane stand beside plane normals, and a tangent beside those in space."""
+    if unit.shape[1] == 2 and tangent is not None:
+        raise ProblemError("tangent: expected only beside normals of three components, found two")
+    if unit.shape[1] == 3 and axes != PLANE:
+        raise ProblemError(
+            f"axes: expected normals of two components, along directions {_listed(axes)}, found three"
+        )
+
+
+def _listed(axes: tuple[int, ...]) -> str:
+    """Directions as a message names them."""
+    return f"{', '.join(map(str, axes[:-1]))} and {axes[-1]}"
+
+
 def _unit_normals(normals: ArrayLike, n: int) -> FloatArray:
     vectors = np.asarray(normals, dtype=np.float64)
-    if vectors.shape not in ((2,), (n, 2)):
+    if vectors.shape not in ((2,), (n, 2), (3,), (n, 3)):
         raise ProblemError(
-            f"normals: expected shape (2,) or ({n}, 2), components along the two axes, found {vectors.shape}"
+            f"normals: expected shape (2,) or ({n}, 2), components along the two axes, or (3,) or ({n}, 3), "
+            f"found {vectors.shape}"
         )
-    vectors = np.broadcast_to(vectors, (n, 2))
+    vectors = np.broadcast_to(vectors, (n, vectors.shape[-1]))
     length = np.hypot(vectors[:, 0], vectors[:, 1])
+    if vectors.shape[1] == 3:
+        length = np.hypot(length, vectors[:, 2])
     if not np.all(np.isfinite(length) & (length > 0)):
         j = int(np.argmin(np.isfinite(length) & (length > 0)))
         raise ProblemError(f"normals: expected vectors of finite length > 0, found {vectors[j]} at node {j}")

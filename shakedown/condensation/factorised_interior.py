@@ -25,7 +25,7 @@ class Interior:
     ----------
     K : (N, N)
         Stiffness of the model [force/length].
-    T_c, T_i, T_h : (N, 2n), (N, i), (N, h)
+    T_c, T_i, T_h : (N, (d + 1) n), (N, i), (N, h)
         Displacements u = T_c (v, w) + T_i u_i + T_h u_h.
     held : (h,)
         Rows that are held.

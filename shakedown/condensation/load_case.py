@@ -35,11 +35,11 @@ class LoadCase(Result):
     displacement : (N,), optional
         Prescribed displacements [length], one per row of the stiffness matrix;
         other than zero only where the row is held.
-    reactions : (n, 2), optional
-        Nodal reactions (x, y) on the (first) body at the contact nodes while
+    reactions : (n, 2), in space (n, 3), optional
+        Nodal reactions (x, y[, z]) on the (first) body at the contact nodes while
         all of them are clamped [force], for loads that were run elsewhere.
-    opened : (n, 2), optional
-        Displacements (x, y) of the contact nodes, of pairs those of the first body less those of
+    opened : (n, 2), in space (n, 3), optional
+        Displacements (x, y[, z]) of the contact nodes, of pairs those of the first body less those of
         the second, while nothing acts between the bodies [length], for loads that were run elsewhere.
     mean : float, optional
         Factor of the case in the constant part of the loading, which the load

@@ -123,9 +123,9 @@ def check_against_run(
 
     Parameters
     ----------
-    stiffness : (2n, 2n)
+    stiffness : ((d + 1) n, (d + 1) n)
         κ [force/length].
-    displacement, reaction : (2n,)
+    displacement, reaction : ((d + 1) n,)
         Prescribed contact displacements (v, w) [length] and the reactions that
         the run gave for them, without any other load [force].
 

@@ -1,4 +1,4 @@
-"""A picture of what an import has read: the mesh, the contact nodes and their normals."""
+"""A picture of what an import has read: the mesh, the contact nodes, their normals and tangents."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,17 +12,19 @@ from shakedown.readers.mesh import CORNERS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_ARROW = 0.7  # length of an arrow, by the mean distance of the nodes
+
 
 @checked
 def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
-    """Draw the contact nodes of an import with their normals, on the mesh where it is known.
+    """Draw the contact nodes of an import with normals (and tangents), on the mesh where it is known.
 
     Parameters
     ----------
     made
         What :func:`shakedown.import_model` returns.
     ax
-        Where to draw; without it a new figure is made.
+        Where to draw (with two tangents, axes in three dimensions); without it a new figure is made.
 
     Raises
     ------
@@ -32,6 +34,8 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     contact, mesh = made.contact, made.mesh
     if contact.coordinates is None or mesh is None:
         raise UsageError("picture: expected coordinates ([model] with a deck or a list of nodes), found none")
+    if contact.directions > 1:
+        return _in_space(made, ax)
     if ax is None:
         from matplotlib.figure import Figure
 
@@ -55,4 +59,40 @@ def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
     ax.set_xlabel("xyz"[a])
     ax.set_ylabel("xyz"[b])
     ax.set_title("contact nodes and normals into the first body", fontsize=9)
+    return ax
+
+
+def _in_space(made: Import, ax: "Axes | None") -> "Axes":
+    """Normals and both tangents at the contact nodes, on the faces that the nodes span."""
+    contact, frame = made.contact, made.condensation.frame
+    assert contact.coordinates is not None
+    assert made.mesh is not None
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(6.0, 5.0), layout="constrained").add_subplot(projection="3d")
+    if getattr(ax, "name", "") != "3d":
+        raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
+    drawn: Any = ax
+    place = contact.coordinates
+    for ring in made.mesh.outlines(contact.first):
+        drawn.plot(*made.mesh.at([*ring, ring[0]]).T, color="0.75", linewidth=0.5)
+    length = _ARROW * float(np.ptp(place, axis=0).max() or 1.0) / max(np.sqrt(len(place)) - 1, 1)
+    first, second = frame.slip_axes.transpose(1, 0, 2)
+    arrows = (
+        (frame.normals, "tab:red", "normal, into the first body"),
+        (first, "tab:blue", "first tangent"),
+        (second, "tab:green", "second tangent"),
+    )
+    for vectors, colour, label in arrows:
+        drawn.quiver(
+            *place.T, *(length * vectors).T, color=colour, linewidth=0.8, label=label, arrow_length_ratio=0.2
+        )
+    low, high = place.min(axis=0) - length, place.max(axis=0) + length
+    drawn.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    drawn.set(xlabel="x", ylabel="y", zlabel="z")
+    drawn.set_box_aspect(high - low, zoom=0.9)
+    drawn.locator_params(nbins=4)
+    drawn.legend(loc="upper left", fontsize=7)
+    drawn.set_title("contact nodes, normals and tangents", fontsize=9)
     return ax

@@ -15,9 +15,18 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
-from shakedown.importing.contact_section import ContactSection, contact_section, in_space
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.importing.contact.contact_directions import in_space
+from shakedown.importing.contact.contact_section import ContactSection, contact_section
 from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
-from shakedown.importing.load_section import absent_before, held_rows, load_section, uneven, vary_loads
+from shakedown.importing.load_section import (
+    absent_before,
+    held_keys,
+    held_rows,
+    load_section,
+    uneven,
+    vary_loads,
+)
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.static_runs import static_run
 from shakedown.importing.stiffness_section import ImportContext, stiffness_section
@@ -51,7 +60,7 @@ class Import(Result):
         Largest difference from the static run, relative to its largest reaction;
         NaN where none was given.
     rigid_residual : float
-        Largest force that a rigid motion of the whole model in its plane meets,
+        Largest force that a rigid motion of the whole model (in its plane, where it is one) meets,
         relative to what displacements of that size can meet: near 0 for a free
         model, NaN where the coordinates are not known.
     loads : tuple of LoadEvidence
@@ -90,6 +99,7 @@ class Import(Result):
             "notes": self.notes,
             "nodes": contact.names,
             "normals": reduced.frame.normals,
+            **({"tangents": self.problem.tangents} if self.tangents else {}),
             "coordinates": contact.coordinates,
             "node_area": self.problem.node_area,
             "gap": contact.gap,
@@ -101,12 +111,20 @@ class Import(Result):
 
     def columns(self) -> dict[str, Any]:
         """One row per contact node."""
-        contact, directions = self.contact, self.condensation.frame.normals
+        contact, frame = self.contact, self.condensation.frame
         columns: dict[str, Any] = {"nodes": list(contact.names)}
         if contact.coordinates is not None:
             columns |= dict(zip("xyz", contact.coordinates.T, strict=True))
-        columns |= {f"normal {'xyz'[a - 1]}": directions[:, k] for k, a in enumerate(contact.axes)}
+        columns |= {f"normal {'xyz'[a - 1]}": frame.normals[:, k] for k, a in enumerate(contact.axes)}
+        for number, tangent in enumerate(self.tangents):
+            columns |= {f"tangent {number + 1} {a}": tangent[:, k] for k, a in enumerate("xyz")}
         return columns if contact.area is None else columns | {"area": contact.area}
+
+    @property
+    def tangents(self) -> tuple[FloatArray, ...]:
+        """The first and the second tangents, (n, 3) each; none of a plane contact."""
+        found = self.problem.tangents
+        return () if found is None else (found[:, 0], found[:, 1])
 
     @property
     def format(self) -> str:
@@ -175,9 +193,15 @@ def import_model(
         [contact]
         nodes | pairs              node labels, or the name of a set; [body 1, body 2] for two
                                    bodies, or the names of two sets that lie on each other
+        [directions]               2: friction in two tangential directions, 1: in a plane. By default
+                                   2 where normals leave the plane of x and y or contact nodes move
+                                   across it, unless 'axes' or 'free_out_of_plane' say otherwise
         [normal] | [normals]       into body 1; one for all, or one per node; by default from
                                    the faces of the model, or of its surface [surface]
-        [axes]                     directions that span the plane, default [1, 2]
+        [tangent] | [tangents]     with two directions: towards which the first tangent leads,
+                                   [x, y, z], one for all or one per node; the second one is
+                                   at right angles to it and to the normal
+        [axes]                     of a plane problem: directions that span it, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
         [relative]                 true: the rows of the nodes are u1 - u2 of two bodies
         [tied]                     for reactions: the node tied to each contact node, whose
@@ -255,11 +279,13 @@ def import_model(
         model = model_section(sections["model"], files, _superelement(sections["stiffness"]))
     else:
         model = Model(kept.mesh)
-    contact = contact_section(sections["contact"], model, files)
+    contact = contact_section(sections["contact"].copy(), model, files)
     if kept is None:
         stiffness = stiffness_section(sections["stiffness"], contact, model, files)
     else:
         stiffness = kept.stiffness
+    if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
+        contact = contact_section(sections["contact"], model, files, assume_plane=False)
     checked = bool(sections["check"].content)
     context = ImportContext(stiffness, contact, model, files, steps, checked)
     loads = [load_section(table, context) for table in tables]
@@ -280,7 +306,7 @@ def import_model(
         label=contact.names,
         coordinates=contact.coordinates,
         normal=in_space(reduced.frame.normals, contact.axes),
-        tangent=in_space(reduced.frame.tangents, contact.axes),
+        tangent=None if contact.directions > 1 else in_space(reduced.frame.tangents, contact.axes),
         node_area=area,
         stiffness_accuracy=stiffness.accuracy,
         load_names=load_names(cases, root.where),
@@ -333,13 +359,21 @@ def _condensed(
         contact.labels,
         contact.normals,
         fixed=held,
-        axes=contact.axes,
+        axes=contact.plane,
+        tangent=contact.tangent,
         free_out_of_plane=contact.free_out_of_plane,
         allow_sparse=stiffness.superelement,  # checked as a whole when it was read
         places=None
         if mesh is None
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
     )
+
+
+def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
+    """Whether a contact node moves across the plane of x and y that nobody has asked for."""
+    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
+    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
+    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
 
 
 def _superelement(stiffness: Table) -> int | None:
@@ -366,6 +400,8 @@ def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
 
 def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
     """A word on solid models whose matrix has no rows across the plane of the contact."""
+    if contact.directions > 1:
+        return ()
     (across,) = {1, 2, 3} - set(contact.axes)
     if mesh is None or [contact.first[0], across] in stiffness.dofs.tolist():
         return ()  # said by the condensation

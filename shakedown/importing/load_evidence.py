@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.contact.contact_section import ContactSection
 from shakedown.joint.result import Result
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.stiffness import Stiffness
@@ -22,9 +23,9 @@ class LoadEvidence(Result):
     ----------
     name : str
         The load case.
-    applied : (2,)
-        Sum of its nodal forces along the two axes [force].
-    contact : (2,)
+    applied : (d + 1,)
+        Sum of its nodal forces along the axes [force].
+    contact : (d + 1,)
         Sum of the welded reactions along them: forces of the contact on the
         first body [force]. Where the contact alone holds the model, and no
         displacement is prescribed, it is minus the applied force.
@@ -39,22 +40,23 @@ def load_evidence(
     case: LoadCase, reduced: Condensation, stiffness: Stiffness, contact: ContactSection
 ) -> LoadEvidence:
     """Resultants of one load case."""
-    applied = np.zeros(2)
+    applied = np.zeros(len(contact.axes))
     if case.force is not None:
         applied = np.array([case.force[stiffness.dofs[:, 1] == axis].sum() for axis in contact.axes])
     welded, frame = reduced.welded_reactions(case), reduced.frame
     q, p = reduced.layout.split(welded)
-    carried = q @ frame.tangents + p @ frame.normals
+    carried = q @ frame.slip_axes.reshape(len(q), -1) + p @ frame.normals
     return LoadEvidence(case.name, applied, carried)
 
 
 def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensation) -> tuple[str, ...]:
-    """A note: how accurate welded reactions are that come from displacements off by so much, (n, 2)."""
+    """A note: how accurate welded reactions are that come from displacements off by so much, (n, d + 1)."""
     if rounding is None:
         return ()
     frame = reduced.frame
-    local = [(rounding * np.abs(vectors)).sum(axis=1) for vectors in (frame.tangents, frame.normals)]
-    error = np.abs(reduced.stiffness) @ np.concatenate(local)
+    slips = (rounding[:, None, :] * np.abs(frame.slip_axes)).sum(axis=2).ravel()
+    local = reduced.layout.joined(slips, (rounding * np.abs(frame.normals)).sum(axis=1))
+    error = np.abs(reduced.stiffness) @ local
     largest = np.abs(reduced.welded_reactions(case)).max()
     if not (error.any() and largest):
         return ()
@@ -62,8 +64,8 @@ def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensatio
     return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)
 
 
-def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int]) -> float:
-    """Largest force that a rigid motion in the plane meets, relative to max |K| and the motion.
+def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, ...]) -> float:
+    """Largest force that a rigid motion (in the plane, of a plane problem) meets, by max |K| and the motion.
 
     A body of revolution moves along its axis only.
 
@@ -76,9 +78,12 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int
     moving = np.isin(stiffness.dofs[:, 1], axes)
     if not set(stiffness.dofs[moving, 0].tolist()) <= there:
         return float("nan")
-    xyz = mesh.at(stiffness.dofs[moving, 0])[:, [axes[0] - 1, axes[1] - 1]]
+    xyz = mesh.at(stiffness.dofs[moving, 0])[:, [axis - 1 for axis in axes]]
     xyz = xyz - xyz.mean(axis=0)
     size = max(float(np.abs(xyz).max()), np.finfo(float).tiny)
+    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < 1e35]).max())
+    if len(axes) == 3:
+        return float(np.abs(stiffness.K @ _motions(stiffness, moving, xyz / size, size)).max() / scale)
     motions = np.zeros((len(stiffness.dofs), 3))  # along the two axes, and turned in their plane
     along = stiffness.dofs[moving, 1] == axes[0]
     rotation = np.where(along, -xyz[:, 1], xyz[:, 0]) / size
@@ -88,5 +93,15 @@ def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, int
     motions[turning, 2] = sign / size
     if mesh.axisymmetric:  # moves as a body along its axis only
         motions = motions[:, 1:2]
-    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < 1e35]).max())
     return float(np.abs(stiffness.K @ motions).max() / scale)
+
+
+def _motions(stiffness: Stiffness, moving: NDArray[np.bool_], xyz: FloatArray, size: float) -> FloatArray:
+    """The six rigid motions of a body in space, (N, 6): along x, y, z, and turned about them."""
+    motions = np.zeros((len(stiffness.dofs), 6))
+    direction = stiffness.dofs[moving, 1] - 1
+    turned = [np.cross(axis, xyz)[np.arange(len(xyz)), direction] for axis in np.eye(3)]
+    motions[moving] = np.column_stack([np.eye(3)[direction], *turned])
+    for axis in range(3):
+        motions[stiffness.dofs[:, 1] == 4 + axis, 3 + axis] = 1.0 / size
+    return motions

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakedown.condensation.load_case import LoadCase, histories
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.model_section import Values
+from shakedown.importing.model_section import Model, Values
 from shakedown.importing.static_runs import clamped_run, opened_run, thermal_forces
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.importing.time_function import time_function
@@ -196,6 +196,12 @@ def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
     spread = np.zeros(len(context.stiffness.dofs))
     spread[context.rows(f"{where}: key 'reactions'", values)] = list(values.values())
     return spread
+
+
+def held_keys(supports: Table, loads: Sequence[Table], model: Model) -> set[tuple[int, int]]:
+    """(node, direction) that ``[supports]`` or a prescribed displacement holds; the tables are left whole."""
+    held = set(model.values(supports.copy(), "fixed", valued=False) or ())
+    return held.union(*(model.values(load.copy(), "displacements") or () for load in loads))
 
 
 def held_rows(supports: Table, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:

@@ -5,7 +5,7 @@ import numpy as np
 from shakedown.condensation.condense import Condensation
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.contact.contact_section import ContactSection
 from shakedown.importing.model_section import Values
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.readers.circumference import HOOP
@@ -42,9 +42,9 @@ def run_of(source: Table, what: What, files: InputFiles) -> NodalVectors:
 def clamped_run(
     table: Table, contact: ContactSection, files: InputFiles
 ) -> tuple[FloatArray | None, Values | None]:
-    """``reactions``: those of the first body, (n, 2), or those of both bodies held apart."""
+    """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
     if not isinstance(table.content.get("reactions"), dict):
-        listed = table.array("reactions", float, (None, 2), required=False)
+        listed = table.array("reactions", float, (None, len(contact.axes)), required=False)
         return (None if listed is None else np.array(listed, dtype=float)), None
     source = table.table("reactions")
     bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
@@ -183,7 +183,7 @@ def static_run(table: Table, reduced: Condensation, context: ImportContext, stif
             f"{_found(moved, reactions, clamped)}"
         )
     labels = contact.first.tolist()
-    displacement = np.zeros((reduced.n, 2))
+    displacement = np.zeros((reduced.n, len(contact.axes)))
     for (node, direction), value in moved.items():
         if node not in labels or direction not in contact.axes:
             raise ProblemError(

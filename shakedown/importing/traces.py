@@ -11,7 +11,7 @@ import numpy as np
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
-from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.contact.contact_section import ContactSection
 
 LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
 

@@ -100,7 +100,7 @@ class Layout:
         """The places of the slips of some nodes, then of their gaps: a state of these nodes alone."""
         return np.concatenate([self.slips_of(nodes), self.gaps_of(nodes)])
 
-    def by_node(self, slip: FloatArray) -> FloatArray:
+    def by_node(self, slip: NDArray[T]) -> NDArray[T]:
         """Slips or tangential reactions (…, dn) node by node, (…, n, d), as a view."""
         return slip.reshape(*slip.shape[:-1], self.n, self.d)
 

@@ -25,6 +25,7 @@ HEADINGS: dict[What, re.Pattern[str]] = {
 }
 COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
+_WORDS = {2: "two", 3: "three"}
 Order = Literal["node-by-node", "direction-by-direction"]
 
 
@@ -109,7 +110,7 @@ def unit_displacement_stiffness(
     steps: list[NodalVectors],
     nodes: NDArray[np.intp],
     *,
-    axes: tuple[int, int] = (1, 2),
+    axes: tuple[int, ...] = (1, 2),
     order: Order = "node-by-node",
     amplitude: float = 1.0,
     tied: NDArray[np.intp] | None = None,
@@ -128,7 +129,7 @@ def unit_displacement_stiffness(
     nodes : (n,)
         Contact nodes in the order in which they were moved.
     axes
-        The two directions of the plane, in the order in which they were moved.
+        The two directions of the plane, or the three of space, in the order in which they were moved.
     order
         ``"node-by-node"``: (node 1, x), (node 1, y), (node 2, x) …;
         ``"direction-by-direction"``: x of all nodes, then y.
@@ -141,19 +142,20 @@ def unit_displacement_stiffness(
     Raises
     ------
     ProblemError
-        If there are not 2n steps, a node was not printed, the reactions have the
+        If there are not 2n steps (3n in space), a node was not printed, the reactions have the
         wrong sign, or the result is not symmetric to the digits that are printed.
     """
-    n = len(nodes)
-    if len(steps) != 2 * n:
+    n, d = len(nodes), len(axes)
+    if len(steps) != d * n:
+        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
         raise ProblemError(
-            f"unit displacements: expected {2 * n} steps, two for each of {n} contact nodes, "
-            f"found {len(steps)}"
+            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
+            f"found {len(steps)}{hint}"
         )
     if order not in ("node-by-node", "direction-by-direction"):
         raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
     columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
-    by_direction = columns[:, np.arange(2 * n).reshape(2, n).T.ravel()]
+    by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
     K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
     if np.diag(K).max() < 0:
         raise ProblemError(
@@ -168,7 +170,7 @@ def unit_displacement_stiffness(
         raise ProblemError(
             f"unit displacements: expected a symmetric stiffness, found an asymmetry of {error:.2g}{hint}"
         )
-    dofs = np.column_stack([np.repeat(nodes, 2), np.tile(axes, n)]).astype(np.intp)
+    dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
     return Stiffness(
         sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
         dofs,

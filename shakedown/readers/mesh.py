@@ -35,7 +35,7 @@ SOLIDS = ("tetrahedron", "wedge", "hexahedron")
 CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
 CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
 # A normal that leaves the plane by more than this share is not a normal of the plane problem.
-_IN_PLANE = 1e-3
+IN_PLANE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +134,9 @@ class Mesh:
         return [self._faces_of(element)[face - 1] for element, face in self.surfaces[key]]
 
     def normals(
-        self, labels: ArrayLike, axes: tuple[int, int] = (1, 2), surface: str | None = None
+        self, labels: ArrayLike, axes: tuple[int, ...] = (1, 2), surface: str | None = None
     ) -> FloatArray:
-        """Unit normals into the body at nodes of its boundary, (n, 2) [–].
+        """Unit normals into the body at nodes of its boundary, (n, 2) or (n, 3) [–].
 
         Each is the mean, weighted by area, of the faces of the boundary that
         have all their corners among the nodes.
@@ -146,7 +146,7 @@ class Mesh:
         labels : (n,)
             Nodes.
         axes
-            The two directions that span the plane of the problem.
+            The two directions that span the plane of the problem, or all three of one in space.
         surface
             Surface of the deck that the faces must belong to, where edges of the
             body make it unclear.
@@ -175,8 +175,10 @@ class Mesh:
                 "all its corners among the contact nodes, found none; give 'normal' or 'normals'"
             )
         units = vectors / size[:, None]
+        if len(axes) == 3:
+            return units
         plane = units[:, [axes[0] - 1, axes[1] - 1]]
-        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > _IN_PLANE).any():
+        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > IN_PLANE).any():
             k = int(np.argmin(np.linalg.norm(plane, axis=1)))
             raise ProblemError(
                 f"{self.name}: expected normals in the plane of directions {axes[0]} and {axes[1]}, found "
@@ -212,6 +214,14 @@ class Mesh:
                 total[node] += float(share)
                 without.discard(node)
         return None if without else np.array([total[label] for label in wanted])
+
+    def outlines(self, labels: ArrayLike) -> list[Face]:
+        """Corners, in order, of the faces of the boundary that have all their corners among some nodes."""
+        wanted = {int(label) for label in np.asarray(labels).ravel()}
+        faces = [
+            (face, set(self.elements[e][1][: self._count(e)])) for e, face in self._boundary(wanted, None)
+        ]
+        return [tuple(node for node in face if node in own) for face, own in faces]
 
     def _count(self, element: int) -> int:
         return CORNERS[self.elements[element][0]]

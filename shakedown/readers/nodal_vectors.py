@@ -45,9 +45,9 @@ class NodalVectors:
     by_calculix: bool = False
 
     def at(
-        self, nodes: NDArray[np.intp], axes: tuple[int, int], tied: NDArray[np.intp] | None = None
+        self, nodes: NDArray[np.intp], axes: tuple[int, ...], tied: NDArray[np.intp] | None = None
     ) -> FloatArray:
-        """Components at nodes in two directions, (k, 2), with those of nodes tied to them added.
+        """Components at nodes in two or three directions, (k, 2), with those of nodes tied to them added.
 
         Raises
         ------
@@ -60,7 +60,7 @@ class NodalVectors:
                     f"tied: expected one node for each of {len(nodes)} contact nodes, found {len(tied)}"
                 )
             return self.at(nodes, axes) + self.at(tied, axes)
-        return self.vectors[self.places(nodes)][:, [axes[0] - 1, axes[1] - 1]]
+        return self.vectors[self.places(nodes)][:, [axis - 1 for axis in axes]]
 
     def places(self, nodes: NDArray[np.intp], what: str = "contact node") -> list[int]:
         """Where some nodes stand; ``ProblemError`` where one was not printed."""

@@ -95,6 +95,10 @@ class Table:
         self.where = where
         self.known: list[str] = []
 
+    def copy(self) -> "Table":
+        """The table as it stands now, to be taken apart by itself."""
+        return Table(self.content, self.where)
+
     def take(self, key: str, expected: str, *, required: bool) -> Any:
         """The raw value of a key, or None where it is absent and not required."""
         self.known.append(key)

@@ -313,6 +313,12 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
         (
             "normal = [0.0, 1.0]",
             "normal = [0.0, 0.0, 1.0]",
+            r"a row for every contact node in directions 1, 2 and 3, found none for 2 of 6, first \(node, "
+            r"direction\) \(11, 3\), .* of a plane problem the normals have two components",
+        ),
+        (
+            "normal = [0.0, 1.0]",
+            "directions = 1\nnormal = [0.0, 0.0, 1.0]",
             r"2 numbers, along directions 1 and 2, or 3 of which that in direction 3 is 0, found \[0.0, 0.0, 1.0\]; "
             r"of a solid model, 'axes' names .* third one is held \(\[supports\] fixed\)",
         ),

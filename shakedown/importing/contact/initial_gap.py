@@ -65,6 +65,11 @@ class InitialGap:
                 raise ProblemError(
                     f"{self.where}: key 'gap': expected positions ('x', or [model]) beside points, found none"
                 )
+            if x.ndim > 1:
+                raise ProblemError(
+                    f"{self.where}: key 'gap': expected points where nodes slip in one direction, found two; "
+                    "give a list, a file, nodes or 'coordinates'"
+                )
             return np.interp(x, self.points[:, 0], self.points[:, 1])
         if self.listed.ndim and len(self.listed) != len(labels):
             raise ProblemError(
