@@ -71,6 +71,31 @@ def test_the_shapes_tell_the_directions(tmp_path):
     ("changes", "message"),
     [
         ({"B": np.zeros((3, 5))}, "key 'B': expected shape (6, 6), found (3, 5)"),
+        (
+            {"B": np.zeros((6, 3))},
+            "key 'B': expected shape (6, 6) or, with two tangential directions, (3, 6), found (6, 3) "
+            "(it looks transposed: one row per node, p = p_w + B v)",
+        ),
+        (
+            {"q_w": np.ones((24, 3, 2))},
+            "key 'q_w': expected shape (m, 6), found (24, 3, 2) "
+            "(two directions of all nodes in one row: x0, y0, x1, y1, …)",
+        ),
+        ({"q_w": np.ones((6, 24))}, "key 'q_w': expected shape (m, 6), found (6, 24) (it looks transposed)"),
+        (
+            {"q_mean": np.ones((2, 3))},
+            "key 'q_mean': expected shape (6,), found (2, 3) "
+            "(two directions of all nodes in one row: x0, y0, x1, y1, …)",
+        ),
+        (
+            {"A": np.eye(6) + np.triu(np.ones((6, 6)), 1)},
+            "key 'A': expected a symmetric matrix, found A[0,1] = 1 but A[1,0] = 0",
+        ),
+        (
+            {"C": np.eye(3) + np.tri(3, k=-1)},
+            "key 'C': expected a symmetric matrix, found C[0,1] = 0 but C[1,0] = 1",
+        ),
+        ({"f": -np.ones(3)}, "key 'f': expected friction coefficients >= 0, found -1.0 at node 0"),
         ({"C": np.eye(6)}, "key 'C': expected shape (3, 3), found (6, 6)"),
         ({"f": np.ones(6)}, "key 'f': expected shape (3,), found (6,)"),
         ({"q_w": np.ones((24, 3))}, "key 'q_w': expected shape (m, 6), found (24, 3)"),

@@ -90,6 +90,11 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> None:
         raise ProblemError(f"key 'A': expected a square array (n, n), found shape {A}")
     if A[0] == 0:
         raise ProblemError("key 'A': expected at least one contact node, found shape (0, 0)")
+    if len(shapes["B"]) == 2 and shapes["B"] == (A[0], A[0] // 2) and A[0] % 2 == 0:
+        raise ProblemError(
+            f"key 'B': expected shape {A} or, with two tangential directions, {(A[0] // 2, A[0])}, found "
+            f"{shapes['B']} (it looks transposed: one row per node, p = p_w + B v)"
+        )
     directions = directions_of(A, shapes["B"])
     sizes = {"dn": A[0], "n": A[0] // directions}
     for key, shape in shapes.items():
@@ -128,11 +133,23 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], direct
     )
     if not fits:
         wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
-        hint = _transposition_hint(shape, expected)
+        hint = _transposition_hint(shape, expected) if directions == 1 else _in_space_hint(shape, expected)
         raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
     for axis, have in zip(axes, shape, strict=True):
         if isinstance(axis, str):
             sizes.setdefault(axis, have)
+
+
+def _in_space_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
+    """What a wrong shape of a joint with two tangential directions looks like."""
+    size = expected[-1]
+    if (
+        len(shape) > len(expected)
+        and isinstance(size, int)
+        and shape[-2:] in ((size // 2, 2), (2, size // 2))
+    ):
+        return " (two directions of all nodes in one row: x0, y0, x1, y1, …)"
+    return " (it looks transposed)" if _transposition_hint(shape, expected) else ""
 
 
 def _transposition_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
