@@ -20,6 +20,7 @@ FLOORS = (
     {"joint", "programs", "programs.exact", "programs.interior", "motion.kernels"},
     {
         "bounds",
+        "bounds.discs",
         "files",
         "condensation",
         "motion",

@@ -3,5 +3,6 @@
 Reading order: ``row_programs`` (over all rows of a joint), ``upper`` (λ_max and the safe slip),
 ``best_zone`` (which nodes stay open), ``safe_slip`` (most room at one load factor), ``exact_rows`` (a
 problem's rows without round-off), ``certificate`` (exact enclosures), ``interior_point`` (the second
-road to the bounds). Below them ``energy/``: what is proved from a given state on.
+road to the bounds). Within them ``discs/``: the same with two tangential directions. Above them
+``energy/``: what is proved from a given state on.
 """

@@ -86,8 +86,10 @@ def conic_upper_bound(
     >>> round(conic_upper_bound(shakedown.example("two-node")).load_factor, 6)
     0.739146
     """
-    require_plane("upper bound", problem)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    if problem.directions > 1:
+        bound = extreme_load_factor(load_factor_program(zone.constraints, -1.0, tolerances), solver)
+        return replace(bound, slip=zone.slips(zone.constraints.slips(bound.slip)))
     if zone.open_nodes:
         bound = _bound_in_zone(zone.constraints, solver, tolerances)
         return replace(bound, slip=zone.slips(bound.slip))

@@ -15,6 +15,7 @@ def load_factor_program(rows: Constraints, towards: float, tolerances: Tolerance
         np.column_stack([rows.coefficients, rows.d]),
         rows.g,
         cost=np.append(np.zeros(rows.n), towards),
+        cones=() if len(rows.heads) == len(rows.g) else tuple(rows.cones.tolist()),
         lower=np.append(np.full(rows.n, -INF), 0.0),
         tolerances=tolerances,
     )

@@ -8,12 +8,16 @@ from typing import Literal
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.upper import rows_of
+from shakedown.bounds.discs.disc_limits import safest
+from shakedown.bounds.discs.disc_program import basis_of
+from shakedown.bounds.discs.disc_rows import zone_rows
+from shakedown.bounds.upper import check_transient, rows_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_load_factor, checked, require_plane
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.constraints import Constraints, rows_named
+from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.margin import widest
@@ -31,13 +35,14 @@ class SafeSlip(Result):
         the load).
     load_factor
         The load factor asked for.
-    slip : (n,)
+    slip : (dn,)
         The safe slip [length]; NaN where there is none.
     margin
-        Distance in slip space from the nearest row's hyperplane [length];
-        inf where unbounded, negative where infeasible.
+        Distance in slip space from the nearest row's hyperplane [length]; with two directions the
+        largest t with |q_i| + t (f_i |B_i| + |A_i|) ≤ f_i p_i, which all slips up to t away keep
+        (|A_i|: the spectral norm of the two rows). Inf where unbounded, negative where infeasible.
     active
-        (node, side) of the rows at that distance.
+        (node, side) of the rows at that distance; with two directions (node, load step).
     residual
         Largest relative violation of a row at ``slip``; ≤ 0 where it is safe.
     reduced_accuracy
@@ -98,9 +103,10 @@ def safe_slip(
     >>> shakedown.safe_slip(shakedown.example("two-node"), 0.75).status.value
     'infeasible'
     """
-    require_plane("safe slip", problem)
     check_load_factor(load_factor, problem)
     zone = chosen_zone(problem, open_nodes, tolerances)
+    if problem.directions > 1:
+        return _in_space(zone, load_factor, transient, tolerances)
     rows = rows_of(zone, transient)
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
@@ -119,6 +125,28 @@ def safe_slip(
     return SafeSlip(
         status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, zone.pinned
     )
+
+
+def _in_space(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+    """The slip with the largest ball of safe slips around it, over the discs of all closed nodes."""
+    if transient:
+        check_transient(zone)
+    rows = zone_rows(zone, transient)
+    found = safest(rows, basis_of(rows), load_factor, tolerances)
+    residual = rows.relative_excess(found.x, load_factor)
+    status, margin, active, slip = (
+        Status.OPTIMAL,
+        found.margin,
+        rows.named(found.discs),
+        rows.gaps.slips(found.x),
+    )
+    if residual > tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
+    elif margin > 0.75 * found.cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    slip, reduced = zone.slips(slip) if zone.open_nodes else slip, found.reduced_accuracy
+    pinned = zone.pinned if zone.open_nodes else rows.gaps.pinned
+    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)
 
 
 def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:

@@ -15,13 +15,15 @@ from shakedown.bounds.certificate import (
     certified_upper,
     significant,
 )
+from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
+from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
 from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, require_plane
+from shakedown.joint.arguments import checked
 from shakedown.joint.constraints import Constraints, constraints, rows_named, through_transient
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
@@ -32,6 +34,7 @@ from shakedown.programs.solver import solve
 
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
+SPACE_CERTIFIED_UP_TO = 1000  # nodes with two directions: as long as the bound itself
 MOVED = "no slip is safe both under the transient load steps and in the loop, at any load factor"
 ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
@@ -53,14 +56,16 @@ class UpperBound(Result):
         exist at arbitrarily large load factors).
     load_factor
         λ_max; NaN where infeasible, inf where unbounded.
-    slip : (n,)
+    slip : (dn,)
         The safe slip at λ_max [length]; NaN unless optimal.
     active
-        (node, side) of the rows that determine it.
-    multipliers : (2n,)
-        y ≥ 0 that prove the status. Optimal: yᵀG = 0, yᵀd = 1, yᵀg = λ_max.
-        Infeasible (Farkas): yᵀG = 0, yᵀd ≥ 0, yᵀg < 0. Zero where unbounded.
-    direction : (n,)
+        (node, side) of the rows that determine it; with two directions (node, load step) of the discs,
+        steps of a transient counted from −k to −1.
+    multipliers : (r,)
+        y ≥ 0 that prove the status, of the r rows of the constraints (with two directions, in their cones).
+        Optimal: yᵀG = 0, yᵀd = 1, yᵀg = λ_max. Infeasible (Farkas): yᵀG = 0, yᵀd ≥ 0, yᵀg < 0.
+        Zero where unbounded.
+    direction : (dn,)
         Where unbounded: v with G v + d ≤ 0, along which every load factor stays
         safe [length]; else NaN.
     reason
@@ -73,10 +78,11 @@ class UpperBound(Result):
         to λ_max. It is 0 but where the constant part of the loading is not the mean
         and has no safe slip of its own; NaN where infeasible.
     certified
-        (low, high), neighbouring floats that contain the exact λ_max of the problem
-        as stored, (inf, inf) where it is proved unbounded, else None.
+        (low, high) with the exact λ_max of the problem as stored between them: neighbouring floats, with
+        two directions about 1e-10 apart, relatively (docs/space.md, U1 and U2); (inf, inf) where it is
+        proved unbounded, else None.
     exact
-        Whether the status was checked in exact arithmetic.
+        Whether the status was checked in exact arithmetic, with two directions with every rounding bounded.
     uncertified
         Why there is no certificate although it was asked for; else empty.
     disputed
@@ -92,7 +98,7 @@ class UpperBound(Result):
     pinned
         Where the joint can move as a whole: the nodes that slips are given relative to. Their own
         slips are 0, as safe slips are known only up to that motion; empty for a joint that is held.
-    in_floats : (n + 1,)
+    in_floats : (dn + 1,)
         Safe slip [length] and load factor as the linear program found them, before exact arithmetic moved
         their last digits: where searches that end at λ_max begin. NaN where it found none.
     """
@@ -149,7 +155,8 @@ def upper_bound(
     certify
         Whether to re-solve the active rows in exact arithmetic and, where they are
         not exactly the best, to go on from them; by default up to 250 nodes, where it
-        takes about a second. Only with all nodes in contact, and without a transient.
+        takes about a second. With two directions: whether to prove an enclosure, by default up to
+        1000 nodes. Only with all nodes in contact, and without a transient.
     tolerances
         The tolerances that decide.
 
@@ -173,8 +180,9 @@ def upper_bound(
     >>> low <= upper.load_factor <= high, high - low < 1e-15
     (True, True)
     """
-    require_plane("upper bound", problem)
     zone = chosen_zone(problem, open_nodes, tolerances)
+    if problem.directions > 1:
+        return _in_space(zone, transient, certify, tolerances)
     rows = rows_of(zone, transient)
     if zone.open_nodes:
         return _in_zone(zone, _solved(problem, rows, False, tolerances))
@@ -189,9 +197,57 @@ def rows_of(zone: Zone, transient: bool = False) -> Constraints:
     """The limits that a safe slip keeps: of the loop, and of the transient where it is still to come."""
     if not transient:
         return zone.constraints
+    check_transient(zone)
+    return through_transient(zone.problem)
+
+
+def check_transient(zone: Zone) -> None:
+    """Raise ``UsageError`` where nodes are open before the transient."""
     if zone.open_nodes:
         raise UsageError(f"transient: expected all nodes closed, found {len(zone.open_nodes)} open")
-    return through_transient(zone.problem)
+
+
+def _in_space(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+    """The bound over the discs of all closed nodes."""
+    if transient:
+        check_transient(zone)
+    problem, rows = zone.problem, zone_rows(zone, transient)
+    plain = not zone.open_nodes and len(rows.c) == len(disc_rows(problem).c)
+    certify = (problem.n <= SPACE_CERTIFIED_UP_TO if certify is None else certify) and plain
+    balanced = plain and problem.q_mean is None and problem.p_mean is None
+    found = largest_load_factor(rows, problem if certify else None, balanced, tolerances)
+    slips, optimal = rows.gaps.slips(found.x), found.status == Status.OPTIMAL
+    nowhere = np.full(len(slips), nan)
+    direction = slips if found.status == Status.UNBOUNDED else nowhere
+    bound = UpperBound(
+        status=found.status,
+        load_factor=found.load_factor,
+        slip=slips if optimal else nowhere,
+        active=rows.named(found.discs),
+        multipliers=found.multipliers,
+        direction=direction,
+        reason=_reason(found.status, rows, transient),
+        residual=found.residual,
+        least_load_factor=found.least_load_factor,
+        certified=found.certified,
+        exact=found.exact,
+        uncertified=found.uncertified,
+        missing=found.missing,
+        reduced_accuracy=found.reduced_accuracy,
+        pinned=rows.gaps.pinned,
+        in_floats=np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
+    )
+    return _in_zone(zone, bound) if zone.open_nodes else bound
+
+
+def _reason(status: Status, rows: DiscRows, transient: bool) -> str:
+    if status == Status.INFEASIBLE:
+        return MOVED if transient else NO_SAFE_STATE
+    if status == Status.OPTIMAL:
+        return ""
+    if not relieving(rows):
+        return WEDGING
+    return RELIEVING if rows.e.any() or rows.gaps.d.any() else ZERO_AMPLITUDE
 
 
 def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:

@@ -20,6 +20,7 @@ from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import ROUND_OFF as NO_STIFFNESS
+from shakedown.joint.rigid_slips import rigid_slips
 
 Places = NDArray[np.intp]
 ROUND_OFF = 16 * np.finfo(float).eps  # of one displacement of an open node, relative to the largest
@@ -66,19 +67,30 @@ class Zone:
         rows = constraints(self.joint)
         if not self.open_nodes:
             return rows
-        o, gaps = len(self.open_nodes), self._opened.gaps
-        loop, welded = loading(self.problem), self._of_open
-        h0 = welded(loop.q0[None], loop.p0[None])[0, gaps]
-        h1 = welded(loop.q1, loop.p1)[:, gaps]
-        closed = np.array(self.closed_nodes, dtype=np.intp)
+        closed, gaps = np.array(self.closed_nodes, dtype=np.intp), self.gap_rows
         return Constraints(
-            G=np.vstack([rows.G, self.slope[gaps]]),
-            d=np.concatenate([rows.d, h1.max(axis=0)]),
-            g=np.concatenate([rows.g, -h0]),
-            node=np.concatenate([closed[rows.node], self.open_nodes]),
-            side=np.concatenate([rows.side, np.full(o, GAP)]),
-            step=np.concatenate([rows.step, h1.argmax(axis=0)]),
+            G=np.vstack([rows.G, gaps.G]),
+            d=np.concatenate([rows.d, gaps.d]),
+            g=np.concatenate([rows.g, gaps.g]),
+            node=np.concatenate([closed[rows.node], gaps.node]),
+            side=np.concatenate([rows.side, gaps.side]),
+            step=np.concatenate([rows.step, gaps.step]),
             rigid=rows.rigid,
+        )
+
+    @cached_property
+    def gap_rows(self) -> Constraints:
+        """One row per open node: it stays open at its extreme load step."""
+        gaps, loop, welded = self._opened.gaps, loading(self.problem), self._of_open
+        h1 = welded(loop.q1, loop.p1)[:, gaps]
+        return Constraints(
+            G=self.slope[gaps],
+            d=h1.max(axis=0),
+            g=-welded(loop.q0[None], loop.p0[None])[0, gaps],
+            node=np.array(self.open_nodes, dtype=np.intp),
+            side=np.full(len(self.open_nodes), GAP),
+            step=h1.argmax(axis=0),
+            rigid=rigid_slips(self.joint),
         )
 
     @property

@@ -356,6 +356,9 @@ ANSWERS = {
     "scales",
     "units_of",
     # bounds
+    "conic_upper_bound",
+    "safe_slip",
+    "upper_bound",
     # energy
     # from every state
     # motion
@@ -363,6 +366,7 @@ ANSWERS = {
     # assessment and studies
     "assess",
     "random_paths",
+    "shakedown_bounds",
     "with_parameter",
     # of runs of any joint: the problem has the units only
     "slip_over_load",

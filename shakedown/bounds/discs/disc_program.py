@@ -1,0 +1,271 @@
+"""The largest or smallest last unknown over the discs of all nodes, by interior points in numbers near 1."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, qr, solve_triangular
+
+from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.programs.interior.self_dual import SelfDualEnd, Solve, self_dual_end
+from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
+
+RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Orthonormal columns for the slips of some rows: N v = D Q R v, D a size of every node or half-space.
+
+    Attributes
+    ----------
+    columns
+        The unknowns that the rows know.
+    Q : (3n + o, K)
+        Of the discs' nodes, then of the half-spaces.
+    to_slips : (k, K)
+        R⁻¹, in the columns that are known; the others stay zero.
+    sizes : (n + o,)
+        D [force/length].
+    """
+
+    Q: FloatArray
+    to_slips: FloatArray
+    sizes: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class DiscProgram:
+    """Maximise (towards −1) or minimise (+1) λ ≥ 0 over (ξ, λ): discs, half-spaces, λ ≥ 0, λ ≤ cap.
+
+    In numbers near 1. Of a disc j the slack is C_j + λ E_j + Q_i ξ, of linear row l it is right − M_l x.
+
+    Attributes
+    ----------
+    Q : (n, 3, K)
+    C, E : (j, 3)
+    linear : (l, K + 1)
+    limits : (l,)
+    rows
+        Which disc belongs to which node.
+    """
+
+    Q: FloatArray
+    C: FloatArray
+    E: FloatArray
+    linear: FloatArray
+    limits: FloatArray
+    towards: float
+    rows: DiscRows
+
+    @cached_property
+    def cones(self) -> SmallCones:
+        """The cones of the slacks."""
+        return SmallCones(len(self.limits), len(self.C))
+
+    @cached_property
+    def right(self) -> FloatArray:
+        """Slacks at x = 0."""
+        return np.concatenate([self.limits, self.C.ravel()])
+
+    @cached_property
+    def cost(self) -> FloatArray:
+        """What is minimised."""
+        return np.append(np.zeros(self.Q.shape[-1]), self.towards)
+
+    @cached_property
+    def flat(self) -> FloatArray:
+        """Q as a matrix, (3n, K)."""
+        return self.Q.reshape(-1, self.Q.shape[-1])
+
+    def times(self, x: FloatArray) -> FloatArray:
+        """What x takes from the slacks."""
+        discs = (self.flat @ x[:-1]).reshape(-1, 3)[self.rows.node] + x[-1] * self.E
+        return np.concatenate([self.linear @ x, -discs.ravel()])
+
+    def transposed(self, y: FloatArray) -> FloatArray:
+        """What multipliers add up to."""
+        weights, triples = self.cones.parts(y)
+        of_nodes = (self.rows.sums @ triples).ravel()
+        discs = np.append(of_nodes @ self.flat, np.vdot(self.E, triples))
+        return np.asarray(weights @ self.linear - discs)
+
+    def normal_equations(self, scaling: SmallScaling) -> Solve:
+        """Gᵀ W⁻² G from one 3 × 3 block per node, and its factor."""
+        n, K = len(self.Q), self.Q.shape[-1]
+        squares = scaling.inverse_squares()
+        blocks = (self.rows.sums @ squares.reshape(-1, 9)).reshape(n, 3, 3)
+        pulled = np.einsum("jkl,jl->jk", squares, self.E)
+        weighted = self.linear / scaling.diagonal[:, None] ** 2
+        normal = self.linear.T @ weighted
+        normal[:K, :K] += self.flat.T @ (blocks @ self.Q).reshape(3 * n, K)
+        normal[:K, K] += (self.rows.sums @ pulled).ravel() @ self.flat
+        normal[K, :K] = normal[:K, K]
+        normal[K, K] += np.vdot(pulled, self.E)
+        sizes = 1.0 / np.sqrt(np.diag(normal))
+        normal *= sizes * sizes[:, None]
+        factor = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
+        return lambda right: sizes * cho_solve(factor, sizes * right, check_finite=False)
+
+
+@dataclass(frozen=True, eq=False)
+class DiscEnd:
+    """The end of a program in the units of its joint.
+
+    Attributes
+    ----------
+    status
+        Optimal, infeasible, unbounded or undecided.
+    x : (k,)
+        Slips at the unknowns of programs, or their direction [length]; NaN where infeasible.
+    load_factor
+        λ, and along a direction 1; NaN where infeasible.
+    y : (j, 3), gap_y : (o,)
+        Multipliers of discs and half-spaces: Σ yᵀ s = 0 for all slips, with Σ yᵀ e = −1 of an optimum;
+        of an infeasible program Σ yᵀ c = −1.
+    accuracy
+        Of gap and residuals, relative.
+    solved
+        The program in numbers near 1, and its end.
+    """
+
+    status: Status
+    x: FloatArray
+    load_factor: float
+    y: FloatArray
+    gap_y: FloatArray
+    accuracy: float
+    scaled: "ScaledDiscs" = field(repr=False)
+    end: SelfDualEnd = field(repr=False)
+
+    @property
+    def optimal(self) -> bool:
+        return self.status == Status.OPTIMAL
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledDiscs:
+    """A program in numbers near 1, and how its numbers become those of the joint.
+
+    Attributes
+    ----------
+    program
+        The program.
+    weights : (n + o,)
+        What the rows of a node, or a half-space, were multiplied by.
+    unit
+        One of the slacks in the units of these rows.
+    load_unit
+        One of the last unknown.
+    basis
+        Of the slips.
+    """
+
+    program: DiscProgram
+    weights: FloatArray
+    unit: float
+    load_unit: float
+    basis: Basis
+
+    def slips(self, x: FloatArray) -> FloatArray:
+        """Unknowns (…, k) [length] from points (…, K + 1) of the program."""
+        return np.asarray(self.unit * (x[..., :-1] @ self.basis.to_slips.T))
+
+    def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Multipliers of the discs and of the half-spaces, from those of the program."""
+        n = len(self.program.Q)
+        weights, triples = self.program.cones.parts(y)
+        factor = self.weights * (self.load_unit / self.unit)
+        gaps = len(self.weights) - n
+        return triples * factor[:n][self.program.rows.node][:, None], weights[:gaps] * factor[n:]
+
+
+def basis_of(rows: DiscRows) -> Basis:
+    """Orthonormal columns for the slips that rows know, every node in units of its own stiffness."""
+    n, gaps = len(rows.stiffness), rows.gaps.coefficients
+    sizes = np.append(np.linalg.norm(rows.stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
+    inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
+    each = np.append(np.repeat(inverse[:n], 3), inverse[n:])
+    M = np.vstack([rows.flat, gaps]) * each[:, None]
+    known = np.flatnonzero(M.any(axis=0))
+    to_slips = np.zeros((M.shape[1], 0))
+    if not known.size:
+        return Basis(np.zeros((len(M), 0)), to_slips, sizes)
+    lengths = np.linalg.norm(M[:, known], axis=0)
+    Q, R = qr(M[:, known] / lengths, mode="economic", check_finite=False)
+    diagonal = np.abs(np.diag(R))
+    to_slips = np.zeros((M.shape[1], Q.shape[1]))
+    if len(R) == R.shape[1] and diagonal.min() > RANK * len(M) * diagonal.max():
+        to_slips[known] = solve_triangular(R, np.eye(len(R)), check_finite=False) / lengths[:, None]
+        return Basis(Q, to_slips, sizes)
+    U, values, V = np.linalg.svd(M[:, known] / lengths, full_matrices=False)
+    kept = values > RANK * len(M) * values[0]
+    to_slips = np.zeros((M.shape[1], int(kept.sum())))
+    to_slips[known] = V[kept].T / values[kept] / lengths[:, None]
+    return Basis(np.ascontiguousarray(U[:, kept]), to_slips, sizes)
+
+
+def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.inf) -> ScaledDiscs:
+    """The program of the largest (towards −1) or smallest (+1) last unknown ≥ 0, at most ``cap``."""
+    n, K = len(rows.stiffness), basis.Q.shape[1]
+    Q = basis.Q[: 3 * n].reshape(n, 3, K)
+    lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
+    loads = np.append(_largest(rows), np.maximum(np.abs(rows.gaps.g), np.abs(rows.gaps.d)))
+    first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
+    second = 1.0 / np.where(lengths > 0, lengths, np.where(loads > 0, loads * first, 1.0))
+    weights = first * second
+    w = weights[:n][rows.node][:, None]
+    C, E = rows.c * w, rows.e * w
+    gap_c, gap_e = rows.gaps.g * weights[n:], rows.gaps.d * weights[n:]
+    unit = _median(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c)))
+    if unit == 0.0:
+        unit = _median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or 1.0
+    load_unit = unit / (_median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or unit)
+    linear = np.hstack([-basis.Q[3 * n :] * second[n:, None], (gap_e * load_unit / unit)[:, None]])
+    linear[:, :K] *= -1.0
+    limits = gap_c / unit
+    bounds = np.zeros((1 + np.isfinite(cap), K + 1))
+    bounds[:, K] = [-1.0, 1.0][: len(bounds)]
+    program = DiscProgram(
+        Q=np.ascontiguousarray(Q * second[:n, None, None]),
+        C=C / unit,
+        E=E * (load_unit / unit),
+        linear=np.vstack([linear, bounds]),
+        limits=np.concatenate([limits, [0.0, cap / load_unit][: len(bounds)]]),
+        towards=towards,
+        rows=rows,
+    )
+    return ScaledDiscs(program, weights, unit, load_unit, basis)
+
+
+def disc_end(scaled: ScaledDiscs) -> DiscEnd:
+    """The end of a program by interior points, in the units of the joint."""
+    end = self_dual_end(scaled.program)
+    return in_units(scaled, end)
+
+
+def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
+    """What the interior points found, in the units of the joint."""
+    y, gap_y = scaled.multipliers(end.multipliers)
+    x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
+    if end.status == Status.UNBOUNDED:  # per load factor
+        x, load_factor = x / load_factor, 1.0
+    if end.status == Status.INFEASIBLE:
+        x, load_factor = np.full(len(x), np.nan), np.nan
+        size = -float(np.vdot(y, scaled.program.rows.c) + gap_y @ scaled.program.rows.gaps.g)
+        y, gap_y = y / size, gap_y / size
+    return DiscEnd(end.status, x, load_factor, y, gap_y, end.accuracy, scaled, end)
+
+
+def _largest(rows: DiscRows) -> FloatArray:
+    """The largest load of every node [force]."""
+    found = np.zeros(len(rows.stiffness))
+    np.maximum.at(found, rows.node, np.maximum(np.abs(rows.c), np.abs(rows.e)).max(axis=1))
+    return found
+
+
+def _median(sizes: FloatArray) -> float:
+    weighing = sizes[sizes > 0]
+    return float(np.median(weighing)) if weighing.size else 0.0

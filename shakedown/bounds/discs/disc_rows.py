@@ -1,0 +1,163 @@
+"""The limits of a joint in space, node by node: f p ≥ |q| at every extreme load step, gaps that stay open."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.constraints import Constraints
+from shakedown.joint.contact_zone import Zone
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.law import Law
+from shakedown.joint.loading import Loading, loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
+
+Indices = NDArray[np.intp]
+ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest load of its direction: none is left
+
+
+@dataclass(frozen=True, eq=False)
+class DiscRows:
+    """The limits s_j = c_j + λ e_j + N_i v in a second-order cone, for every disc j, of node i.
+
+    As triples, s = (f p, q_x, q_y): |(q_x, q_y)| ≤ f p. The discs of a node differ in their loads only, so
+    N is stored once per node. Half-spaces g − G v − λ d ≥ 0 follow: gaps that stay open.
+
+    Attributes
+    ----------
+    stiffness : (n, 3, k)
+        N, the change of (f p, q_x, q_y) with the slips [force/length]; zero in the columns of pinned slips.
+    node, step : (j,)
+        Node and load step of every disc; steps of a transient are counted from −k to −1.
+    c, e : (j, 3)
+        Its triple without slip: what the constant part leaves, and what a load factor adds [force].
+    gaps
+        The half-spaces, as rows in the same columns; of none it has no rows.
+    names
+        The number of each of the n nodes in the whole joint.
+    """
+
+    stiffness: FloatArray
+    node: Indices
+    step: Indices
+    c: FloatArray
+    e: FloatArray
+    gaps: Constraints
+    names: Indices
+
+    @cached_property
+    def sums(self) -> sparse.csr_matrix:
+        """What adds up the discs of every node, (n, j)."""
+        count = len(self.node)
+        shape = (len(self.stiffness), count)
+        return sparse.csr_matrix((np.ones(count), (self.node, np.arange(count))), shape=shape)
+
+    @property
+    def flat(self) -> FloatArray:
+        """N as a matrix, (3n, k)."""
+        return self.stiffness.reshape(-1, self.stiffness.shape[-1])
+
+    def room(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
+        """f p − |q| of every disc, and what the half-spaces leave, at unknowns (k,) [force, length]."""
+        s = self.c + load_factor * self.e + (self.flat @ x).reshape(-1, 3)[self.node]
+        open_by = self.gaps.g - self.gaps.coefficients @ x - load_factor * self.gaps.d
+        return s[:, 0] - np.hypot(s[:, 1], s[:, 2]), open_by
+
+    def relative_excess(self, x: FloatArray, load_factor: float) -> float:
+        """The largest violation, relative to the largest term of its disc or half-space."""
+        of_slip = (np.abs(self.flat) @ np.abs(x)).reshape(-1, 3)[self.node]
+        terms = np.maximum(of_slip, np.maximum(np.abs(self.c), np.abs(load_factor * self.e))).max(axis=1)
+        of_gap = np.abs(self.gaps.coefficients) @ np.abs(x)
+        gaps = np.maximum(of_gap, np.maximum(np.abs(self.gaps.g), np.abs(load_factor * self.gaps.d)))
+        rooms = [
+            room / np.where(size > 0, size, 1.0)
+            for room, size in zip(self.room(x, load_factor), (terms, gaps), strict=True)
+        ]
+        return -float(min(each.min(initial=np.inf) for each in rooms))
+
+    def named(self, discs: Indices) -> tuple[tuple[int, int], ...]:
+        """(node, load step) of some discs, each once."""
+        nodes, steps = self.names[self.node[discs]].tolist(), self.step[discs].tolist()
+        return tuple(sorted(set(zip(nodes, steps, strict=True))))
+
+
+@once_per_problem
+def disc_rows(problem: Problem) -> DiscRows:
+    """The limits of a joint in space with all nodes closed; built once per problem.
+
+    A mean that is the round-off of its load alone is zero.
+
+    Examples
+    --------
+    >>> loop = {"q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[3.0], [3.0]]}
+    >>> rows = disc_rows(Problem(A=2 * np.eye(2), B=[[0.5, 0.0]], f=0.5, **loop))
+    >>> rows.c[0], rows.e.tolist()
+    (array([1.5, 0. , 0. ]), [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    """
+    loop, law, rigid = _cleaned(problem), problem.law, rigid_slips(problem)
+    node, step = law.extreme_steps(loop.q1, loop.p1)
+    constant = triples(law, loop.q0[None], loop.p0[None])[0]
+    return DiscRows(
+        stiffness=_stiffness(problem, rigid),
+        node=node,
+        step=step,
+        c=constant[node],
+        e=triples(law, loop.q1, loop.p1)[step, node],
+        gaps=_no_gaps(problem, rigid),
+        names=np.arange(problem.n),
+    )
+
+
+def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
+    """The limits of the closed nodes of a zone and the gaps of its open ones; of a transient besides."""
+    rows = disc_rows(zone.joint)
+    if zone.open_nodes:
+        rows = replace(rows, gaps=zone.gap_rows, names=np.array(zone.closed_nodes, dtype=np.intp))
+    problem = zone.problem
+    if (
+        not transient
+        or problem.q_transient is None
+        or problem.p_transient is None
+        or not len(problem.q_transient)
+    ):
+        return rows
+    law = problem.law
+    node, step = law.extreme_steps(problem.q_transient, problem.p_transient)
+    before = triples(law, problem.q_transient, problem.p_transient)[step, node]
+    return replace(
+        rows,
+        node=np.append(rows.node, node),
+        step=np.append(rows.step, step - len(problem.q_transient)),
+        c=np.vstack([rows.c, before]),
+        e=np.vstack([rows.e, np.zeros_like(before)]),
+    )
+
+
+def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
+    """(f p, q_x, q_y) of every node at some load steps, (m, n, 3)."""
+    return np.concatenate([law.limit(p)[..., None], law.layout.by_node(q)], axis=-1)
+
+
+def _stiffness(problem: Problem, rigid: RigidSlips) -> FloatArray:
+    A, fB = rigid.columns(problem.A), rigid.columns(problem.law.limit_rows(problem.B))
+    return np.concatenate([fB[:, None], A.reshape(problem.n, 2, -1)], axis=1)
+
+
+def _cleaned(problem: Problem) -> Loading:
+    """The loading without means that are nothing but the round-off of a sum."""
+    loop = loading(problem)
+    q0, p0 = (
+        np.where(np.abs(mean) <= ROUND_OFF * np.abs(samples).max(axis=0), 0.0, mean)
+        for mean, samples in ((loop.q0, problem.q_w), (loop.p0, problem.p_w))
+    )
+    return replace(loop, q0=q0, p0=p0)
+
+
+def _no_gaps(problem: Problem, rigid: RigidSlips) -> Constraints:
+    none, nothing = np.zeros(0, dtype=np.intp), np.zeros(0)
+    G = np.zeros((0, problem.layout.slip_size))
+    return Constraints(G=G, d=nothing, g=nothing, node=none, side=none, step=none, rigid=rigid)

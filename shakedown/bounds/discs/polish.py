@@ -1,0 +1,133 @@
+"""Newton's method on the discs that meet in an optimum: what interior points leave is taken away."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lu_factor, lu_solve
+
+from shakedown.bounds.discs.disc_program import DiscProgram
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.programs.interior.self_dual import SelfDualEnd
+
+STEPS = 12
+SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1
+NEGATIVE = 1e-12  # largest room or multiplier below zero likewise
+ALIKE = (1.0, 1e-2, 1e2)  # by how much a slack may exceed its multiplier where the limit is active
+PROXIMITY = 1e-11  # what holds slips that the active limits leave free, and limits that say the same
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Active:
+    """The limits that meet: linear rows, discs at their edge, discs at their apex."""
+
+    linear: NDArray[np.intp]
+    edge: NDArray[np.intp]
+    apex: NDArray[np.intp]
+
+
+def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
+    """An optimum to round-off; what was given where the limits that meet in it are not clear.
+
+    Equations: every active limit holds with equality, the multipliers balance. A disc is active where
+    its slack is smaller than its multiplier, at its apex where all of its slack is.
+    """
+    if end.status != Status.OPTIMAL:
+        return end
+    best, left = end, _left(program, end)
+    for alike in ALIKE:
+        with np.errstate(all="ignore"):  # what is not finite is not taken
+            found = _newton(program, end, _active(program, end, alike))
+        rest = _left(program, found) if found is not None else np.inf
+        if found is not None and rest < left:
+            best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
+        if left <= NEGATIVE:
+            break
+    return best
+
+
+def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
+    (slack, s), (weight, y) = program.cones.parts(end.slack), program.cones.parts(end.multipliers)
+    length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
+    active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
+    apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
+    linear = np.flatnonzero(slack < alike * weight)
+    return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex))
+
+
+def _left(program: DiscProgram, end: SelfDualEnd) -> float:
+    """The largest of what is left of the balance, rooms and multipliers below zero, and the gap."""
+    slack = program.right - program.times(end.x)
+    balance = np.abs(program.transposed(end.multipliers) + program.cost).max()
+    outside = max(-program.cones.margin(slack), -program.cones.margin(end.multipliers), 0.0)
+    gap = abs(float(slack @ end.multipliers)) / max(abs(float(program.cost @ end.x)), 1e-300)
+    found = max(balance, outside, gap)
+    return float(found) if np.isfinite(found) else np.inf
+
+
+def _newton(program: DiscProgram, end: SelfDualEnd, active: _Active) -> SelfDualEnd | None:
+    """The end from Newton's method on the equations; None where it does not settle."""
+    weights, triples = program.cones.parts(end.multipliers)
+    x = end.x
+    m = np.concatenate([weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel()])
+    best, reached = None, np.inf
+    for _ in range(STEPS):
+        gradient, missing, H, J = _equations(program, active, x, m)
+        size = max(float(np.abs(gradient).max()), float(np.abs(missing).max(initial=0.0)))
+        if not np.isfinite(size) or size > 0.5 * reached:
+            break
+        best, reached = (x, m), size
+        if size <= SHARP * 1e-2:
+            break
+        step = _step(gradient, missing, H, J)
+        x, m = x + step[: len(x)], m - step[len(x) :]
+    return _ended(program, end, active, *best) if best is not None else None
+
+
+def _step(gradient: FloatArray, missing: FloatArray, H: FloatArray, J: FloatArray) -> FloatArray:
+    size, count = len(gradient), len(missing)
+    matrix = np.zeros((size + count, size + count))
+    matrix[:size, :size], matrix[:size, size:], matrix[size:, :size] = H, J.T, J
+    near = np.concatenate([np.full(size, PROXIMITY), np.full(count, -PROXIMITY)])
+    matrix[np.diag_indices(size + count)] += near
+    return np.asarray(lu_solve(lu_factor(matrix, check_finite=False), -np.append(gradient, missing)))
+
+
+def _equations(
+    program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Balance of the multipliers, room of the active limits, curvature, slopes of the active limits."""
+    linear, s = program.cones.parts(program.right - program.times(x))
+    a, b = len(active.linear), len(active.linear) + len(active.edge)
+    at_edge = s[active.edge]
+    length = np.hypot(at_edge[:, 1], at_edge[:, 2])
+    normal = at_edge[:, 1:] / length[:, None]
+    rows = _columns(program, active.edge)
+    along = rows[:, 0] - np.einsum("jk,jkx->jx", normal, rows[:, 1:])
+    across = normal[:, :1] * rows[:, 2] - normal[:, 1:] * rows[:, 1]
+    bent = across * np.sqrt(np.maximum(m[a:b], 0.0) / length)[:, None]
+    at_apex = _columns(program, active.apex).reshape(-1, len(x))
+    J = np.vstack([-program.linear[active.linear], along, at_apex])
+    missing = np.concatenate([linear[active.linear], at_edge[:, 0] - length, s[active.apex].ravel()])
+    return program.cost - m @ J, missing, bent.T @ bent, J
+
+
+def _columns(program: DiscProgram, discs: NDArray[np.intp]) -> FloatArray:
+    """The change of some discs with (ξ, λ), (a, 3, K + 1)."""
+    return np.concatenate([program.Q[program.rows.node[discs]], program.E[discs][:, :, None]], axis=2)
+
+
+def _ended(
+    program: DiscProgram, end: SelfDualEnd, active: _Active, x: FloatArray, m: FloatArray
+) -> SelfDualEnd:
+    slack, y = program.right - program.times(x), np.zeros(len(program.right))
+    (_, s), (weights, triples) = program.cones.parts(slack), program.cones.parts(y)
+    a, b = len(active.linear), len(active.linear) + len(active.edge)
+    weights[active.linear] = m[:a]
+    normal = s[active.edge, 1:] / np.hypot(s[active.edge, 1], s[active.edge, 2])[:, None]
+    triples[active.edge] = m[a:b, None] * np.column_stack([np.ones(len(normal)), -normal])
+    triples[active.apex] = m[b:].reshape(-1, 3)
+    return replace(end, x=x, slack=slack, multipliers=y)

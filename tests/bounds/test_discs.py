@@ -1,0 +1,289 @@
+"""λ_max and safe slips with two tangential directions: cited numbers, closed forms, two roads, what is proved."""
+
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from subprocess import run
+
+import numpy as np
+import pytest
+from joints_in_space import embedded, in_units, random_joint, turned
+
+import shakedown
+from shakedown import Problem, Status
+from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.joint.constraints import constraints
+from shakedown.joint.loading import loading
+
+CITED = {
+    "one-node-3d": (1.2517324450972993, 1.251732445097317),
+    "two-node-3d": (0.8810851578372411, 0.8810851578372628),
+    "four-node-3d": (1.22496169897345, 1.2249616989735457),
+    "block-3x3": (2.7846083400213213, 2.7846083400225528),
+}
+
+
+def room(problem: Problem, slip: np.ndarray, load_factor: float) -> float:
+    """The least f p − |q| over all load steps, relative to the largest force."""
+    loop = loading(problem)
+    q = loop.q0 + load_factor * loop.q1 + problem.A @ slip
+    p = loop.p0 + load_factor * loop.p1 + problem.B @ slip
+    left = problem.f * p - np.linalg.norm(q.reshape(len(q), -1, 2), axis=-1)
+    return float(left.min() / max(np.abs(q).max(), np.abs(p).max()))
+
+
+@pytest.mark.parametrize("name", CITED)
+def test_cited(name):
+    problem, (low, high) = shakedown.example(name), CITED[name]
+    upper = shakedown.upper_bound(problem)
+    assert upper.load_factor == pytest.approx(0.5 * (low + high), rel=1e-12)
+    assert upper.certified[0] <= high
+    assert low <= upper.certified[1]
+    assert upper.certified[1] - upper.certified[0] <= 1e-9 * low
+    assert upper.exact
+    assert abs(room(problem, upper.slip, upper.load_factor)) < 1e-14
+    y, rows = upper.multipliers, constraints(problem)
+    terms = np.abs(y) @ np.abs(rows.G)
+    assert np.all(np.abs(y @ rows.G) <= 1e-13 * terms)
+    assert y @ rows.d == pytest.approx(1.0, rel=1e-12)
+    assert y @ rows.g == pytest.approx(upper.load_factor, rel=1e-12)
+    weights = y.reshape(-1, 3)
+    assert np.all(weights[:, 0] >= np.hypot(*weights[:, 1:].T) * (1 - 1e-12))
+    found = {(int(n), int(k)) for n, k in zip(rows.node[::3], rows.step[::3], strict=True)}
+    assert set(upper.active) <= found
+    assert conic_upper_bound(problem).load_factor == pytest.approx(upper.load_factor, rel=1e-9)
+
+
+def test_one_node_on_a_circle():
+    """q = λ q₁ (cos t, sin t), p = p₀ + λ p₁ cos t, B = 0: λ_max = f p₀ / √(q₁² + f² p₁²)."""
+    f, p0, p1, q1 = 0.4, 2.0, 1.3, 0.9
+    worst = np.linspace(0, 2 * np.pi, 361)
+    q = q1 * np.column_stack([np.cos(worst), np.sin(worst)])
+    node = Problem(
+        A=np.eye(2), B=np.zeros((1, 2)), f=f, q_w=q, p_w=p0 + p1 * np.cos(worst)[:, None],
+        q_mean=np.zeros(2), p_mean=[p0],
+    )  # fmt: skip
+    closed = f * p0 / np.hypot(q1, f * p1)
+    upper = shakedown.upper_bound(node)
+    assert closed == pytest.approx(0.769658, abs=1e-6)
+    assert closed <= upper.certified[1]
+    assert upper.load_factor == pytest.approx(closed, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["two-node", "block-9", "press-fit"])
+def test_load_in_one_direction_is_the_plane(name):
+    plane = shakedown.example(name)
+    one, two = shakedown.upper_bound(plane), shakedown.upper_bound(embedded(plane))
+    assert two.load_factor == pytest.approx(one.load_factor, rel=1e-12)
+    assert two.certified[0] <= one.load_factor <= two.certified[1]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_tangents_may_be_turned(seed):
+    rng = np.random.default_rng(seed)
+    problem = random_joint(rng, int(rng.integers(1, 7)))
+    other, T = turned(problem, rng.uniform(0, 2 * np.pi, problem.n))
+    one, same = shakedown.upper_bound(problem), shakedown.upper_bound(other)
+    assert same.status == one.status
+    assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
+    assert room(other, T @ one.slip, one.load_factor) > -1e-13
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**40, 2.0**-40), (2.0**-40, 2.0**17), (3e7, 7e-5)])
+def test_units_do_not_matter(force, length):
+    problem = shakedown.example("four-node-3d")
+    one, same = (shakedown.upper_bound(each) for each in (problem, in_units(problem, force, length)))
+    if force == 3e7:
+        assert same.load_factor == pytest.approx(one.load_factor, rel=1e-12)
+        np.testing.assert_allclose(same.slip, length * one.slip, rtol=1e-9)
+    else:
+        assert same.load_factor == one.load_factor
+        assert same.certified == one.certified
+        np.testing.assert_array_equal(same.slip, length * one.slip)
+
+
+def melan(problem: Problem) -> float:
+    """λ_max where B = 0: every node by itself may be locked in as it likes."""
+    loop, found = loading(problem), []
+    for i in range(problem.n):
+        alone = Problem(
+            A=np.eye(2), B=np.zeros((1, 2)), f=problem.f[[i]],
+            q_w=problem.q_w[:, 2 * i : 2 * i + 2], p_w=problem.p_w[:, [i]],
+            q_mean=loop.q0[2 * i : 2 * i + 2], p_mean=loop.p0[[i]],
+        )  # fmt: skip
+        found.append(conic_upper_bound(alone).load_factor)
+    return min(found)
+
+
+def test_without_coupling_every_node_is_alone():
+    problem = random_joint(np.random.default_rng(3), 5)
+    problem = replace(problem, B=np.zeros_like(problem.B))
+    assert shakedown.upper_bound(problem).load_factor == pytest.approx(melan(problem), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_two_roads(seed):
+    """Interior points of one's own, and Clarabel on the program as it stands; both statuses, and the proof."""
+    rng = np.random.default_rng(100 + seed)
+    problem = random_joint(rng, int(rng.integers(1, 7)), pressure=rng.choice([0.0, 1.0, 4.0]))
+    upper, second = shakedown.upper_bound(problem), conic_upper_bound(problem)
+    assert upper.status == second.status
+    assert upper.exact
+    if upper.status == Status.OPTIMAL:
+        assert upper.load_factor == pytest.approx(second.load_factor, rel=1e-7)
+        assert (
+            upper.certified[0] <= upper.load_factor <= upper.certified[1] <= upper.certified[0] * (1 + 1e-9)
+        )
+
+
+def exact_room(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
+    """Whether a slip is safe at every load step, in rational arithmetic."""
+    exact = np.vectorize(lambda x: Fraction(float(x)), otypes=[object])
+    A, B, q, p = (exact(each) for each in (problem.A, problem.B, problem.q_w, problem.p_w))
+    v, at, f = exact(slip), Fraction(load_factor), exact(problem.f)
+    q0, p0 = q.sum(axis=0) / Fraction(len(q)), p.sum(axis=0) / Fraction(len(p))
+    limit = f * (p0 + at * (p - p0) + B @ v)
+    parts = (q0 + at * (q - q0) + A @ v).reshape(len(q), -1, 2)
+    return bool(np.all(limit >= 0) and np.all((parts**2).sum(axis=-1) <= limit**2))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_proved_holds_in_rational_arithmetic(seed):
+    """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
+    from shakedown.bounds.discs import enclosure
+    from shakedown.bounds.discs.disc_limits import end_of
+    from shakedown.bounds.discs.disc_program import basis_of, scaled_discs
+    from shakedown.bounds.discs.disc_rows import disc_rows
+    from shakedown.ground.tolerances import DEFAULT
+
+    problem = random_joint(np.random.default_rng(seed), 3)
+    rows = disc_rows(problem)
+    best = end_of(scaled_discs(rows, basis_of(rows), -1.0), DEFAULT)
+    proof, (slips, _) = enclosure.proof_of(problem, rows), enclosure.inner_points(best)
+    low, slip = enclosure.proved_low(proof, best.x, best.load_factor, slips)
+    assert low == pytest.approx(best.load_factor, rel=1e-10)
+    assert exact_room(problem, slip, low)
+    assert not exact_room(problem, slip, low * (1 + 1e-9))
+
+
+def test_sums_are_rounded_once():
+    from shakedown.bounds.discs.enclosure import exact_products
+
+    rng = np.random.default_rng(0)
+    M, x = rng.normal(size=(20, 30)) * 10.0 ** rng.integers(-8, 8, (20, 30)), rng.normal(size=30)
+    M[:, -1] = -(M[:, :-1] @ x[:-1]) / x[-1]  # all but round-off cancels
+    exact = [
+        float(sum(Fraction(a) * Fraction(b) for a, b in zip(row, x.tolist(), strict=True)))
+        for row in M.tolist()
+    ]
+    np.testing.assert_array_equal(exact_products(M, x), exact)
+
+
+def test_wedging_is_proved():
+    problem = Problem(A=np.eye(2), B=[[3.0, 0.0]], f=0.8, q_w=[[1.0, 0.2], [-1.0, 0.1]], p_w=[[3.0], [2.5]])
+    upper = shakedown.upper_bound(problem)
+    assert upper.status == Status.UNBOUNDED
+    assert upper.certified == (np.inf, np.inf)
+    assert "wedging" in upper.reason
+    assert upper.residual < 0
+    assert room(problem, 1e6 * upper.direction, 1e6) > 0
+
+
+def test_zero_amplitude_and_relief():
+    still = {"A": np.eye(2), "B": [[0.1, 0.0]], "f": 0.5}
+    upper = shakedown.upper_bound(Problem(q_w=[[0.5, 0.2]] * 2, p_w=[[3.0]] * 2, **still))
+    assert (upper.status, upper.certified) == (Status.UNBOUNDED, (np.inf, np.inf))
+    assert "zero-amplitude" in upper.reason
+    relief = Problem(q_w=[[0.1, 0.0]] * 2, p_w=[[3.0]] * 2, q_mean=[0.0, 0.0], p_mean=[1.0], **still)
+    assert "brings no node nearer" in shakedown.upper_bound(relief).reason
+
+
+def test_infeasible_with_multipliers_that_prove_it():
+    problem = Problem(A=np.eye(2), B=[[0.1, 0.0]], f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[-3.0], [-3.0]])
+    upper, rows = shakedown.upper_bound(problem), constraints(problem)
+    assert upper.status == Status.INFEASIBLE
+    assert upper.exact
+    y = upper.multipliers
+    assert np.abs(y @ rows.G).max() < 1e-9
+    assert y @ rows.g < 0 < y @ rows.d + 1e-12
+    assert np.isnan(upper.load_factor)
+
+
+def test_explicit_means_that_are_not_safe_have_a_least_load_factor():
+    """Load factors from λ_lo on are safe, as the loads take the place of a mean that lifts the node off."""
+    problem = Problem(
+        A=np.eye(2), B=np.zeros((1, 2)), f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[4.0], [4.0]],
+        q_mean=[0.0, 0.0], p_mean=[-1.0],
+    )  # fmt: skip
+    upper = shakedown.upper_bound(problem)
+    assert upper.status == Status.UNBOUNDED
+    assert upper.least_load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)  # 0.5 (−1 + 5 λ) = λ
+
+
+def test_a_floating_body_is_pinned():
+    joint = random_joint(np.random.default_rng(5), 4)
+    Z = np.zeros((12, 2))
+    Z[0:8:2, 0], Z[1:8:2, 1] = 1.0, 1.0
+    P = np.eye(12) - Z @ np.linalg.pinv(Z)
+    kappa = P @ joint.kappa @ P
+    kappa = 0.5 * (kappa + kappa.T)
+    floating = replace(joint, A=kappa[:8, :8], B=kappa[8:, :8], C=kappa[8:, 8:])
+    upper = shakedown.upper_bound(floating)
+    assert len(upper.pinned) == 2
+    np.testing.assert_array_equal(upper.slip[list(upper.pinned)], 0.0)
+    assert upper.certified[1] - upper.certified[0] < 1e-9
+    assert room(floating, upper.slip, upper.load_factor) > -1e-13
+    moved = upper.slip + Z[:8] @ [3.0, -2.0]
+    assert room(floating, moved, upper.load_factor) > -1e-12
+
+
+def test_the_transient_may_take_room():
+    joint = shakedown.example("two-node-3d")
+    loop = loading(joint)
+    before = replace(
+        joint, q_transient=loop.q0[None] + 1.5 * loop.q1[[7]], p_transient=loop.p0[None] + 1.5 * loop.p1[[7]]
+    )
+    free, held = shakedown.upper_bound(before), shakedown.upper_bound(before, transient=True)
+    assert free.load_factor == shakedown.upper_bound(joint).load_factor
+    assert held.status == Status.INFEASIBLE or held.load_factor < free.load_factor
+    if held.status == Status.OPTIMAL:
+        q, p = before.q_transient + joint.A @ held.slip, before.p_transient + joint.B @ held.slip
+        assert np.all(joint.law.excess(q, p) <= 1e-12)
+
+
+def test_zones_of_a_joint_in_space():
+    """Nodes that stay open: both roads, and the search takes the zone without a safe slip no further."""
+    joint = shakedown.example("block-3x3")
+    zone, second = shakedown.upper_bound(joint, open_nodes=[0]), conic_upper_bound(joint, open_nodes=[0])
+    assert zone.status == second.status
+    if zone.status == Status.OPTIMAL:
+        assert zone.load_factor == pytest.approx(second.load_factor, rel=1e-8)
+    assert zone.open_nodes == (0,)
+    best = shakedown.upper_bound(joint, open_nodes="auto")
+    assert best.load_factor >= shakedown.upper_bound(joint).load_factor * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_safest_slip_has_a_ball_of_safe_slips(seed):
+    rng = np.random.default_rng(seed)
+    problem = random_joint(rng, 3)
+    upper = shakedown.upper_bound(problem)
+    safe = shakedown.safe_slip(problem, 0.9 * upper.load_factor)
+    assert safe.status == Status.OPTIMAL
+    assert safe.margin > 0
+    assert safe.active
+    for _ in range(50):
+        way = rng.normal(size=6)
+        assert (
+            room(problem, safe.slip + safe.margin * way / np.linalg.norm(way), 0.9 * upper.load_factor)
+            > -1e-12
+        )
+    assert shakedown.safe_slip(problem, 1.001 * upper.load_factor).status == Status.INFEASIBLE
+
+
+def test_a_small_bound_imports_little():
+    code = (
+        "import sys, shakedown; shakedown.upper_bound(shakedown.example('block-3x3'));"
+        "sys.exit(bool({'cvxpy', 'numba', 'matplotlib'} & set(sys.modules)))"
+    )
+    assert run([sys.executable, "-c", code], check=False).returncode == 0

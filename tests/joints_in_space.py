@@ -1,0 +1,52 @@
+"""Joints in space that several tests share: random ones, joints of the plane, other units and tangents."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from shakedown import Problem
+
+
+def random_joint(rng: np.random.Generator, n: int, *, pressure: float = 4.0, m: int = 12) -> Problem:
+    """A joint of n nodes with a full stiffness, loaded out of phase in both directions."""
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T / (3 * n) + 0.3 * np.eye(3 * n)
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    q_w = (
+        rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t) + 0.5 * rng.normal(size=2 * n)
+    )
+    p_w = pressure + rng.normal(size=n) * np.cos(2 * t) + rng.normal(size=n) * np.sin(t)
+    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+    return Problem(A=A, B=B, C=C, f=rng.uniform(0.2, 0.9, n), q_w=q_w, p_w=p_w)
+
+
+def embedded(plane: Problem) -> Problem:
+    """A joint of the plane as one in space: nothing happens in the second direction, as stiff as the first."""
+    n, m = plane.n, plane.m
+    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((m, 2 * n))
+    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
+    q_mean = None
+    if plane.q_mean is not None:
+        q_mean = np.zeros(2 * n)
+        q_mean[::2] = plane.q_mean
+    return Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w, q_mean=q_mean, p_mean=plane.p_mean)
+
+
+def in_units(problem: Problem, force: float, length: float) -> Problem:
+    """The joint with another unit of force and length."""
+    changed = {key: getattr(problem, key) for key in ("A", "B", "C", "q_w", "p_w", "q_mean", "p_mean")}
+    factors = {"A": force / length, "B": force / length, "C": force / length}
+    return replace(
+        problem,
+        initial_slip=None,
+        **{key: value * factors.get(key, force) for key, value in changed.items() if value is not None},
+    )
+
+
+def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
+    """The joint with the tangents of every node turned, and the matrix that turns its slips."""
+    T = np.zeros((2 * problem.n, 2 * problem.n))
+    for i, angle in enumerate(angles):
+        place = slice(2 * i, 2 * i + 2)
+        T[place, place] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    return replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T), T
