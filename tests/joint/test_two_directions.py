@@ -360,6 +360,8 @@ ANSWERS = {
     "safe_slip",
     "upper_bound",
     # energy
+    "energy_ball",
+    "energy_bound",
     # from every state
     # motion
     # long term

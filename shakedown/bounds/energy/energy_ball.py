@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.energy.cone_rows import margin_rows
+from shakedown.bounds.energy.discs.best_ball import best_ball
+from shakedown.bounds.energy.discs.disc_limits import disc_limits
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.farthest import end_of
+from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -21,7 +24,7 @@ from shakedown.joint.arguments import (
     checked,
     checked_initial_slip,
     real_array,
-    require_plane,
+    require_problem,
 )
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
@@ -30,12 +33,6 @@ from shakedown.programs.margin import widest
 from shakedown.programs.program import INF, Program, Solution
 from shakedown.programs.scaling import typical_size
 from shakedown.programs.solver import solve
-
-NO_SAFE_SLIP = "no slip keeps every node within its friction limits at this load factor"
-NOT_HELD = "no ball at this load factor reaches the state given"
-NO_ROOM = "no slip leaves every node a margin to both its friction limits at this load factor"
-ALL_ADMISSIBLE = "slip of one node shifts no limit of another: every admissible state shakes down"
-WEDGED = "the centre may move away without end, and the radius grows with it: this is one ball of many"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,7 +59,7 @@ class EnergyBall(Result):
     slip : (n,)
         v*, the centre: a safe slip [length]; of an open node its displacement under the mean load.
     active
-        (node, side) of the rows that limit the ball.
+        (node, side) of the rows that limit the ball; with two directions (node, load step).
     residual
         Largest violation of a row, relative to its terms.
     reason
@@ -73,6 +70,9 @@ class EnergyBall(Result):
         ``radius`` less what round-off may hide: within it a state is inside for certain.
     zone
         The open nodes and the joint of the closed ones; None with all nodes closed.
+    share : (n, 2)
+        With two directions what part c of the change of its own tangential reaction is counted as the
+        change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
     """
 
     status: Status
@@ -85,6 +85,7 @@ class EnergyBall(Result):
     metric: EnergyMetric = field(repr=False)
     inner_radius: float
     zone: Zone | None = field(default=None, repr=False)
+    share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
 
     @property
     def open_nodes(self) -> tuple[int, ...]:
@@ -93,9 +94,9 @@ class EnergyBall(Result):
 
     @property
     def pinned(self) -> tuple[int, ...]:
-        """Where the joint can move as a whole: the nodes that ``slip`` is given relative to."""
-        closed = range(len(self.slip)) if self.zone is None else self.zone.closed_nodes
-        return tuple(closed[k] for k in self.metric.pinned)
+        """Where the joint can move as a whole: the slips that ``slip`` is given relative to, by number."""
+        closed = self._closed
+        return tuple(int(closed[k]) for k in self.metric.pinned)
 
     @property
     def nodes(self) -> tuple[int, ...]:
@@ -120,9 +121,10 @@ class EnergyBall(Result):
     def single_node_margin(self, slip: ArrayLike) -> FloatArray:
         """How far any one node of slips (…, n) may be off, the others in place, (…) [length].
 
-        A slip x of node j alone has the energy norm x √A_jj.
+        A slip x of node j alone has the energy norm x √A_jj; with two directions at most that of the
+        stiffest of its directions.
         """
-        return np.asarray(self.margin(slip) / np.sqrt(self.metric.stiffness.max()))
+        return np.asarray(self.margin(slip) / np.sqrt(self.metric.stiffest))
 
     def contains(self, slip: ArrayLike) -> np.bool_ | np.ndarray:
         """Whether slips (…, n) are inside the ball, by more than round-off, (…)."""
@@ -141,7 +143,14 @@ class EnergyBall(Result):
         return np.asarray(self.slip + (change if self.zone is None else self.zone.follow(change)))
 
     def _of_closed(self, slips: FloatArray) -> FloatArray:
-        return slips if self.zone is None else slips[..., list(self.zone.closed_nodes)]
+        return slips if self.zone is None else slips[..., self._closed]
+
+    @property
+    def _closed(self) -> NDArray[np.intp]:
+        """The slips of the closed nodes among those of all nodes."""
+        if self.zone is None:
+            return np.arange(len(self.slip))
+        return self.zone.problem.layout.slips_of(self.zone.closed_nodes)
 
 
 @checked
@@ -152,6 +161,7 @@ def energy_ball(
     around: ArrayLike | None = None,
     transient: bool = True,
     open_nodes: Iterable[int] = (),
+    split: bool = True,
     tolerances: Tolerances = DEFAULT,
 ) -> EnergyBall:
     """The largest ball from which shakedown is proved at one load factor, by a linear program.
@@ -160,7 +170,8 @@ def energy_ball(
     step at the slip v*, with γ_i the energy norm of what pressure and slip of a node
     have to do with each other beyond the node itself. With a state given, maximise its
     margin R − ‖v − v*‖ instead, by a cone program: where no ball holds it, near the
-    largest load factors, the largest ball is a small one in another place.
+    largest load factors, the largest ball is a small one in another place. With two tangential
+    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, section 8), by cone programs.
 
     Parameters
     ----------
@@ -175,6 +186,9 @@ def energy_ball(
     open_nodes
         Nodes that are open through the whole period, all others closed; each adds the
         condition that its gap stays.
+    split
+        With two directions, whether the part c_i of a pressure that the node's own reaction determines is
+        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is.
     tolerances
         What counts as zero and as feasible (:class:`Tolerances`).
 
@@ -197,10 +211,14 @@ def energy_ball(
     >>> ball.contains(ball.slip), ball.contains([[0.0, 0.0], [9.0, 9.0]])
     (np.True_, array([ True, False]))
     """
-    require_plane("energy ball", problem)
+    require_problem(problem)
     check_load_factor(load_factor, problem)
     state = None if around is None else checked_initial_slip(problem, around)
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
+    if problem.directions > 1:
+        held = None if state is None else state[problem.layout.slips_of(zone.closed_nodes)]
+        ball = _in_space(zone, load_factor, held, tolerances, transient=transient, split=split)
+        return _in_zone(zone, ball)
     rows = zone_rows(zone, transient=transient, tolerances=tolerances)
     reason = without_margin(problem, rows)
     if reason:
@@ -215,6 +233,33 @@ def energy_ball(
 def _in_zone(zone: Zone, ball: EnergyBall) -> EnergyBall:
     """A ball of the closed nodes' slips in terms of all nodes."""
     return replace(ball, slip=zone.slips(ball.slip), zone=zone) if zone.open_nodes else ball
+
+
+def _in_space(
+    zone: Zone,
+    load_factor: float,
+    state: FloatArray | None,
+    tolerances: Tolerances,
+    *,
+    transient: bool,
+    split: bool,
+) -> EnergyBall:
+    """The largest ball of a joint with two tangential directions, or the one that holds a state best."""
+    limits = disc_limits(zone, transient=transient, tolerances=tolerances)
+    found = best_ball(limits, load_factor, state, tolerances, split=split)
+    radius = found.radius * limits.metric.unit
+    return EnergyBall(
+        status=found.status,
+        load_factor=load_factor,
+        radius=radius,
+        slip=found.slip,
+        active=found.active,
+        residual=found.residual,
+        reason=found.reason,
+        metric=limits.metric,
+        inner_radius=radius * (1.0 - tolerances.feasibility),
+        share=found.share,
+    )
 
 
 def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> EnergyBall:

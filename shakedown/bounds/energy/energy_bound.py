@@ -11,26 +11,26 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
-from shakedown.bounds.energy.energy_ball import NO_ROOM
+from shakedown.bounds.energy.discs.best_bound import best_bound
+from shakedown.bounds.energy.discs.disc_limits import disc_limits
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
+from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
 from shakedown.bounds.energy.zone_rows import zone_rows
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked, checked_initial_slip, require_plane
+from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 CERTIFIED_UP_TO = 40
-TOO_FAR = "no ball about a safe slip holds the initial slip and the distance around it, at any load factor"
 NOT_REGULAR = "to the last stored digit A is not positive semi-definite, or B reaches outside its range"
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
-UNLIMITED = "the ball about some safe slip holds the initial slip at every load factor"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,7 +83,8 @@ class EnergyBound(Result):
     distance
         δ, the energy distance asked for [√(force · length)].
     active
-        (node, side) of the rows that limit λ_E; where infeasible those that contradict each other.
+        (node, side) of the rows that limit λ_E; where infeasible those that contradict each other. With two
+        directions (node, load step).
     residual
         Largest violation of a row at (slip, radius, λ_E), relative to its terms; where
         infeasible, by how much the multipliers fail to prove it.
@@ -103,7 +104,11 @@ class EnergyBound(Result):
         distance takes no account of that motion.
     multipliers : (k,)
         μ ≥ 0 that prove λ_E, dᵀμ = 1, of the rows of the closed nodes and then of the gaps, each kind
-        with its transient after it; zero or empty unless optimal.
+        with its transient after it; zero or empty unless optimal. With two directions one number for each
+        of ``active``, that of its radius f p: at a reaction q* that of a q is −q*/|q*| times as large.
+    share : (n, 2)
+        With two directions what part c of the change of its own tangential reaction is counted as the
+        change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -128,6 +133,7 @@ class EnergyBound(Result):
     uncertified: str = ""
     pinned: tuple[int, ...] = ()
     multipliers: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
+    share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
 
     @property
     def certified(self) -> float | None:
@@ -142,13 +148,15 @@ def energy_bound(
     distance: float = 0.0,
     *,
     open_nodes: Iterable[int] | Literal["auto"] = (),
+    split: bool = True,
     certify: bool | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> EnergyBound:
     """The load factor λ_E(v₀, δ) up to which shakedown from an initial slip is proved.
 
     Maximise λ subject to f p ∓ q ≥ f_i γ_i R for every node, side and load step at the
-    slip v*, and ‖v₀ − v*‖_A + δ ≤ R: one second-order cone program in (v*, R, λ).
+    slip v*, and ‖v₀ − v*‖_A + δ ≤ R: one second-order cone program in (v*, R, λ). With two tangential
+    directions a_i |q| + f_i γ_i R ≤ f p at every load step (docs/energy.md, section 8).
 
     Parameters
     ----------
@@ -162,6 +170,9 @@ def energy_bound(
         Nodes that are open from the start through every period, all others closed;
         ``"auto"`` for those of the best zone found (:func:`upper_bound`). What is given
         as their initial slip is ignored.
+    split
+        With two directions, whether the part c_i of a pressure that the node's own reaction determines is
+        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
         by default up to 40 nodes; only with all nodes closed.
@@ -180,9 +191,10 @@ def energy_bound(
     >>> round(bound.load_factor, 7), bound.slip.round(4), bound.certified <= bound.load_factor
     (0.6619611, array([0.0336, 1.3412]), True)
     """
-    require_plane("energy bound", problem)
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
     zone = chosen_zone(problem, open_nodes, tolerances)
+    if problem.directions > 1:
+        return _in_space(zone, start, reach, tolerances, split=split, certify=certify)
     rows, given = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]
     held = rows.rigid.relative(given)
     reason = without_margin(problem, rows)
@@ -210,6 +222,35 @@ def _in_zone(zone: Zone, given: FloatArray, bound: EnergyBound) -> EnergyBound:
     return replace(
         bound, slip=zone.slips(bound.slip), initial_slip=zone.slips(given), open_nodes=zone.open_nodes
     )
+
+
+def _in_space(
+    zone: Zone, start: FloatArray, reach: float, tolerances: Tolerances, *, split: bool, certify: bool | None
+) -> EnergyBound:
+    """The bound of a joint with two tangential directions."""
+    limits = disc_limits(zone, tolerances=tolerances)
+    given = start[zone.problem.layout.slips_of(zone.closed_nodes)]
+    found = best_bound(zone.joint, limits, limits.rigid.relative(given), reach, tolerances, split=split)
+    bound = EnergyBound(
+        status=found.status,
+        load_factor=found.load_factor,
+        least_load_factor=found.least_load_factor,
+        slip=found.slip,
+        radius=found.radius,
+        initial_slip=given,
+        distance=reach,
+        active=found.active,
+        residual=found.residual,
+        gap=found.gap,
+        certificate=None,
+        reason=found.reason,
+        multipliers=found.multipliers,
+        share=found.share,
+    )
+    bound = replace(bound, initial_slip=given)
+    if zone.open_nodes:
+        return _in_zone(zone, given, bound)
+    return replace(bound, pinned=limits.rigid.pinned)  # without the rows of all load steps at once
 
 
 def farthest_load_factor(

@@ -35,6 +35,8 @@ class EnergyMetric:
         Directions of slip without energy, the rigid slips first.
     stiffness : (n,)
         Diagonal of A [force/length].
+    stiffest
+        Largest energy, doubled, of a slip of one node alone by a unit length [force/length].
     sizes : (n,)
         Size of a row of A against a slip of unit energy, to which what should vanish is compared.
     pinned
@@ -46,6 +48,7 @@ class EnergyMetric:
     inverse: FloatArray
     free: FloatArray
     stiffness: FloatArray
+    stiffest: float
     sizes: FloatArray
     pinned: tuple[int, ...] = ()
 
@@ -98,7 +101,8 @@ def energy_metric(
     directions[kept] = lengths[kept, None] * vectors
     sizes = scale / lengths
     largest = float(values.max(initial=0.0))
-    leak = (np.abs(B @ directions) / sizes[:, None]).max(axis=0)
+    pressed = sizes.reshape(len(B), -1).max(axis=1)  # the largest of a node's directions
+    leak = (np.abs(B @ directions) / pressed[:, None]).max(axis=0)
     soft = values <= tolerances.zero_mode * largest
     free = soft & ((leak <= tolerances.zero_mode) | (values <= len(A) * ROUND_OFF * largest))
     lasting = np.sqrt(values[~free])
@@ -111,9 +115,19 @@ def energy_metric(
         inverse=directions[:, ~free] / lasting,
         free=np.hstack([known.motions, directions[:, free]]),
         stiffness=stiffness,
+        stiffest=_stiffest(A, len(A) // len(B)),
         sizes=sizes,
         pinned=known.pinned,
     )
+
+
+def _stiffest(A: FloatArray, d: int) -> float:
+    """The largest eigenvalue of the stiffness of one node alone, in d directions."""
+    if d == 1:
+        return float(np.diagonal(A).max())
+    nodes = np.arange(len(A) // d)
+    blocks = A.reshape(len(nodes), d, len(nodes), d)[nodes, :, nodes, :]
+    return float(np.linalg.eigvalsh(blocks).max())
 
 
 def spreads(

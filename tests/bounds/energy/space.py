@@ -1,0 +1,90 @@
+"""Joints in space that the tests of this wing share, and the plain statement of the program through cvxpy."""
+
+import warnings
+
+import cvxpy as cp
+import numpy as np
+
+from shakedown import Problem
+from shakedown.joint.loading import loading
+
+
+def space_joint(seed: int, n: int, *, m: int = 12, friction: float = 0.5, floating: bool = False) -> Problem:
+    """A random joint with two directions, pressed together about a random safe slip."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T / (3 * n) + 0.1 * np.eye(3 * n)
+    if floating:  # two common slips cost nothing and change no pressure
+        rigid = np.vstack([np.tile(np.eye(2), (n, 1)), np.zeros((n, 2))]) / np.sqrt(n)
+        kappa = (np.eye(3 * n) - rigid @ rigid.T) @ kappa @ (np.eye(3 * n) - rigid @ rigid.T)
+    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+    f = friction * rng.uniform(0.5, 1.5, n)
+    locked, p0 = rng.normal(size=2 * n), rng.uniform(2, 5, n)
+    q0 = 0.3 * (f * p0).repeat(2) * rng.uniform(-1, 1, 2 * n) - A @ locked
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    q = 0.5 * (rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t))
+    p = 0.3 * (rng.normal(size=n) * np.cos(2 * t) + rng.normal(size=n) * np.sin(t))
+    return Problem(A=0.5 * (A + A.T), B=B, C=0.5 * (C + C.T), f=f, q_w=q0 + q, p_w=p0 - B @ locked + p)
+
+
+def in_other_units(problem: Problem, force: float, length: float) -> Problem:
+    """The same joint in other units: forces and lengths times these numbers."""
+    matrices = {
+        key: getattr(problem, key) * force / length for key in "ABC" if getattr(problem, key) is not None
+    }
+    loads = {key: getattr(problem, key) * force for key in ("q_w", "p_w")}
+    data = {key: getattr(problem, key) for key in ("f",)}
+    return Problem(**matrices, **loads, **data)
+
+
+def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
+    """The joint with the tangents of every node turned, and the matrix that turns its slips."""
+    T = np.zeros_like(problem.A)
+    for i, angle in enumerate(angles):
+        c, s = np.cos(angle), np.sin(angle)
+        T[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = [[c, s], [-s, c]]
+    other = Problem(
+        A=T @ problem.A @ T.T,
+        B=problem.B @ T.T,
+        C=problem.C,
+        f=problem.f,
+        q_w=problem.q_w @ T.T,
+        p_w=problem.p_w,
+    )
+    return other, T
+
+
+def gammas(problem: Problem, share: np.ndarray) -> np.ndarray:
+    """γ_i(c) from the inverse of A, (n,)."""
+    rest = problem.B - np.einsum("ij,ijk->ik", share, problem.A.reshape(problem.n, 2, -1))
+    return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rest, np.linalg.pinv(problem.A), rest), 0.0))
+
+
+def plainly(
+    problem: Problem,
+    share: np.ndarray,
+    *,
+    start: np.ndarray | None = None,
+    distance: float = 0.0,
+    load_factor: float | None = None,
+) -> float:
+    """λ_E from a slip, or the radius of the largest ball at a load factor, every load step on its own."""
+    n, loop, f = problem.n, loading(problem), problem.f
+    spread, stretch = f * gammas(problem, share), np.sqrt(1 + f**2 * (share**2).sum(axis=1))
+    values, vectors = np.linalg.eigh(problem.A)
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    v, radius, factor = cp.Variable(2 * n), cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+    limits = [factor == load_factor] if load_factor is not None else []
+    if load_factor is None:
+        limits.append(
+            cp.norm(root @ (v - (np.zeros(2 * n) if start is None else start))) + distance <= radius
+        )
+    q, p = loop.q0 + problem.A @ v, loop.p0 + problem.B @ v
+    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
+        drawn = cp.reshape(q + factor * q1, (2, n), order="F")
+        limits.append(cp.SOC(cp.multiply(f, p + factor * p1) - spread * radius, drawn @ np.diag(stretch)))
+    task = cp.Problem(cp.Maximize(factor if load_factor is None else radius), limits)
+    with warnings.catch_warnings():  # it asks itself for more digits than it reaches
+        warnings.simplefilter("ignore", UserWarning)
+        task.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
+    return float(task.value)

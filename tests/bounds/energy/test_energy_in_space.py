@@ -1,0 +1,151 @@
+"""λ_E and R(λ) with two tangential directions: numbers, a second road, units, turned tangents, statuses."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bounds.energy.space import gammas, in_other_units, plainly, space_joint, turned
+
+import shakedown
+from shakedown import Problem, energy_ball, energy_bound
+from shakedown.joint.loading import loading
+
+# λ_max, then λ_E from slip zero and R at half λ_max with c = 0, and λ_E with half of A_ii⁻¹ B_ii, from an
+# independent computation.
+NUMBERS = {
+    "one-node-3d": (1.251732445097, 1.227253988458, 2.337451324026, 1.236273694265),
+    "two-node-3d": (0.881085157837, 0.822301119853, 1.976757365817, 0.829089420041),
+    "four-node-3d": (1.224961698973, 1.029447314668, 2.082820066996, 1.045380415637),
+    "block-3x3": (2.784608340022, 1.895402011930, 1.113627187483, 2.190426015885),
+}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_numbers_of_the_examples(name):
+    problem, (most, zero, radius, half) = shakedown.example(name), NUMBERS[name]
+    bound = energy_bound(problem, split=False)
+    assert bound.load_factor == pytest.approx(zero, rel=1e-9)
+    assert bound.residual <= 1e-14
+    assert abs(bound.gap) <= 1e-12
+    assert bound.radius == pytest.approx(np.sqrt(bound.slip @ problem.A @ bound.slip), rel=1e-12)
+    np.testing.assert_array_equal(bound.share, 0.0)
+    ball = energy_ball(problem, 0.5 * most, split=False)
+    assert ball.radius == pytest.approx(radius, rel=1e-9)
+    assert ball.residual <= 1e-14
+    split = energy_bound(problem)
+    assert half < split.load_factor < most
+    assert split.residual <= 1e-14
+    assert abs(split.gap) <= 1e-12
+    assert energy_ball(problem, 0.5 * most).radius > radius
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_another_road_agrees(seed):
+    problem = space_joint(seed, 1 + seed % 4)
+    for split in (False, True):
+        bound = energy_bound(problem, split=split)
+        if bound.status == "optimal":
+            expected = plainly(problem, bound.share)
+            assert bound.load_factor == pytest.approx(expected, rel=1e-6)
+            ball = energy_ball(problem, 0.6 * bound.load_factor, split=split)
+            if ball.status == "optimal":
+                expected = plainly(problem, ball.share, load_factor=0.6 * bound.load_factor)
+                assert ball.radius == pytest.approx(expected, rel=1e-6)
+
+
+def least_room(problem: Problem, bound) -> float:
+    """The least of f p − a |q| − f γ R over all nodes and load steps, from the matrices."""
+    loop, f = loading(problem), problem.f
+    q = loop.q0 + bound.load_factor * loop.q1 + problem.A @ bound.slip
+    p = loop.p0 + bound.load_factor * loop.p1 + problem.B @ bound.slip
+    stretch = np.sqrt(1 + f**2 * (bound.share**2).sum(axis=1))
+    size = np.hypot(q[:, ::2], q[:, 1::2])
+    return float((f * p - stretch * size - f * gammas(problem, bound.share) * bound.radius).min())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_conditions_hold_at_what_is_reported(seed):
+    problem = space_joint(seed, 5)
+    start = energy_ball(problem, 0.0).slip + 0.05 * np.random.default_rng(seed).normal(size=10)
+    bound = energy_bound(problem, start, 0.02)
+    assert bound.status == "optimal"
+    assert np.all(problem.f * np.hypot(*bound.share.T) < 1)
+    assert least_room(problem, bound) >= -1e-13 * np.abs(problem.p_w).max()
+    e = bound.slip - start
+    assert bound.radius == pytest.approx(np.sqrt(e @ problem.A @ e) + 0.02, rel=1e-12)
+    ball = energy_ball(problem, 0.5 * bound.load_factor, around=start)
+    assert ball.contains(start)
+    assert least_room(problem, ball) >= -1e-13 * np.abs(problem.p_w).max()
+    assert ball.margin(start) >= energy_ball(
+        problem, 0.5 * bound.load_factor, around=start, split=False
+    ).margin(start)
+
+
+@pytest.mark.parametrize(("force", "length", "accuracy"), [(2.0**20, 2.0**-9, 0.0), (1e3, 1e-3, 1e-12)])
+def test_units_do_not_matter(force, length, accuracy):
+    problem = shakedown.example("four-node-3d")
+    other = in_other_units(problem, force, length)
+    one, same = energy_bound(problem), energy_bound(other)
+    assert same.load_factor == pytest.approx(one.load_factor, rel=accuracy, abs=0)
+    energy = np.sqrt(force * length)
+    if accuracy:
+        assert same.radius == pytest.approx(energy * one.radius, rel=1e-10)
+    ball, again = energy_ball(problem, 0.6), energy_ball(other, 0.6)
+    assert again.radius == pytest.approx(energy * ball.radius, rel=max(accuracy, 1e-15))
+
+
+@pytest.mark.parametrize("name", ["two-node-3d", "block-3x3"])
+def test_tangents_may_be_turned(name):
+    problem = shakedown.example(name)
+    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, problem.n)
+    other, T = turned(problem, angles)
+    one, same = energy_bound(problem), energy_bound(other)
+    assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
+    ball, again = energy_ball(problem, 0.6), energy_ball(other, 0.6)
+    assert again.radius == pytest.approx(ball.radius, rel=1e-11)
+    assert again.contains(T @ ball.slip)
+
+
+def test_uncoupled_is_melan():
+    problem = replace(space_joint(2, 4), B=np.zeros((4, 8)), C=None)
+    bound = energy_bound(problem)
+    for share in (0.999, 0.5):
+        ball = energy_ball(problem, share * bound.load_factor)
+        assert ball.status == "unbounded"
+        assert np.isinf(ball.radius)
+    assert energy_ball(problem, 1.001 * bound.load_factor).status == "infeasible"
+
+
+def test_load_in_one_direction():
+    """The split of the plane takes no toll from the tangential reaction: c = 0 is below it, and here is a bound."""
+    plane = shakedown.example("block-9")
+    n = plane.n
+    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((plane.m, 2 * n))
+    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
+    space = Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
+    zero, split = energy_bound(space, split=False), energy_bound(space)
+    np.testing.assert_allclose(split.slip[1::2], 0.0, atol=1e-9 * np.abs(split.slip).max())
+    assert zero.load_factor < split.load_factor < energy_bound(plane).load_factor
+
+
+def test_statuses():
+    problem = space_joint(0, 3)
+    smooth = energy_bound(replace(problem, f=np.array([0.3, 0.0, 0.4])))
+    assert smooth.status == "infeasible"
+    assert np.isnan(smooth.load_factor)
+    assert smooth.reason.startswith("node 1 has no friction")
+    far = energy_bound(problem, 1e3 * np.ones(6))
+    assert far.status == "infeasible"
+    assert "holds the initial slip" in far.reason
+    lifted = replace(problem, p_w=problem.p_w - 100.0)
+    assert energy_bound(lifted).status == "infeasible"
+    assert energy_ball(lifted, 0.5).status == "infeasible"
+    still = replace(
+        problem, q_w=np.tile(problem.q_w.mean(axis=0), (3, 1)), p_w=np.tile(problem.p_w.mean(axis=0), (3, 1))
+    )
+    start = energy_ball(still, 0.0).slip
+    assert energy_bound(still, start).status == "unbounded"
+    floating = space_joint(1, 3, floating=True)
+    bound = energy_bound(floating)
+    assert bound.status in ("optimal", "infeasible")
+    assert len(bound.pinned) == 2
