@@ -28,6 +28,7 @@ FLOORS = (
         "planar",
         "planar.uniqueness",
         "long_term.settling",
+        "space",
         "thesis",
     },
     {

@@ -4,5 +4,5 @@ Reading order: ``errors`` (one tree), ``float_array``, ``visible_text`` (text th
 can show), ``shown_values`` (numbers and results in short), ``given_numbers`` and ``argument_kinds``
 (what callers pass in, checked by annotation), ``tolerances`` (one settings object), ``status`` (how a
 program ended), ``evidence`` (an optional step, and what is missing where it failed), ``blas_threads``
-(one thread for small matrices), ``code_cache`` (where compiled code is kept).
+(one thread for small matrices), ``golden_section``, ``code_cache`` (where compiled code is kept).
 """

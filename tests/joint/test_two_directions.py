@@ -363,6 +363,8 @@ ANSWERS = {
     "energy_ball",
     "energy_bound",
     # from every state
+    "least_pressure_bound",
+    "universal_bound",
     # motion
     # long term
     # assessment and studies

@@ -1,13 +1,11 @@
 """Friction up to which the energy keeps the evolution unique."""
 
-from collections.abc import Callable
-
 import numpy as np
 
+from shakedown.ground.golden_section import least_value
 from shakedown.planar.uniqueness.scaled_stiffness import ScaledStiffness, held
 
-WIDTH = 10.0  # largest distance of the best log c from the middle: a factor e²⁰ in c²
-STEPS = 24  # of a golden section: log c to 2e-4, and the limit at worst; any c gives a valid one
+WIDTH = 10.0  # largest distance of the best log c from the middle: e²⁰ in c²; any c is valid
 
 
 def energy_limit(stiffness: ScaledStiffness, *, separation: bool) -> float:
@@ -37,24 +35,4 @@ def energy_limit(stiffness: ScaledStiffness, *, separation: bool) -> float:
         return float(np.linalg.eigvalsh(c * first + second / c)[-1])
 
     middle = 0.5 * np.log(sizes[1] / sizes[0])
-    return 2.0 / _least(largest, middle - WIDTH, middle + WIDTH)
-
-
-def _least(convex: Callable[[float], float], low: float, high: float) -> float:
-    """The least value of a convex function that a golden section finds: one value a step.
-
-    By hand, because to load scipy.optimize takes longer than all the rest for a hundred nodes.
-    """
-    ratio = 0.5 * (5**0.5 - 1)
-    a, b = high - ratio * (high - low), low + ratio * (high - low)
-    at_a, at_b = convex(a), convex(b)
-    for _ in range(STEPS):
-        if at_a < at_b:
-            high, b, at_b = b, a, at_a
-            a = high - ratio * (high - low)
-            at_a = convex(a)
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + ratio * (high - low)
-            at_b = convex(b)
-    return min(at_a, at_b)
+    return 2.0 / least_value(largest, middle - WIDTH, middle + WIDTH)

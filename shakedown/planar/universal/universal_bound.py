@@ -8,11 +8,15 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import NO_SIDES, checked, require_plane
+from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.universal.swing_bound import SwingBound, swing_bound
+from shakedown.space.bound_from_every_state import LeastPressureBound, least_pressure_bound
+from shakedown.space.mean_load import safe_under_mean_load
+from shakedown.space.scaled_joint import scaled_joint
+from shakedown.space.unique_rates import unique_rates
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -24,7 +28,7 @@ class UniversalBound(Result):
     load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
     jumps, and slip ceases. Of a load domain this is said of every path inside it: then only
     the arguments count that ask for no order, Melan's theorem and the swing bound, with the
-    lift-off bound over the hull of the corners.
+    lift-off bound over the hull of the corners, and least pressures, with two tangential directions.
 
     Attributes
     ----------
@@ -37,14 +41,15 @@ class UniversalBound(Result):
         The node that limits the argument; −1 where none does.
     argument
         ``"Melan"``, ``"first collapse"`` (coupling ratio ρ* < 1), ``"two nodes"``, ``"differences"`` (no
-        slip raises the differences between nodes), ``"swing"`` or ``"none"``.
+        slip raises the differences between nodes), ``"swing"`` or ``"none"``. With two tangential directions
+        ``"Melan"``, ``"least pressures"``, ``"least pressures, N sectors"`` or ``"none"``.
     limited_by
         What the argument ends at: ``"first collapse"``, ``"swing"``, ``"lift-off"``, ``"drift"``,
         ``"uniqueness"``, ``"mean load"``; ``"solver"`` where undecided.
     reason
         The same in words.
     first_collapse
-        λ_1, which is not exceeded.
+        λ_1, which is not exceeded; NaN with two tangential directions, where there is none.
     lift_off_bound
         Below this load factor no admissible slip lifts a node off; NaN where not needed.
     swing
@@ -52,6 +57,8 @@ class UniversalBound(Result):
     after_transient
         Whether the problem has transient load steps: then nothing is said of a motion
         before they are over.
+    pressures
+        With two directions what least pressures prove, with the evidence to check it.
     """
 
     status: Status
@@ -64,6 +71,7 @@ class UniversalBound(Result):
     lift_off_bound: float
     swing: SwingBound | None
     after_transient: bool = False
+    pressures: LeastPressureBound | None = None
 
     def document(self) -> dict[str, Any]:
         """What is written as JSON; the closing box, which is superseded, stays a key without a value."""
@@ -84,22 +92,27 @@ def universal_bound(
     *,
     first_collapse: LowerBound | None = None,
     certify: bool | None = None,
+    sectors: int | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> UniversalBound:
     """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
 
     Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
     gauge of differences, two nodes (thesis §4.4); else it is the swing bound. In every case the nodes
-    must stay closed, and for the swing bound the motion must be unique.
+    must stay closed, and for the swing bound the motion must be unique. With two tangential directions it
+    is what least pressures prove (docs/universal.md, statements 6.1 to 6.6), round-off included.
 
     Parameters
     ----------
     problem
         The contact and its loading loop.
     first_collapse
-        λ_1, where it has been computed already.
+        λ_1, where it has been computed already; there is none with two directions.
     certify
         Whether to prove the swing bound in exact arithmetic; by default where that is quick.
+    sectors
+        With two directions: how many sectors those of slip are divided into; 1 are discs. By default as
+        many as raise the bound by 1 % or more.
     tolerances
         What decides (:class:`Tolerances`).
 
@@ -117,9 +130,12 @@ def universal_bound(
     >>> round(bound.load_factor, 6), bound.node, bound.argument
     (0.3096, 0, 'swing')
     """
-    require_plane("universal bound", problem, NO_SIDES)
     if not isinstance(first_collapse, LowerBound | None):
         raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
+    if problem.directions > 1:
+        return _in_space(problem, sectors, tolerances)
+    if sectors is not None:
+        raise UsageError("sectors: expected none with one tangential direction, which has two signs")
     lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
     if lower.status == Status.INFEASIBLE:
         return _without(lower, nan, "mean load", "no slip is safe under the mean load")
@@ -145,6 +161,44 @@ def universal_bound(
     if isinstance(swing, Missing):
         return _undecided(lower, f"the swing bound is missing: {swing.reason}")
     return _result(lower, _Found(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
+
+
+def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:
+    """The answer with two tangential directions."""
+    found = least_pressure_bound(problem, sectors=sectors)
+    transient = problem.q_transient is not None
+
+    def nothing(status: Status, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+        node = found.node if limited_by in ("lift-off", "swing") else -1
+        words, lift_off = ("none", limited_by, reason), found.lift_off_bound
+        return UniversalBound(status, load_factor, node, *words, nan, lift_off, None, transient, found)
+
+    unique = unique_rates(scaled_joint(problem))
+    if found.load_factor == 0.0 or not unique:
+        safe = sought(safe_under_mean_load, problem, tolerances)
+        if isinstance(safe, Missing):
+            return nothing(Status.UNDECIDED, nan, "solver", f"safe under the mean load? {safe.reason}")
+        if not safe:
+            return nothing(Status.INFEASIBLE, nan, "mean load", "no slip is safe under the mean load")
+    if found.load_factor == 0.0 and found.node >= 0:
+        return nothing(Status.OPTIMAL, 0.0, "lift-off" if found.lifts else "swing", found.reason)
+    if not unique:
+        why = f"the motion is not proved to be unique: {unique.argument}"
+        return nothing(Status.OPTIMAL, 0.0, "uniqueness", why)
+    argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
+    return UniversalBound(
+        status=found.status,
+        load_factor=found.load_factor,
+        node=found.node,
+        argument=argument if found.sectors == 1 else f"{argument}, {found.sectors} sectors",
+        limited_by="lift-off" if found.lifts else "swing",
+        reason=f"{argument}: {found.reason}",
+        first_collapse=nan,
+        lift_off_bound=found.lift_off_bound,
+        swing=None,
+        after_transient=transient,
+        pressures=found,
+    )
 
 
 def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
