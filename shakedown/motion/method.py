@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +74,7 @@ class Walk(Result):
     @cached_property
     def slip(self) -> FloatArray:
         """Σ|Δv| in contact during every cycle, (c, n) [length]."""
-        return np.reshape([record.slip for record in self.records], (-1, len(self.start)))
+        return self._of_nodes([record.slip for record in self.records])
 
     @cached_property
     def dissipation(self) -> FloatArray:
@@ -84,7 +84,11 @@ class Walk(Result):
     @cached_property
     def open_nodes(self) -> NDArray[np.bool_]:
         """Whether a node was open for some time (at some load step) of the cycle, (c, n)."""
-        return np.reshape([record.opened for record in self.records], (-1, len(self.start))).astype(bool)
+        return self._of_nodes([record.opened for record in self.records]).astype(bool)
+
+    def _of_nodes(self, values: list[NDArray[Any]]) -> NDArray[Any]:
+        """What every cycle has for every node, (c, n)."""
+        return np.reshape(values, (len(values), len(values[0]) if values else 0))
 
     @property
     def jumps(self) -> tuple[Jump, ...]:

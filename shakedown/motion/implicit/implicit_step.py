@@ -1,5 +1,6 @@
 """Load steps of a joint with two tangential directions, each solved at once (implicit Euler)."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 CLOSE = 2e-12  # what Newton's method leaves of the equations, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
 MOST_SWEEPS = 10_000
+WANDERING = 50  # sweeps that show whether a body that found no rest goes on
 
 
 class StepStatus(IntEnum):
@@ -59,6 +61,23 @@ class Steps(NamedTuple):
     work: FloatArray
     sweeps: int
     newton_steps: int
+
+    @classmethod
+    def none(cls, n: int) -> "Steps":
+        """No load steps of n nodes."""
+        slips, nodes = np.zeros((0, 2 * n)), np.zeros((0, n))
+        return cls(StepStatus.SOLVED, 0, -1, 0.0, slips, nodes, slips, nodes, nodes, 0, 0)
+
+    @classmethod
+    def joined(cls, pieces: "Sequence[Steps]") -> "Steps":
+        """One after the other; all but the last are solved."""
+        *_, last = pieces
+        v, w, slip, length, work = (np.concatenate([piece[at] for piece in pieces]) for at in range(4, 9))
+        return cls(
+            last.status, sum(piece.solved for piece in pieces), last.node,
+            max(piece.residual for piece in pieces), v, w, slip, length, work,
+            sum(piece.sweeps for piece in pieces), sum(piece.newton_steps for piece in pieces),
+        )  # fmt: skip
 
 
 class ImplicitJoint:
@@ -139,17 +158,12 @@ class ImplicitJoint:
     def follow(self, q_w: FloatArray, p_w: FloatArray, parts: int = 1, *, sweeps_only: bool = False) -> Steps:
         """Carry the joint through load steps (k, 2n), (k, n), each in equal parts."""
         n, k = self.n, len(q_w)
-        loads = np.ascontiguousarray(self._by_node(q_w, p_w))
-        path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
-        settings = (CLOSE * self.force, TENSION * self.force, address_of_solver())
-        most = MOST_SWEEPS if sweeps_only else 0
-        before = self._state.copy()
-        failed, node, missed, sweeps, steps = follow(
-            self._body, self._tableau, self._state, loads, parts, settings, most, path
+        path, (failed, node, missed, sweeps, steps) = self._run(
+            np.ascontiguousarray(self._by_node(q_w, p_w)), parts, MOST_SWEEPS if sweeps_only else 0
         )
         solved, status = k, StepStatus.SOLVED
         if failed >= 0:
-            solved, status = failed, self._failure(before, failed, path)
+            solved, status = failed, self._failure()
         u, slip, length, work = (part[: solved + (failed >= 0)] for part in path)
         return Steps(
             status, solved, node, missed / self.force, u.reshape(-1, n, 3)[:, :, :2].reshape(-1, 2 * n),
@@ -160,21 +174,36 @@ class ImplicitJoint:
         """Carry the joint through one load step (2n,), (n,)."""
         return self.follow(q_w[None], p_w[None])
 
+    def _run(
+        self, loads: FloatArray, parts: int, sweeps_only: int
+    ) -> tuple[tuple[FloatArray, ...], tuple[int, int, float, int, int]]:
+        """The compiled loop over load steps (k, 3n) node by node: what it fills, and what it returns."""
+        n, k = self.n, len(loads)
+        path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
+        settings = (CLOSE * self.force, TENSION * self.force, address_of_solver())
+        return path, follow(self._body, self._tableau, self._state, loads, parts, settings, sweeps_only, path)
+
     def _by_node(self, tangential: FloatArray, normal: FloatArray) -> FloatArray:
         both = np.concatenate([tangential, normal], axis=-1)
         return both[..., self._places.ravel()]
 
-    def _failure(self, before: FloatArray, failed: int, path: tuple[FloatArray, ...]) -> StepStatus:
-        """Why a step was not solved: what it went until then meets no resistance, or no state was found."""
-        start = path[0][failed - 1] if failed else before
-        way, kappa = self._state - start, self._body.kappa
-        held = way @ kappa @ way > self._tolerances.zero_mode * np.abs(np.diag(kappa)).max() * (way @ way)
-        r = self._tableau.r_w + kappa @ self._state
+    def _failure(self) -> StepStatus:
+        """Why a step was not solved: a node wants to open, the body goes on and on, or no state was found."""
+        r = self._tableau.r_w + self._body.kappa @ self._state
         if not self._body.separable and r[2::3].min() < -TENSION * self.force:
             return StepStatus.LIFTS_OFF
-        if not held and way.any():
-            return StepStatus.SLIDES_AWAY
-        return StepStatus.UNSOLVED
+        self._wander()
+        way = self._wander()
+        stiffest = np.abs(np.diag(self._body.kappa)).max()
+        held = way @ self._body.kappa @ way > self._tolerances.zero_mode * stiffest * (way @ way)
+        goes_on = stiffest * np.abs(way).max() > self.force
+        return StepStatus.SLIDES_AWAY if goes_on and not held else StepStatus.UNSOLVED
+
+    def _wander(self) -> FloatArray:
+        """How far some more sweeps lead, (3n,): the same way again where nothing holds the body."""
+        load, start = self._tableau.r_w.copy()[None], self._state.copy()
+        self._run(load, 1, WANDERING)
+        return self._state - start
 
 
 def _weights(diagonal: FloatArray) -> FloatArray:

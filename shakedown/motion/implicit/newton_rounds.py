@@ -15,6 +15,7 @@ from shakedown.motion.kernels.named_state import inner
 
 ROUNDS = 25
 HALVINGS = 8  # of one step
+FAR = 1e18  # of a slip's change in forces, relative to ``close``: its round-off alone is larger than that
 DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method foresees
 
 
@@ -58,8 +59,8 @@ def factors(body, tableau, contact, i, direction):  # type: ignore[no-untyped-de
 
 
 @inner
-def newton_step(body, tableau, contact, F, direction, change, solver):  # type: ignore[no-untyped-def]
-    """The change (2n,) of the slips by one step of Newton's method; False where that is singular."""
+def newton_step(body, tableau, contact, F, direction, change, close, solver):  # type: ignore[no-untyped-def]
+    """The change (2n,) of the slips by one step of Newton's method; False where they are singular."""
     N, n = tableau.N, len(body.f)
     slipping = np.empty(n, dtype=np.int64)
     count = 0
@@ -98,7 +99,10 @@ def newton_step(body, tableau, contact, F, direction, change, solver):  # type: 
     if not solve_columns(solver, columns, right):
         return False
     for a in range(count):
-        change[2 * slipping[a]], change[2 * slipping[a] + 1] = right[2 * a], right[2 * a + 1]
+        i, x, y = slipping[a], right[2 * a], right[2 * a + 1]
+        if not body.tangential[i] * max(abs(x), abs(y)) <= FAR * close:
+            return False
+        change[2 * i], change[2 * i + 1] = x, y
     return True
 
 
@@ -134,7 +138,7 @@ def newton(body, tableau, contact, close, solver):  # type: ignore[no-untyped-de
     for step in range(ROUNDS):
         if largest <= close:
             return True, step
-        if not newton_step(body, tableau, contact, F, direction, change, solver):
+        if not newton_step(body, tableau, contact, F, direction, change, close, solver):
             return False, step
         move(tableau, change, moved)
         share, before = 1.0, total

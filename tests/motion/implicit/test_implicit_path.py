@@ -1,0 +1,141 @@
+"""A joint in space followed by implicit steps: cycles, order of the error, starts, ends that are no cycle."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, UsageError
+from shakedown.motion.contact_law import law_violation
+from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.implicit_path import ImplicitPath
+from shakedown.motion.method import Motion, walk
+
+
+def joint(n=4, m=24, seed=0, mean=3.0, **changes) -> Problem:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T + 3 * n * np.eye(3 * n)
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    given = {
+        "A": kappa[: 2 * n, : 2 * n], "B": kappa[2 * n :, : 2 * n], "C": kappa[2 * n :, 2 * n :],
+        "f": rng.uniform(0.2, 0.5, n),
+        "q_w": 2 * rng.normal(size=2 * n) * np.cos(t) + 2 * rng.normal(size=2 * n) * np.sin(t),
+        "p_w": mean + rng.normal(size=n) * np.cos(t) + rng.normal(size=n) * np.sin(2 * t),
+    }  # fmt: skip
+    return Problem(**(given | changes))
+
+
+@pytest.mark.parametrize("mean", [3.0, 0.3])
+def test_error_is_of_the_first_order(mean):
+    problem = joint(mean=mean)
+    ends = []
+    for parts in (16, 32, 64, 128):
+        motion = ImplicitPath(problem, 1.3, parts=parts)
+        found = walk(motion, 2)
+        assert motion.stop is None
+        ends.append(np.r_[found.end_slip[-1], found.dissipation])
+    apart = [np.abs(b - a).max() for a, b in pairwise(ends)]
+    assert apart[1] / apart[2] == pytest.approx(2.0, abs=0.25)
+    assert apart[0] / apart[1] == pytest.approx(2.0, abs=0.4)
+
+
+def test_what_a_cycle_did_is_what_its_load_steps_say():
+    problem = joint(mean=0.3)
+    motion: Motion = ImplicitPath(problem, 1.3)
+    first, second = motion.cycle(record=True), motion.cycle(record=True)
+    history = motion.history
+    assert history.v.shape == (2 * problem.m, 8)
+    before = np.vstack([np.zeros(8), history.v[:-1]])
+    slip = np.where(np.repeat(history.w > 0, 2, axis=1), 0.0, history.v - before)
+    closing = (history.w == 0) & (np.vstack([np.zeros(4), history.w[:-1]]) > 0)
+    assert closing.any()
+    still = ~closing.any(axis=0)
+    length = problem.law.size(slip)
+    np.testing.assert_allclose((first.slip + second.slip)[still], length.sum(axis=0)[still], rtol=1e-9)
+    held = np.where(np.repeat(closing, 2, axis=1), 0.0, slip)
+    assert law_violation(problem.f, history.q, history.p, history.w, held, motion.scale).max() < 1e-10
+    assert first.opened.any()
+    assert second.dissipation == pytest.approx(second.work.sum())
+    np.testing.assert_array_equal(second.end_slip, history.v[-1])
+
+
+def test_sweeps_alone_follow_the_same_path():
+    problem = joint(seed=2, mean=3.0)
+    one, other = (walk(ImplicitPath(problem, 1.3, sweeps_only=only), 2) for only in (False, True))
+    np.testing.assert_allclose(other.end_slip, one.end_slip, atol=1e-10)
+    np.testing.assert_allclose(other.dissipation, one.dissipation, rtol=1e-9)
+
+
+def test_loaded_in_one_direction_is_the_plane():
+    plane = shakedown.example("two-node")
+    A, B, q_w = np.zeros((4, 4)), np.zeros((2, 4)), np.zeros((plane.m, 4))
+    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
+    space = Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w)
+    one, other = walk(FixedSteps(plane, 0.9), 3), walk(ImplicitPath(space, 0.9), 3)
+    size = np.abs(one.end_slip).max()
+    np.testing.assert_allclose(other.end_slip[:, ::2], one.end_slip, atol=1e-11 * size)
+    np.testing.assert_allclose(other.slip, one.slip, atol=1e-11 * size)
+    np.testing.assert_allclose(other.dissipation, one.dissipation, rtol=1e-10)
+
+
+def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
+    problem = joint(mean=3.0)
+    motion = ImplicitPath(problem, 1.0, np.full(8, 2.0))
+    motion.cycle(record=True)
+    first = motion.history.rows(np.arange(1))
+    assert motion.problem.law.excess(problem.A @ np.full(8, 2.0) + problem.q_w[0], problem.p_w[0]).max() > 1
+    excess = problem.law.excess(first.q, np.where(first.w > 0, 0.0, first.p))
+    assert excess.max() < 1e-11 * motion.scale.force
+
+
+def test_a_motion_goes_on_from_another_state():
+    problem = joint(mean=0.3)
+    one, other = ImplicitPath(problem, 1.3, parts=3), ImplicitPath(problem, 1.3, parts=3)
+    one.cycle()
+    other.cycle()
+    other.cycle()
+    other.state = one.state
+    np.testing.assert_allclose(other.cycle().end_slip, one.cycle().end_slip, atol=1e-11)
+
+
+def test_transient_load_steps_come_first():
+    problem = joint()
+    pushed = replace(problem, q_transient=np.full((3, 8), 4.0), p_transient=np.full((3, 4), 3.0))
+    motion = ImplicitPath(pushed, 0.2)
+    assert len(motion.history) == 3
+    assert motion.history.cycle[0] == -3 / 24
+    assert np.abs(motion.start).max() == 0.0
+    assert np.abs(motion.state.u).max() > 0.0
+
+
+def test_what_cannot_be_followed_stops_with_a_reason():
+    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    loop = {"q_w": [[0.0] * 4, [1.0, 0.0] * 2], "p_w": np.ones((2, 2)), "q_mean": [0.0] * 4}
+    free = ImplicitPath(Problem(A=A, B=np.zeros((2, 4)), f=0.5, **loop), 1.0)
+    assert free.cycle() is None
+    assert free.stop.slides_away
+    assert free.stop.reason == "the body slides away at load step 1"
+    pulled = {"q_w": np.zeros((2, 4)), "p_w": [[1.0, 1.0], [1.0, -1.0]]}
+    held = ImplicitPath(Problem(A=np.eye(4), B=np.zeros((2, 4)), f=0.5, **pulled), 1.0)
+    assert held.cycle() is None
+    assert held.stop.reason == "node 1 lifts off at load step 1, and the problem has no C"
+    assert held.cycle() is None
+
+
+def test_the_plane_has_its_own():
+    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
+        ImplicitPath(shakedown.example("two-node"), 0.5)
+    with pytest.raises(UsageError, match="parts"):
+        ImplicitPath(joint(), 0.5, parts=0)
+
+
+def test_units_change_no_bit():
+    problem, force, length = joint(mean=0.3), 2.0**12, 2.0**-7
+    stiffness = {key: getattr(problem, key) * (force / length) for key in "ABC"}
+    other = replace(problem, **stiffness, q_w=force * problem.q_w, p_w=force * problem.p_w)
+    one, same = walk(ImplicitPath(problem, 1.3, parts=2), 2), walk(ImplicitPath(other, 1.3, parts=2), 2)
+    np.testing.assert_array_equal(length * one.end_slip, same.end_slip)
+    np.testing.assert_array_equal(force * length * one.dissipation, same.dissipation)
