@@ -1,4 +1,4 @@
-"""The README's figures, written from the stored results: ``python -m benchmarks.claims``."""
+"""The figures of the page of results, written from the stored results: ``python -m benchmarks.claims``."""
 
 import json
 import statistics
@@ -9,7 +9,7 @@ from benchmarks.calculix_contact import is_compared, verdict
 from benchmarks.runner import RESULTS
 from shakedown.files.atomic_write import atomic_write
 
-README = Path(__file__).parents[1] / "README.md"
+PAGE = Path(__file__).parents[1] / "docs" / "results.md"
 BEGIN, END = "<!-- figures: python -m benchmarks.claims -->\n", "<!-- end of figures -->"
 
 
@@ -265,20 +265,20 @@ def _stability() -> list[str]:
 
 
 def section() -> str:
-    """The README's section between its markers."""
+    """The section between the markers of the page."""
     return "\n".join(f"- {line}" for line in lines()) + "\n"
 
 
 def current() -> str:
-    """What the README says now."""
-    text = README.read_text()
+    """What the page says now."""
+    text = PAGE.read_text()
     return text[text.index(BEGIN) + len(BEGIN) : text.index(END)]
 
 
 def main() -> int:
-    text = README.read_text()
+    text = PAGE.read_text()
     head, tail = text[: text.index(BEGIN) + len(BEGIN)], text[text.index(END) :]
-    with atomic_write(README) as file:
+    with atomic_write(PAGE) as file:
         file.write((head + section() + tail).encode())
     return 0
 

@@ -17,6 +17,12 @@ hypothesis.settings.load_profile("shakedown")
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 
+def pytest_addoption(parser):
+    parser.addoption(
+        "--whole-site", action="store_true", help="also the code blocks of the site that take long"
+    )
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config):
     """All tests run on all cores; what is named on the command line, in this process unless ``-n`` is given."""

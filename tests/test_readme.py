@@ -52,5 +52,24 @@ def test_ci_calls_the_test_command_of_the_readme():
     assert "pytest" not in script
 
 
+def test_it_is_read_in_five_minutes():
+    assert len(README.split()) <= 1200
+
+
+def test_the_answer_is_the_one_on_the_front_page():
+    """Where it is run (tests/docs)."""
+    assert blocks("console")[0] in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+
+
+def test_windows_has_the_same_two_lines():
+    lines = blocks("bat")[0].splitlines()
+    posix = [
+        re.search(rf"<!-- {m} command -->\n```sh\n(.*?)\n```", README, re.DOTALL)[1] for m in ("run", "test")
+    ]
+    for windows, line in zip(lines, posix, strict=True):
+        words = line.replace("python3", "py").replace("/bin/", "/Scripts/").replace("'", '"')
+        assert windows.replace("\\", "/") == words
+
+
 def test_the_figures_are_those_of_the_stored_results():
     assert claims.current() == claims.section()

@@ -1,0 +1,29 @@
+"""
+All limits on one scale
+=======================
+
+Green is proved, red is impossible; between them the initial state decides.
+"""
+
+import shakedown
+
+joint = shakedown.example("two-node")
+found = shakedown.assess(joint)
+limits = found.details
+shakedown.plot.load_factor_scale(
+    {
+        "λ_1": limits.lower.load_factor,
+        "λ_E": limits.energy.load_factor,
+        "λ_box": found.proved_from_this_state,
+        "λ_max": limits.upper.load_factor,
+    },
+    bands={
+        "proved": (0.0, found.proved_from_this_state),
+        "impossible": (found.impossible_above, 1.2),
+    },
+)
+
+# %%
+# λ = 1, the load as given, lies where no slip helps.
+
+print(f"{found.proved_from_every_state:.4f} {found.proved_from_this_state:.4f} {found.impossible_above:.4f}")

@@ -1,0 +1,34 @@
+"""
+The safe region of two nodes
+============================
+
+Each node has two limits, so that two nodes have four rows in the plane of their slips. What lies within all four is
+safe: locked in, it stays. As the load factor grows the rows move inwards (thesis, figure 5.4).
+"""
+
+import matplotlib.pyplot as plt
+
+import shakedown
+
+problem = shakedown.Problem(
+    A=[[2.0, -1.0], [-1.0, 2.0]],
+    B=[[0.5, 0.0], [0.0, 0.5]],
+    f=0.5,
+    q_w=[[6.0, 2.0], [-2.0, -2.0]],
+    p_w=[[10.0, 10.0], [10.0, 10.0]],
+    units="N, µm",
+)
+witness = shakedown.lower_bound(problem).slip
+_, panels = plt.subplots(1, 2, figsize=(10, 4.6), layout="constrained")
+for load_factor, panel in zip((0.8, 1.16), panels, strict=True):
+    runs = {
+        "from slip zero": shakedown.simulate(problem, load_factor, (0.0, 0.0), record=True),
+        "from the witness": shakedown.simulate(problem, load_factor, witness, record=True),
+    }
+    shakedown.plot.slip_space(problem, load_factor, runs, ax=panel)
+    panel.set_title(f"λ = {load_factor}")
+
+# %%
+# At λ = 0.8 both motions end inside the region. At λ = 1.16, between λ_1 = 1.120 and λ_max = 1.226, the motion from the
+# witness is caught between two rows of node 0 that have crossed, and never ends
+# (:doc:`/tutorials/two-nodes` works this out by hand).

@@ -1,0 +1,147 @@
+"""The code blocks of a page of the documentation, run one after the other in a folder of its own.
+
+What is run: ``pycon`` (and ``python`` with prompts) as a doctest, other ``python`` as a script, ``sh`` and
+``console`` by their ``shakedown-bounds`` lines, ``toml`` is parsed. Names and files stay from block to block. Comments
+on the line before a block direct it:
+
+``<!-- file: NAME -->``  the block is what the reader saves as that file;
+``<!-- folder: MAKER -->``  at the head of a page: which files it takes for granted (``folders``);
+``<!-- missing: WHAT -->``  run up to the first command that says that a file is missing, which has to come: WHAT.
+``<!-- slow -->``  left to the build of the site.
+"""
+
+import doctest
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from contextlib import chdir, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from command import run
+
+BLOCK = re.compile(
+    r"(?:^<!-- (?P<mark>[a-z]+)(?:: (?P<value>[^\n]+))? -->\n)?^```(?P<language>[a-z]+)\n(?P<text>.*?)^```$",
+    re.M | re.S,
+)
+FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+OTHER_CODES = {"text"}  # shown output, and the decks of FE codes that are not at hand
+ELSEWHERE = (  # lines that the continuous integration runs, or that need another program
+    "python3 -m venv",
+    "py -m venv",
+    ".venv/bin/",
+    ".venv\\",
+    "bash .ci/",
+    "pip install",
+    "python -m benchmarks",
+    "ccx ",
+    "dask ",
+    "eval ",
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block and the comment before it."""
+
+    language: str
+    text: str
+    line: int
+    mark: str = ""
+    value: str = ""
+
+
+def blocks(page: Path) -> list[Block]:
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(
+            found["language"],
+            found["text"],
+            text.count("\n", 0, found.start("language")),
+            found["mark"] or "",
+            found["value"] or "",
+        )
+        for found in BLOCK.finditer(text)
+    ]
+
+
+class Page:
+    """What the blocks of one page share: a folder, and the names of its Python."""
+
+    def __init__(self, path: Path, folder: Path):
+        self.path, self.folder, self.names = path, folder, {"__name__": "__main__"}
+
+    def run(self, *, slow: bool) -> int:
+        """Run the blocks in their order; how many."""
+        chosen = [block for block in blocks(self.path) if slow or block.mark != "slow"]
+        with chdir(self.folder):
+            return sum(self._run(block) for block in chosen)
+
+    def _run(self, block: Block) -> bool:
+        where = f"{self.path.name}, line {block.line}"
+        if block.mark == "file":
+            Path(block.value).write_text(block.text, encoding="utf-8")
+        if block.language in ("python", "pycon"):
+            self._python(block, where)
+        elif block.language in ("sh", "console", "bat"):
+            self._shell(block, where)
+        elif block.language == "toml":
+            tomllib.loads(block.text)
+        else:
+            assert block.language in OTHER_CODES or block.mark == "file", (
+                f"{where}: who runs {block.language}?"
+            )
+            return False
+        return True
+
+    def _python(self, block: Block, where: str) -> None:
+        if ">>> " not in block.text:
+            exec(compile(block.text, where, "exec"), self.names)
+            return
+        test = doctest.DocTestParser().get_doctest(block.text, self.names, where, str(self.path), block.line)
+        told: list[str] = []
+        runner = doctest.DocTestRunner(optionflags=FLAGS)
+        failed = runner.run(test, out=told.append, clear_globs=False).failed
+        self.names.update(test.globs)
+        assert not failed, "".join(told)
+
+    def _shell(self, block: Block, where: str) -> None:
+        for line, expected in commands(block):
+            if line.startswith(ELSEWHERE):
+                continue
+            words = shlex.split(line, comments=True)
+            assert words[0] == "shakedown-bounds", f"{where}: who runs {line!r}?"
+            with cluster(words) as found:
+                code, out, err = run(*found[1:])
+            if block.mark == "missing" and "no such file" in err:
+                return
+            assert code == 0 or expected, f"{where}: {line}\n{err}"
+            if expected:
+                shown = (out + err).replace("\N{NO-BREAK SPACE}", " ")
+                assert doctest.OutputChecker().check_output(expected, shown, FLAGS), (
+                    f"{where}: {line}\n{shown}"
+                )
+        assert block.mark != "missing", f"{where}: nothing was missing"
+
+
+@contextmanager
+def cluster(words: list[str]) -> Iterator[list[str]]:
+    """The words of a command; where they name the scheduler of a cluster, there is one."""
+    if "--scheduler" not in words:
+        yield words
+        return
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as made:
+        place = words.index("--scheduler") + 1
+        yield [*words[:place], made.scheduler_address, *words[place + 1 :]]
+
+
+def commands(block: Block) -> list[tuple[str, str]]:
+    """The commands of a block, each with the output that is shown; none where it shows none."""
+    text = block.text.replace("\\\n", " ")
+    if block.language == "console":
+        parts = re.split(r"^\$ ", text, flags=re.M)[1:]
+        return [(line, output) for line, _, output in (part.partition("\n") for part in parts)]
+    return [(line, "") for line in text.splitlines() if line.strip() and not line.startswith("#")]
