@@ -8,6 +8,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 
 STEEP = 0.2  # sine of the angle between an axis and a normal below which the axis gives no tangent there
+FLAT = 1e-3  # by which unit normals of a flat patch may differ from their mean
 TIED = 1e-9  # axes that lie along the normals by as much, to round-off: the first of them is taken
 
 
@@ -60,6 +61,22 @@ def tangent_pairs(normals: FloatArray, tangent: ArrayLike | None = None) -> Floa
         )
     pairs = _completed(normals, towards)
     return pairs if given.ndim < 3 else _sided(pairs, given[:, 1])
+
+
+def patch_positions(places: FloatArray, normals: FloatArray, tangent: ArrayLike | None = None) -> FloatArray:
+    """Where nodes are on the plane of a flat patch, (n, 2), along its tangents; (n, 3) on a curved one.
+
+    Examples
+    --------
+    >>> places, up = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 3.0]]), np.array([[0.0, 0.0, 1.0]] * 2)
+    >>> patch_positions(places, up).tolist()
+    [[1.0, 2.0], [4.0, 5.0]]
+    """
+    mean = normals.mean(axis=0)
+    if (np.abs(normals - mean) > FLAT).any():
+        return places
+    towards = None if tangent is None else np.asarray(tangent, dtype=np.float64).reshape(-1, 3)[0]
+    return np.asarray(places @ tangent_pairs((mean / np.linalg.norm(mean))[None], towards)[0].T)
 
 
 def guided_pairs(normals: FloatArray, pairs: FloatArray, held: NDArray[np.bool_]) -> FloatArray:

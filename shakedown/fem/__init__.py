@@ -1,4 +1,4 @@
-"""Elastic bodies in contact from finite-element meshes (extra ``fem``).
+"""Elastic bodies in contact from finite-element meshes, plane or solid (extra ``fem``).
 
 A few lines from a mesh to a problem: an :class:`ElasticBody` with supports and
 loads on named boundaries, then :func:`contact_problem`.
@@ -24,17 +24,20 @@ How fine a mesh? Three things happen to the bounds as it is refined
 import shakedown.fem.extra  # noqa: F401  says what to install where it is missing
 from shakedown.fem.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.bolt import Bolt
 from shakedown.fem.classical import Hertz, cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.dovetail import dovetail
-from shakedown.fem.loads import BodyForce, Displacement, Load, Pressure, Traction
-from shakedown.fem.mesh import block_mesh, read_mesh
+from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
+from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
 
 __all__ = [
     "BodyForce",
+    "Bolt",
     "Displacement",
     "ElasticBody",
+    "Force",
     "Hertz",
     "Load",
     "Material",
@@ -43,6 +46,7 @@ __all__ = [
     "Traction",
     "WeldedCorner",
     "block_mesh",
+    "brick_mesh",
     "cantilevered_block",
     "contact_condensation",
     "contact_problem",

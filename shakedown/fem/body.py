@@ -1,4 +1,4 @@
-"""A linear elastic body in two dimensions."""
+"""A linear elastic body in two or three dimensions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,15 +10,22 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem import (
     Basis,
+    ElementHex1,
+    ElementHex2,
     ElementQuad1,
     ElementQuad2,
+    ElementTetP1,
+    ElementTetP2,
     ElementTriP1,
     ElementTriP2,
     ElementVector,
     FacetBasis,
     LinearForm,
     Mesh,
+    MeshHex,
     MeshQuad,
+    MeshTet,
+    MeshTri,
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -28,6 +35,21 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 
 IntArray = NDArray[np.intp]
+AXES = "xyz"
+ELEMENTS = {
+    MeshQuad: (ElementQuad1, ElementQuad2),
+    MeshTri: (ElementTriP1, ElementTriP2),
+    MeshHex: (ElementHex1, ElementHex2),
+    MeshTet: (ElementTetP1, ElementTetP2),
+}
+# Degree that is integrated exactly in solids: two and three points along each side of a hexahedron (those of
+# C3D8), and what the constant Jacobian of a tetrahedron needs. scikit-fem would take 64 points for 8.
+DEGREES = {MeshHex: (3, 5), MeshTet: (2, 3)}
+
+
+def kind_of(mesh: Mesh) -> type[Mesh]:
+    """Which kind of mesh it is, of those with :data:`ELEMENTS`."""
+    return next(kind for kind in ELEMENTS if isinstance(mesh, kind))
 
 
 @dataclass(frozen=True)
@@ -57,21 +79,26 @@ class Material:
             )
 
     def lame(self, plane: str) -> tuple[float, float]:
-        """Lamé parameters (λ, μ) of the plane problem [force/length²]."""
+        """Lamé parameters (λ, μ), of a plane problem or (as of plane strain) of a solid [force/length²]."""
         lam, mu = lame_parameters(self.young, self.poisson)
         return (lam, mu) if plane == "strain" else (2 * mu * lam / (lam + 2 * mu), mu)
 
 
 @dataclass(frozen=True)
 class Support:
-    """A boundary that cannot move in x, in y or in both."""
+    """A boundary that cannot move in x, in y, in z (of a solid), or in several of them."""
 
     boundary: str
     x: bool = True
     y: bool = True
+    z: bool = True
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError)
+
+    def holds(self, dimension: int) -> list[int]:
+        """The directions 1, 2, 3 that it holds of a body in two or three dimensions."""
+        return [k for k, held in enumerate((self.x, self.y, self.z)[:dimension], start=1) if held]
 
 
 class BodyLoad(Protocol):
@@ -91,22 +118,27 @@ class ElasticBody:
     Parameters
     ----------
     mesh
-        Triangles or quadrilaterals with named boundaries (and subdomains).
+        Triangles or quadrilaterals, tetrahedra or hexahedra with named boundaries (and subdomains).
     material
         One material, or a material for each named subdomain.
     supports, loads
         What holds the body and what acts on it, on named boundaries.
     plane
-        ``"strain"`` or ``"stress"``.
+        ``"strain"`` or ``"stress"``, of a plane body.
     thickness
-        Of the body [length].
+        Of a plane body [length].
     order
-        1 (bilinear, linear) or 2 (biquadratic, quadratic) elements.
+        1 (bilinear, linear) or 2 (biquadratic, quadratic) elements. In contact take 1: quadratic faces of
+        solids give their corners no or little share of a pressure.
+    rigid
+        Boundaries that move as rigid bodies: a bolt's head, a clamp, a patch that a load acts on.
+        They have no nodes in common with each other, the supports or the contact.
 
     Raises
     ------
     ProblemError
-        If a boundary or subdomain is not in the mesh, or some elements have no material.
+        If a boundary or subdomain is not in the mesh, its elements are of another kind, some have no
+        material, or a solid has a thickness.
 
     Examples
     --------
@@ -123,6 +155,7 @@ class ElasticBody:
     plane: Literal["strain", "stress"] = "strain"
     thickness: float = 1.0
     order: int = 1
+    rigid: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         check_fields(self, ProblemError)
@@ -132,21 +165,32 @@ class ElasticBody:
             raise ProblemError(f"order: expected 1 or 2, found {self.order}")
         if not self.thickness > 0:
             raise ProblemError(f"thickness: expected > 0, found {self.thickness}")
+        if not isinstance(self.mesh, tuple(ELEMENTS)):
+            known = ", ".join(kind.__name__ for kind in ELEMENTS)
+            raise ProblemError(f"mesh: expected one of {known}, found {type(self.mesh).__name__}")
+        if self.dimension == 3 and (self.plane != "strain" or self.thickness != 1.0):
+            raise ProblemError("plane, thickness: expected of a plane body only, found a solid one")
+        for name in self.rigid:
+            self.facets(name)
         for support in self.supports:
             self.facets(support.boundary)
         self._parts()
 
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return int(self.mesh.dim())
+
     @cached_property
     def basis(self) -> Basis:
         """scikit-fem's basis of the displacements."""
-        return Basis(self.mesh, self.element)
+        degrees = DEGREES.get(kind_of(self.mesh))
+        return Basis(self.mesh, self.element, intorder=degrees and degrees[self.order - 1])
 
     @cached_property
     def element(self) -> ElementVector:
         """scikit-fem's vector element."""
-        quads = (ElementQuad1, ElementQuad2)
-        triangles = (ElementTriP1, ElementTriP2)
-        return ElementVector((quads if isinstance(self.mesh, MeshQuad) else triangles)[self.order - 1]())
+        return ElementVector(ELEMENTS[kind_of(self.mesh)][self.order - 1]())
 
     @cached_property
     def stiffness(self) -> sparse.csr_array:
@@ -159,17 +203,17 @@ class ElasticBody:
 
     @cached_property
     def dofs(self) -> IntArray:
-        """Node label and direction (1, 2) of every row, (N, 2).
+        """Node label and direction (1, 2 or 1, 2, 3) of every row, (N, 2).
 
         Vertices carry their own number; with second-order elements mid-side
-        nodes follow in the order of the facets, centres in the order of the elements.
+        nodes follow in the order of the edges, then of the facets, centres in the order of the elements.
         """
         table = np.zeros((self.basis.N, 2), dtype=np.intp)
-        first = 0
-        for rows in (self.basis.nodal_dofs, self.basis.facet_dofs, self.basis.interior_dofs):
+        first, basis = 0, self.basis
+        for rows in (basis.nodal_dofs, basis.edge_dofs, basis.facet_dofs, basis.interior_dofs):
             if rows is None or len(rows) == 0:
                 continue
-            for direction in (0, 1):
+            for direction in range(self.dimension):
                 table[rows[direction]] = np.column_stack(
                     [first + np.arange(rows.shape[1]), np.full(rows.shape[1], direction + 1)]
                 )
@@ -189,7 +233,7 @@ class ElasticBody:
         return FacetBasis(self.mesh, self.element, facets=self.facets(boundary))
 
     def rows_on(self, boundary: str, direction: int) -> IntArray:
-        """Rows of K of all nodes on a named boundary in one direction (1, 2)."""
+        """Rows of K of all nodes on a named boundary in one direction (1, 2, 3)."""
         rows = self.basis.get_dofs(self.facets(boundary)).flatten()
         return np.sort(rows[self.dofs[rows, 1] == direction])
 
@@ -198,22 +242,24 @@ class ElasticBody:
         rows = [np.zeros(0, dtype=np.intp)]
         for held in (*self.supports, *(load.support() for load in self.loads)):
             if held is not None:
-                for direction, holds in ((1, held.x), (2, held.y)):
-                    rows += [self.rows_on(held.boundary, direction)] if holds else []
+                rows += [self.rows_on(held.boundary, direction) for direction in held.holds(self.dimension)]
         return np.unique(np.concatenate(rows))
 
     def normals_on(self, boundary: str) -> tuple[IntArray, FloatArray]:
         """Nodes of a named boundary in order along it, and unit normals into the body, (n,), (n, 2).
 
-        Where two facets meet the normal is the mean of theirs, weighted by length.
+        Where two facets meet the normal is the mean of theirs, weighted by length. Of a solid the nodes
+        have the order of their numbers, the normals are (n, 3) and weighted by area.
         """
         basis = self.facet_basis(boundary)
-        outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, 2))
+        outward, weight = np.asarray(basis.normals), np.zeros((self.basis.N, self.dimension))
         for k, facet in enumerate(self.facets(boundary)):
             rows = self.basis.get_dofs(np.array([facet])).flatten()
             weight[rows] -= (outward[:, k, :] * basis.dx[k]).sum(axis=1)
         rows = self.rows_on(boundary, 1)
         normals = weight[rows] / np.linalg.norm(weight[rows], axis=1)[:, None]
+        if self.dimension == 3:
+            return self.dofs[rows, 0], normals
         mean = weight[rows].sum(axis=0)
         place = self.basis.doflocs[:, rows].T @ np.array([mean[1], -mean[0]])
         order = np.argsort(place)
@@ -227,9 +273,13 @@ class ElasticBody:
         of_node[self.dofs[rows, 0]] = form[rows]
         return np.asarray(self.thickness * of_node[nodes])
 
+    def extent_of(self, boundary: str) -> float:
+        """Length of a named boundary [length], of a solid body its area [length²]."""
+        return float(np.asarray(self.facet_basis(boundary).dx).sum())
+
     def positions(self, nodes: IntArray) -> FloatArray:
-        """Coordinates of nodes by label, (n, 2) [length]."""
-        place = np.zeros((self.dofs[:, 0].max() + 1, 2))
+        """Coordinates of nodes by label, (n, 2) or (n, 3) [length]."""
+        place = np.zeros((self.dofs[:, 0].max() + 1, self.dimension))
         place[self.dofs[:, 0]] = self.basis.doflocs.T
         return place[nodes]
 

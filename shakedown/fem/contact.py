@@ -1,6 +1,6 @@
 """From one or two elastic bodies to a problem in slip and gap."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,8 +10,13 @@ from scipy.spatial import KDTree
 
 from shakedown.condensation.condense import Condensation, condensed_stiffness
 from shakedown.condensation.contact_frame import node_names
+from shakedown.condensation.load_case import LoadCase
+from shakedown.condensation.tangent_pairs import patch_positions
 from shakedown.fem.body import ElasticBody, IntArray
+from shakedown.fem.bolt import Bolt
+from shakedown.fem.loads import sampled
 from shakedown.fem.origin import Contact, origin_text
+from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
@@ -26,6 +31,8 @@ def contact_problem(
     f: ArrayLike,
     *,
     against: tuple[ElasticBody, str] | None = None,
+    bolts: Sequence[Bolt] = (),
+    tangent: ArrayLike | None = None,
     gap: ArrayLike | Callable[[FloatArray], ArrayLike] = 0.0,
     steps: int | None = None,
     name: str = "",
@@ -33,10 +40,10 @@ def contact_problem(
 ) -> Problem:
     """The problem of a body on a rigid obstacle, or on a second body.
 
-    The contact may be inclined: normals are those of the body's boundary. All
-    reactions are nodal forces; over ``node_area`` they are tractions. Labels are the
-    numbers of the nodes in the meshes of the bodies. ``source`` tells, as JSON, the
-    materials, meshes, supports and loads.
+    Plane bodies have one direction of slip, solid ones two. The contact may be inclined: normals are
+    those of the body's boundary. All reactions are nodal forces; over ``node_area`` they are
+    tractions. Labels are the numbers of the nodes in the meshes of the bodies. ``source`` tells, as
+    JSON, the materials, meshes, supports and loads.
 
     Parameters
     ----------
@@ -50,7 +57,12 @@ def contact_problem(
         Friction coefficient(s), along the boundary in the direction of slip [–].
     against
         The second body and its contact boundary, with matching nodes.
-    gap : (), (n,) or a function of the nodes' coordinates (2, n), optional
+    bolts
+        What pulls the bodies together.
+    tangent : (3,) or (n, 3), optional
+        Of solid bodies the direction towards which the first tangent leads
+        (:func:`~shakedown.condensation.tangent_pairs.tangent_pairs`).
+    gap : (), (n,) or a function of the nodes' coordinates (2, n) or (3, n), optional
         Initial gap between the bodies [length]; negative is interference.
     steps
         Number of load steps m at which time functions are sampled.
@@ -72,26 +84,24 @@ def contact_problem(
     >>> contact_problem(body, "bottom", 0.5, steps=8).q_w.shape
     (8, 5)
     """
-    joint = _assembled(body, boundary, against)
-    cases = [
-        load.case(b, steps, slice(start, start + b.basis.N), joint.size)
-        for b, start in zip(joint.bodies, joint.starts, strict=True)
-        for load in b.loads
-    ]
+    joint = _assembled(body, boundary, against, bolts, tangent)
+    cases = joint.cases(steps)
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
-    bare = joint.reduced.problem(cases, f, x=_along(joint.place), name=name, units=units)
     frame = joint.reduced.frame
+    plane = frame.directions == 1
+    x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
+    bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
     made = replace(
         bare,
         label=node_names(joint.numbers),
         coordinates=_in_space(joint.place),
         normal=_in_space(frame.normals),
-        tangent=_in_space(frame.tangents),
+        tangent=_in_space(frame.tangents) if plane else None,
         node_area=body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]),
         load_names=tuple(case.name for case in cases),
         source=origin_text(
-            [(body, boundary), *([] if against is None else [against])], Contact(f, gap, steps)
+            [(body, boundary), *([] if against is None else [against])], Contact(f, gap, steps, bolts)
         ),
     )
     initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)
@@ -100,10 +110,15 @@ def contact_problem(
 
 @checked
 def contact_condensation(
-    body: ElasticBody, boundary: str, *, against: tuple[ElasticBody, str] | None = None
+    body: ElasticBody,
+    boundary: str,
+    *,
+    against: tuple[ElasticBody, str] | None = None,
+    bolts: Sequence[Bolt] = (),
+    tangent: ArrayLike | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _assembled(body, boundary, against).reduced
+    return _assembled(body, boundary, against, bolts, tangent).reduced
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,37 +131,73 @@ class _Joint:
     bodies: tuple[ElasticBody, ...]
     starts: tuple[int, ...]
     size: int
+    bolts: tuple[tuple[Bolt, FloatArray], ...]  # each with its shortening e
+    ties: sparse.csr_array | None  # u = T u', where boundaries move as rigid bodies
     place: FloatArray
     numbers: IntArray
     reduced: Condensation
 
+    def cases(self, steps: int | None) -> list[LoadCase]:
+        """The load cases of all bodies, then the preloads."""
+        found = [
+            load.case(b, steps, slice(start, start + b.basis.N), self.size)
+            for b, start in zip(self.bodies, self.starts, strict=True)
+            for load in b.loads
+        ]
+        for bolt, shortening in self.bolts:
+            if bolt.preload:
+                history = sampled(bolt.history, steps, "Bolt")
+                found.append(LoadCase(history=history, force=bolt.preload * shortening, name="bolt"))
+        return found if self.ties is None else [_reduced(case, self.ties) for case in found]
 
-def _assembled(body: ElasticBody, boundary: str, against: tuple[ElasticBody, str] | None) -> _Joint:
+
+def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
+    """A load case on the displacements that rigid boundaries leave."""
+    parts = {key: getattr(case, key) for key in ("force", "displacement")}
+    return replace(case, **{key: ties.T @ part for key, part in parts.items() if part is not None})
+
+
+def _assembled(
+    body: ElasticBody,
+    boundary: str,
+    against: tuple[ElasticBody, str] | None,
+    bolts: Sequence[Bolt],
+    tangent: ArrayLike | None,
+) -> _Joint:
     nodes, normals = body.normals_on(boundary)
     kept = _not_held(body, nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
     place = body.positions(nodes)
     bodies, contact, numbers, dofs = [body], nodes, nodes, body.dofs
     if against is not None:
-        other, shift = against[0], np.array([body.dofs[:, 0].max() + 1, 0])
+        other, shift = against[0], np.array([body.dofs[:, 0].max() + 1 + len(body.rigid), 0])
+        if other.dimension != body.dimension:
+            raise ProblemError("contact: expected two plane bodies or two solid ones, found one of each")
         bodies.append(other)
         numbers = np.column_stack([nodes, _matching(place, *against)])
         contact = numbers + shift[::-1]
         dofs = np.vstack([body.dofs, other.dofs + shift])
     *starts, size = np.cumsum([0, *(b.basis.N for b in bodies)])
-    reduced = condensed_stiffness(
-        sparse.block_diag([b.stiffness for b in bodies], format="csr"),
-        dofs,
-        contact[kept],
-        normals[kept],
-        fixed=np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)]),
-    )
-    return _Joint(tuple(bodies), tuple(starts), size, place[kept], numbers[kept], reduced)
+    K = sparse.block_diag([b.stiffness for b in bodies], format="csr")
+    pulled = tuple((bolt, bolt.shortening(tuple(bodies), tuple(starts), size)) for bolt in bolts)
+    for bolt, shortening in pulled:
+        if bolt.stiffness:
+            e = sparse.csr_array(shortening[None])
+            K = K + bolt.stiffness * (e.T @ e)
+    fixed = np.concatenate([b.held_rows() + start for b, start in zip(bodies, starts, strict=True)])
+    ties = None
+    if any(b.rigid for b in bodies):
+        of_bodies = [tied(b, own) for b, own in zip(bodies, numbers.reshape(len(nodes), -1).T, strict=True)]
+        ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
+        dofs = np.vstack([own + (shift if k else 0) for k, (_, own) in enumerate(of_bodies)])
+        K, fixed = ties.T @ K @ ties, np.flatnonzero(ties.T @ np.isin(np.arange(size), fixed))
+    reduced = condensed_stiffness(K, dofs, contact[kept], normals[kept], fixed=fixed, tangent=tangent)
+    return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, place[kept], numbers[kept], reduced)
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:
-    """Vectors of the plane, (n, 2), as vectors (n, 3)."""
-    return np.column_stack([vectors, np.zeros(len(vectors))])
+    """Vectors of the plane, (n, 2), as vectors (n, 3); those of space as they are."""
+    return vectors if vectors.shape[1] == 3 else np.column_stack([vectors, np.zeros(len(vectors))])
 
 
 def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray) -> FloatArray:
@@ -157,7 +208,7 @@ def _in_symmetry_planes(body: ElasticBody, nodes: IntArray, normals: FloatArray)
     """
     held = body.dofs[body.held_rows()]
     inside = normals.copy()
-    for direction in (1, 2):
+    for direction in range(1, body.dimension + 1):
         inside[np.isin(nodes, held[held[:, 1] == direction, 0]), direction - 1] = 0.0
     length = np.linalg.norm(inside, axis=1)
     keep = length < np.cos(np.pi / 8)  # held along the normal, not across it
@@ -182,7 +233,7 @@ def _not_held(body: ElasticBody, nodes: IntArray) -> IntArray:
     """Contact nodes that can move at all."""
     held = body.dofs[body.held_rows(), 0]
     labels, count = np.unique(held, return_counts=True)
-    kept = np.flatnonzero(~np.isin(nodes, labels[count == 2]))
+    kept = np.flatnonzero(~np.isin(nodes, labels[count == body.dimension]))
     if kept.size == 0:
         raise ProblemError("contact: expected contact nodes that can move, found all of them held")
     return kept

@@ -50,11 +50,7 @@ class Load(ABC):
 
     def sampled(self, steps: int | None) -> ArrayLike | None:
         """The factor at the load steps, if there is a history; ``steps`` is needed where it is a function."""
-        if not callable(self.history):
-            return self.history
-        if steps is None:
-            raise ProblemError(f"{type(self).__name__}: steps: needed to sample a time function, found none")
-        return self.history(np.arange(steps) / steps)
+        return sampled(self.history, steps, type(self).__name__)
 
     def case(self, body: ElasticBody, steps: int | None, rows: slice, size: int) -> LoadCase:
         """The load case in a model of ``size`` rows where the body has ``rows``."""
@@ -86,29 +82,46 @@ class Pressure(Load):
 
 @dataclass(frozen=True, eq=False)
 class Traction(Load):
-    """Traction (x, y) on a boundary [force/length²]."""
+    """Traction (x, y[, z]) on a boundary [force/length²]."""
 
     boundary: str
-    value: tuple[Field, Field] = (0.0, 0.0)
+    value: tuple[Field, ...] = (0.0, 0.0)
 
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
         """Consistent nodal forces."""
+        _check_components("Traction", self.value, body)
         form = LinearForm(lambda v, w: sum(_field(t, w.x) * v[a] for a, t in enumerate(self.value)))
         return _assembled(form, body, self.boundary)
 
 
 @dataclass(frozen=True, eq=False)
-class BodyForce(Load):
-    """Body force (x, y) [force/length³], on the whole body or on one subdomain."""
+class Force(Load):
+    """Force (x, y[, z]) in all, spread evenly over a boundary [force]."""
 
-    value: tuple[float, float] = (0.0, 0.0)
+    boundary: str
+    value: tuple[float, ...] = (0.0, 0.0)
+
+    def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
+        """Consistent nodal forces of an even traction."""
+        _check_components("Force", self.value, body)
+        form = LinearForm(lambda v, w: sum(t * v[a] for a, t in enumerate(self.value)))
+        force = form.assemble(body.facet_basis(self.boundary)) / body.extent_of(self.boundary)
+        return np.asarray(force), np.zeros(body.basis.N)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyForce(Load):
+    """Body force (x, y[, z]) [force/length³], on the whole body or on one subdomain."""
+
+    value: tuple[float, ...] = (0.0, 0.0)
     subdomain: str | None = None
 
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
         """Consistent nodal forces."""
         if self.subdomain is not None and self.subdomain not in (body.mesh.subdomains or {}):
             raise ProblemError(f"subdomain '{self.subdomain}': not in the mesh")
-        form = LinearForm(lambda v, w: self.value[0] * v[0] + self.value[1] * v[1])
+        _check_components("BodyForce", self.value, body)
+        form = LinearForm(lambda v, w: sum(value * v[a] for a, value in enumerate(self.value)))
         basis = body.basis if self.subdomain is None else body.basis.with_elements(self.subdomain)
         return body.thickness * form.assemble(basis), np.zeros(body.basis.N)
 
@@ -120,11 +133,15 @@ class Displacement(Load):
     boundary: str
     x: Field | None = None
     y: Field | None = None
+    z: Field | None = None
 
     def nodal(self, body: ElasticBody) -> tuple[FloatArray, FloatArray]:
         """The prescribed values at the nodes of the boundary."""
         displacement = np.zeros(body.basis.N)
-        for direction, value in ((1, self.x), (2, self.y)):
+        given = (self.x, self.y, self.z)
+        if self.z is not None and body.dimension == 2:
+            raise ProblemError("Displacement: expected z of a solid only, found a plane body")
+        for direction, value in enumerate(given[: body.dimension], start=1):
             if value is not None:
                 rows = body.rows_on(self.boundary, direction)
                 displacement[rows] = _field(value, body.basis.doflocs[:, rows])
@@ -132,7 +149,23 @@ class Displacement(Load):
 
     def support(self) -> Support:
         """The directions that are prescribed."""
-        return Support(self.boundary, self.x is not None, self.y is not None)
+        return Support(self.boundary, self.x is not None, self.y is not None, self.z is not None)
+
+
+def sampled(history: History | None, steps: int | None, what: str) -> ArrayLike | None:
+    """A time function at t = k/m, in periods; what is none as it is."""
+    if not callable(history):
+        return history
+    if steps is None:
+        raise ProblemError(f"{what}: steps: needed to sample a time function, found none")
+    return history(np.arange(steps) / steps)
+
+
+def _check_components(kind: str, value: tuple[object, ...], body: ElasticBody) -> None:
+    if len(value) != body.dimension:
+        raise ProblemError(
+            f"{kind}: expected one component for each of {body.dimension} directions, found {len(value)}"
+        )
 
 
 def _field(value: Field, x: FloatArray) -> FloatArray | float:

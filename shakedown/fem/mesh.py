@@ -1,20 +1,39 @@
-"""Meshes with named boundaries: rectangular blocks, and whatever meshio reads."""
+"""Meshes with named boundaries: rectangular blocks and bricks, and whatever meshio reads."""
 
 import io
 import os
 import re
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from skfem import Mesh, MeshQuad, MeshTri
+from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
 from shakedown.fem.origin import remember_file
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
+
+
+class Kind(NamedTuple):
+    """A cell of meshio as scikit-fem has it: mesh, order of the corners, what its facets are called."""
+
+    mesh: type[Mesh]
+    order: list[int]
+    facet: str
+    solid: bool
+
+
+CORNERS = {"line": 2, "triangle": 3, "quad": 4}
+KINDS = {  # solids first: of these the others are boundaries
+    "hexahedron": Kind(MeshHex, [0, 4, 3, 1, 7, 5, 2, 6], "quad", True),
+    "tetra": Kind(MeshTet, [0, 1, 2, 3], "triangle", True),
+    "triangle": Kind(MeshTri, [0, 1, 2], "line", False),
+    "quad": Kind(MeshQuad, [0, 1, 2, 3], "line", False),
+}
 
 
 @checked
@@ -67,9 +86,62 @@ def block_mesh(
 
 
 @checked
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """A two-dimensional mesh from a file that meshio reads, with its named sets.
+def brick_mesh(
+    sides: tuple[float, float, float],
+    elements: tuple[int, int, int],
+    *,
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    tetrahedra: bool = False,
+) -> Mesh:
+    """A rectangular brick of hexahedra with boundaries left, right (x), front, back (y), bottom and top (z).
 
+    Parameters
+    ----------
+    sides
+        Along x, y and z [length].
+    elements
+        How many along each.
+    origin
+        Where the corner of the smallest x, y and z is [length].
+    tetrahedra
+        Six tetrahedra instead of each hexahedron.
+
+    Examples
+    --------
+    >>> mesh = brick_mesh((4.0, 2.0, 1.0), (4, 2, 1))
+    >>> int(mesh.nvertices), sorted(mesh.boundaries)
+    (30, ['back', 'bottom', 'front', 'left', 'right', 'top'])
+    """
+    if min(elements) < 1 or not min(sides) > 0:
+        raise ProblemError(
+            "brick_mesh: expected positive sides and at least one element along each, found "
+            f"{' x '.join(map(str, sides))}, {' x '.join(map(str, elements))}"
+        )
+    points = [
+        start + np.linspace(0, side, count + 1)
+        for start, side, count in zip(origin, sides, elements, strict=True)
+    ]
+    mesh = MeshHex.init_tensor(*points)
+    if tetrahedra:
+        mesh = mesh.to_meshtet()
+    names = (("left", "right"), ("front", "back"), ("bottom", "top"))
+    where = {
+        name: partial(_at, axis, points[axis][end], 1e-9 * sides[axis])
+        for axis, pair in enumerate(names)
+        for name, end in zip(pair, (0, -1), strict=True)
+    }
+    return mesh.with_boundaries(where)
+
+
+def _at(axis: int, place: float, reach: float, p: FloatArray) -> FloatArray:
+    return np.abs(p[axis] - place) <= reach
+
+
+@checked
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """A plane or solid mesh from a file that meshio reads, with its named sets.
+
+    A file with tetrahedra or hexahedra is a solid; its triangles and quadrilaterals are boundaries.
     Gmsh physical groups and cell sets become boundaries and subdomains; a node
     set (Abaqus, CalculiX) becomes the boundary of all facets whose nodes it holds.
     A problem made with the mesh tells the file's name and SHA-256, unless the mesh is
@@ -83,20 +155,21 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     Raises
     ------
     ProblemError
-        If the file cannot be read, or holds no first-order triangles or
-        quadrilaterals in one plane.
+        If the file cannot be read, or holds no first-order tetrahedra or hexahedra, nor
+        triangles or quadrilaterals in one plane.
     """
     name = os.fspath(path)
     raw = _raw(Path(path), name)
-    points = _plane_points(name, raw.points)
-    kinds = {"triangle": MeshTri, "quad": MeshQuad}
-    found = [kind for kind in kinds if any(block.type == kind for block in raw.cells)]
+    there = {block.type for block in raw.cells}
+    solids = [kind for kind in KINDS if kind in there and KINDS[kind].solid]
+    found = solids or [kind for kind in KINDS if kind in there]
     if len(found) != 1:
         raise ProblemError(
-            f"{name}: expected first-order triangles or quadrilaterals, "
-            f"found {', '.join(sorted({b.type for b in raw.cells})) or 'no cells'}"
+            f"{name}: expected first-order tetrahedra, hexahedra, triangles or quadrilaterals, "
+            f"found {', '.join(sorted(there)) or 'no cells'}"
         )
-    return remember_file(_named(raw, kinds[found[0]], found[0], points), path)
+    points = np.ascontiguousarray(raw.points.T) if solids else _plane_points(name, raw.points)
+    return remember_file(_named(raw, found[0], points), path)
 
 
 def _raw(path: Path, name: str) -> Any:
@@ -124,9 +197,10 @@ def _plane_points(name: str, points: FloatArray) -> FloatArray:
     return np.ascontiguousarray(points[:, :2].T)
 
 
-def _named(raw: Any, mesh_class: type, kind: str, points: FloatArray) -> Mesh:
+def _named(raw: Any, kind: str, points: FloatArray) -> Mesh:
     """Build the mesh without the nodes that no cell uses, and translate its sets."""
-    cells = np.vstack([block.data for block in raw.cells if block.type == kind]).T
+    mesh_class, order = KINDS[kind].mesh, KINDS[kind].order
+    cells = np.vstack([block.data for block in raw.cells if block.type == kind]).T[order]
     used, flat = np.unique(cells, return_inverse=True)
     number = np.full(points.shape[1], -1)
     number[used] = np.arange(len(used))
@@ -154,13 +228,14 @@ def _cell_sets(raw: Any) -> dict[str, list[Any]]:
 
 
 def _members(raw: Any, kind: str, parts: list[Any]) -> tuple[Any, Any]:
-    cells, lines, offset = [np.zeros(0, int)], [np.zeros((0, 2), int)], 0
+    facet = KINDS[kind].facet
+    cells, lines, offset = [np.zeros(0, int)], [np.zeros((0, CORNERS[facet]), int)], 0
     for block, part in zip(raw.cells, parts, strict=True):
         chosen = np.zeros(0, int) if part is None else np.asarray(part, dtype=int)
         if block.type == kind:
             cells.append(chosen + offset)
             offset += len(block.data)
-        elif block.type == "line":
+        elif block.type == facet:
             lines.append(block.data[chosen])
     return np.concatenate(cells), np.concatenate(lines)
 
@@ -172,7 +247,7 @@ def _facets(mesh: Mesh, nodes: Any) -> Any:
 
 
 def _facets_of(mesh: Mesh, lines: Any) -> Any:
-    """Facets that coincide with line cells."""
+    """Facets that coincide with cells of one dimension less."""
     wanted = {tuple(sorted(line)) for line in lines.tolist()}
     return np.array(
         [k for k, ends in enumerate(mesh.facets.T.tolist()) if tuple(sorted(ends)) in wanted], int

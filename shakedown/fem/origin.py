@@ -11,25 +11,31 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from skfem import Mesh, MeshQuad
+from skfem import Mesh, MeshHex, MeshQuad, MeshTet, MeshTri
 
-from shakedown.fem.body import BodyLoad, ElasticBody, Material, Support
+from shakedown.fem.body import AXES, BodyLoad, ElasticBody, Material, Support, kind_of
 from shakedown.ground.float_array import FloatArray
 
 MADE_BY = "shakedown.fem.contact_problem"
 FILE = "read_from"  # of a mesh: name and SHA-256 of the file that it was read from
-KINDS = {True: ("bilinear", "biquadratic", "quadrilaterals"), False: ("linear", "quadratic", "triangles")}
+KINDS = {
+    MeshQuad: ("bilinear", "biquadratic", "quadrilaterals"),
+    MeshTri: ("linear", "quadratic", "triangles"),
+    MeshHex: ("trilinear", "triquadratic", "hexahedra"),
+    MeshTet: ("linear", "quadratic", "tetrahedra"),
+}
 SHORT = 4  # numbers up to which a list is told whole
 
 Entry = dict[str, Any]  # of a JSON object
 
 
 class Contact(NamedTuple):
-    """What was asked of the contact: friction, initial gap, load steps."""
+    """What was asked of the contact: friction, initial gap, load steps, bolts."""
 
     f: ArrayLike
     gap: object
     steps: int | None
+    bolts: Sequence[object] = ()
 
 
 def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
@@ -66,6 +72,7 @@ def origin_text(bodies: Sequence[tuple[ElasticBody, str]], contact: Contact) -> 
         "friction": _told(contact.f),
         "steps": contact.steps,
         "gap": _told(gap),
+        "bolts": [_fields(bolt) for bolt in contact.bolts],
         "bodies": [_body(body, boundary, contact.steps) for body, boundary in bodies],
         "files": files,
     }
@@ -81,48 +88,52 @@ def _version() -> str:
 
 def _body(body: ElasticBody, boundary: str, steps: int | None) -> Entry:
     parts = {"whole body": body.material} if isinstance(body.material, Material) else body.material
+    plane = {"plane": body.plane, "thickness": float(body.thickness)} if body.dimension == 2 else {}
+    rigid = {"rigid": list(body.rigid)} if body.rigid else {}
     return {
         "contact": boundary,
-        "plane": body.plane,
-        "thickness": float(body.thickness),
+        **plane,
+        **rigid,
         "materials": {
             name: {"young": float(material.young), "poisson": float(material.poisson)}
             for name, material in parts.items()
         },
         "mesh": _mesh(body),
-        "supports": [_support(support) for support in body.supports],
+        "supports": [_support(support, body.dimension) for support in body.supports],
         "loads": [_load(load, steps) for load in body.loads],
     }
 
 
 def _mesh(body: ElasticBody) -> Entry:
     mesh = body.mesh
-    *orders, shape = KINDS[isinstance(mesh, MeshQuad)]
+    *orders, shape = KINDS[kind_of(mesh)]
     low, high = mesh.p.min(axis=1).tolist(), mesh.p.max(axis=1).tolist()
     return {
         "elements": int(mesh.nelements),
         "nodes": int(body.dofs[:, 0].max()) + 1,
         "type": f"{orders[body.order - 1]} {shape}",
-        "x": [low[0], high[0]],
-        "y": [low[1], high[1]],
+        **{axis: [low[k], high[k]] for k, axis in enumerate(AXES[: body.dimension])},
     }
 
 
-def _support(support: Support) -> Entry:
-    held = [name for name, holds in (("x", support.x), ("y", support.y)) if holds]
-    return {"boundary": support.boundary, "holds": held}
+def _support(support: Support, dimension: int) -> Entry:
+    return {"boundary": support.boundary, "holds": [AXES[k - 1] for k in support.holds(dimension)]}
 
 
 def _load(load: BodyLoad, steps: int | None) -> Entry:
     """Kind of a load, and whatever was given for it."""
-    names: list[str] = [field.name for field in fields(load)] if is_dataclass(load) else []
-    given = {name: getattr(load, name) for name in names}
-    told = {name: _told(value) for name, value in given.items() if value is not None}
-    history = given.get("history")
+    told, history = _fields(load), getattr(load, "history", None)
     if callable(history) and steps is not None:
         values = np.asarray(history(np.arange(steps) / steps), dtype=float)
         told["history"] = f"a function of time, {_range(values)} at {steps} load steps"
     return {"kind": type(load).__name__, **told}
+
+
+def _fields(thing: object) -> Entry:
+    """What was given for the fields of a dataclass."""
+    names: list[str] = [field.name for field in fields(thing)] if is_dataclass(thing) else []
+    given = {name: getattr(thing, name) for name in names}
+    return {name: _told(value) for name, value in given.items() if value is not None}
 
 
 def _told(value: Any) -> Any:

@@ -324,7 +324,11 @@ def test_nastran_meshes_are_read(tmp_path):
         ("absent.msh", None, "cannot be read"),
         ("prose.xyz", "hello", "cannot be read as a mesh"),
         ("broken.msh", "$MeshFormat\n9.9 0 8\n", "cannot be read|meshio reads"),
-        ("solid.inp", "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n", "plane"),
+        (
+            "bent.inp",
+            "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,1,1,1\n*ELEMENT,TYPE=CPS3\n1,1,2,3\n2,2,3,4\n",
+            "plane",
+        ),
         ("unknown.inp", "*NODE\n1,0,0\n2,1,0\n*ELEMENT,TYPE=XYZ9\n1,1,2\n", "not available: XYZ9"),
         ("line.inp", "*NODE\n1,0,0,0\n2,1,0,0\n*ELEMENT,TYPE=T3D2\n1,1,2\n", "found line"),
     ],

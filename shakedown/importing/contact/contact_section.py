@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.condensation.contact_frame import SPACE, node_names
-from shakedown.condensation.tangent_pairs import tangent_pairs
+from shakedown.condensation.tangent_pairs import patch_positions
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact.contact_directions import Axes, contact_directions, in_space
@@ -15,8 +15,6 @@ from shakedown.importing.contact.initial_gap import initial_gap
 from shakedown.importing.model_section import Model
 from shakedown.readers.input_files import InputFiles
 from shakedown.readers.toml_table import Table
-
-_FLAT = 1e-3  # share of the normals that may differ over a flat patch
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,9 +206,4 @@ def _on_patch(contact: ContactSection) -> ContactSection:
     if contact.coordinates is None or contact.x is not None:
         return contact
     unit = contact.normals / np.linalg.norm(contact.normals, axis=1)[:, None]
-    mean = unit.mean(axis=0)
-    if (np.abs(unit - mean) > _FLAT).any():
-        return replace(contact, x=contact.coordinates)
-    normal = (mean / np.linalg.norm(mean))[None]
-    towards = contact.tangent if contact.tangent is None or contact.tangent.ndim == 1 else contact.tangent[:1]
-    return replace(contact, x=contact.coordinates @ tangent_pairs(normal, towards)[0].T)
+    return replace(contact, x=patch_positions(contact.coordinates, unit, contact.tangent))

@@ -1,0 +1,250 @@
+"""Solid bodies in contact: patch test, independent elements, bolts, rigid boundaries, symmetry, meshes of files."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+import solids
+from calculix import ccx, needs_ccx
+
+from shakedown import ProblemError, import_model
+from shakedown.fem import (
+    BodyForce,
+    Bolt,
+    Displacement,
+    ElasticBody,
+    Force,
+    Material,
+    Pressure,
+    Support,
+    Traction,
+    block_mesh,
+    brick_mesh,
+    contact_condensation,
+    contact_problem,
+    read_mesh,
+)
+
+STEEL = Material(210e3, 0.3)
+LOADS = (
+    Force("top", (0.0, 0.0, -120.0), history=1.0),
+    Force("top", (24.0, 12.0, 0.0), history=[1.0, 0.0, -1.0, 0.0]),
+)
+
+
+def block(lower=False, *, order=1, tetrahedra=False, counts=solids.COUNTS, **more):
+    place = (0.0, 0.0, 0.0 if lower else solids.SIZE[2])
+    mesh = brick_mesh(solids.SIZE, counts, origin=place, tetrahedra=tetrahedra)
+    more = ({"supports": [Support("bottom")]} if lower else {"loads": LOADS}) | more
+    return ElasticBody(mesh, STEEL, order=order, **more)
+
+
+@pytest.mark.parametrize("tetrahedra", [False, True])
+def test_a_pressure_arrives_as_nodal_forces_over_the_areas(tetrahedra):
+    """Without Poisson's ratio the stress of a pressed block on a rigid plane is the same everywhere."""
+    mesh = brick_mesh((2.0, 1.0, 1.0), (3, 2, 2), tetrahedra=tetrahedra)
+    body = ElasticBody(mesh, Material(1.0, 0.0), loads=[Pressure("top", 3.0, history=1.0)])
+    joint = contact_problem(body, "bottom", 0.4)
+    assert joint.directions == 2
+    np.testing.assert_allclose(joint.p_w[0], 3.0 * joint.node_area, rtol=1e-12)
+    np.testing.assert_allclose(joint.q_w, 0.0, atol=1e-12)
+    np.testing.assert_allclose(joint.x, joint.coordinates[:, :2], atol=1e-15)
+    assert contact_condensation(body, "bottom").zero_modes == 6
+
+
+def test_hexahedra_are_those_of_calculix():
+    """Against the C3D8 of the tests: two blocks by hand, and the same two from meshes."""
+    K, dofs = solids.stiffness(solids.places())
+    from shakedown.condensation.condense import condensed_stiffness
+
+    sets = solids.node_sets()
+    pairs = np.column_stack([sets["UPPER_FOOT"], sets["LOWER_TOP"]])
+    expected = condensed_stiffness(K, dofs, pairs, [0, 0, 1]).stiffness
+    joint = contact_problem(block(), "bottom", 0.4, against=(block(lower=True), "top"))
+    place = solids.places()[sets["UPPER_FOOT"] - 1]
+    order = [int(np.argmin(np.linalg.norm(joint.coordinates - p, axis=1))) for p in place]
+    rows = joint.layout.of_nodes(order)
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(joint.kappa[np.ix_(rows, rows)], expected, rtol=0, atol=1e-12 * size)
+    np.testing.assert_allclose(joint.q_w[0].reshape(-1, 2).sum(axis=0), [-24.0, -12.0])
+    assert joint.p_w[0].sum() == pytest.approx(120.0)
+
+
+def deck(lower, upper):
+    """Both bodies for CalculiX: C3D4 or C3D10, labels from 1, those of the upper body after the lower one's."""
+    nodes, elements, sets, shift = [], [], {}, 1
+    for name, body, foot, top in (("L", lower, "bottom", "top"), ("U", upper, "bottom", "top")):
+        count = body.dofs[:, 0].max() + 1
+        nodes += [
+            f"{k + shift}, {', '.join(map(repr, p))}"
+            for k, p in enumerate(body.positions(np.arange(count)).tolist())
+        ]
+        corners = body.mesh.t.copy()
+        turned = np.linalg.det(np.diff(body.mesh.p[:, corners], axis=1).T) < 0
+        corners[:2, turned] = corners[1::-1, turned]
+        parts = [corners]
+        if body.order == 2:  # between the corners 1-2, 2-3, 3-1, 1-4, 2-4, 3-4
+            number = {tuple(sorted(e)): k for k, e in enumerate(body.mesh.edges.T.tolist())}
+            for a, b in ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)):
+                pairs = np.sort(corners[[a, b]].T, axis=1).tolist()
+                parts.append(np.array([[body.mesh.nvertices + number[tuple(pair)] for pair in pairs]]))
+        elements += (np.vstack(parts).T + shift).tolist()
+        for end, boundary in (("FOOT", foot), ("TOP", top)):
+            sets[f"{name}_{end}"] = body.normals_on(boundary)[0] + shift
+        shift += count
+    lines = ["*NODE", *nodes, f"*ELEMENT, TYPE=C3D{4 if lower.order == 1 else 10}, ELSET=ALL"]
+    lines += [", ".join(map(str, (k, *nodes))) for k, nodes in enumerate(elements, start=1)]
+    for name, labels in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
+    lines += [
+        "*MATERIAL, NAME=M",
+        "*ELASTIC",
+        "210000., 0.3",
+        "*DENSITY",
+        "1.",
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=M",
+    ]
+    lines += ["*BOUNDARY", "L_FOOT, 1, 3", "*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    return "\n".join(lines) + "\n", sets  # fmt: skip
+
+
+@needs_ccx
+@pytest.mark.parametrize(
+    ("order", "digits"), [(1, 1e-12), (2, 1e-8)]
+)  # C3D10 of ccx has nine-digit constants
+def test_tetrahedra_of_calculix_condense_to_the_same_joint(tmp_path, order, digits):
+    lower, upper = (block(k, order=order, tetrahedra=True, counts=(2, 1, 1)) for k in (True, False))
+    text, sets = deck(lower, upper)
+    (tmp_path / "job.inp").write_text(text)
+    ccx(tmp_path, "job")
+    config = 'friction = 0.4\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n[contact]\npairs = ["U_FOOT", "L_TOP"]\n'
+    (tmp_path / "c.toml").write_text(
+        f"{config}[[load]]\nforces = [[{sets['U_TOP'][0]}, 3, -1.0]]\nhistory = 1.0\n"
+    )
+    found = import_model(tmp_path / "c.toml")
+    expected = contact_condensation(upper, "bottom", against=(lower, "top"))
+    size = np.abs(expected.stiffness).max()
+    np.testing.assert_allclose(found.condensation.stiffness, expected.stiffness, rtol=0, atol=digits * size)
+    assert found.condensation.zero_modes == expected.zero_modes == 6
+
+
+def test_a_bolt_presses_by_its_preload_and_its_shank_holds():
+    lower, upper = block(lower=True), block()
+    bolt = Bolt(head="top", preload=500.0)
+    joint = contact_problem(upper, "bottom", 0.4, bolts=[bolt])
+    assert joint.p_w[0].sum() == pytest.approx(500.0 + 120.0)
+    assert joint.load_names == ("force", "force", "bolt")
+    both = contact_problem(
+        upper, "bottom", 0.4, against=(lower, "top"), bolts=[Bolt(head="top", nut="bottom", preload=500.0)]
+    )
+    assert both.p_w[0].sum() == pytest.approx(620.0)
+    assert json.loads(both.source)["bolts"][0]["preload"] == 500.0
+    alone = contact_condensation(upper, "bottom")
+    held = contact_condensation(upper, "bottom", bolts=[Bolt(head="top", stiffness=1e4)])
+    assert (alone.zero_modes, held.zero_modes) == (6, 5)  # stretches by u_z of the head only, on average
+    added = held.stiffness - alone.stiffness
+    values = np.linalg.eigvalsh(0.5 * (added + added.T))
+    assert values[-1] > 0
+    np.testing.assert_allclose(values[:-1], 0.0, atol=1e-9 * values[-1])  # one spring
+    with pytest.raises(ProblemError, match="bolt 'top': expected no nut on a rigid obstacle, found 'bottom'"):
+        contact_problem(upper, "bottom", 0.4, bolts=[Bolt(head="top", nut="bottom")])
+
+
+def test_a_rigid_boundary_knows_resultants_only():
+    """Two tractions of one force and one moment: the same reactions, unless the boundary is elastic."""
+    centre = 1.0
+    even = Traction("top", (0.0, 0.0, lambda x: -1.0 - (x[0] - centre)), history=1.0)
+    uneven = Traction("top", (0.0, 0.0, lambda x: -1.0 - (x[0] - centre) ** 3 / 0.6), history=1.0)
+    fine = {"counts": (4, 1, 1)}
+    for rigid, same in (((), False), (("top",), True)):
+        one, other = (
+            contact_problem(block(loads=[load], rigid=rigid, **fine), "bottom", 0.4)
+            for load in (even, uneven)
+        )
+        size = np.abs(one.p_w).max()
+        assert (np.abs(one.p_w - other.p_w).max() < 1e-3 * size) == same
+        np.testing.assert_allclose(one.p_w.sum(), 3.0)
+    found = contact_condensation(block(rigid=("top",), **fine), "bottom")
+    assert (found.zero_modes, found.interior) == (6, 6)
+    plane = ElasticBody(
+        block_mesh(2.0, 1.0, 4, 2), STEEL, loads=[Force("top", (0.0, -5.0), history=1.0)], rigid=["top"]
+    )
+    pressed = contact_problem(plane, "bottom", 0.4)
+    assert pressed.p_w.sum() == pytest.approx(5.0)
+    assert contact_condensation(plane, "bottom").zero_modes == 3
+
+
+def test_half_a_block_on_a_plane_of_symmetry_is_half_of_the_whole():
+    """Pressed and sheared along x in the plane y = 0: reactions there are twice those of the half."""
+    loads = [Force("top", (3.0, 0.0, -20.0), history=1.0)]
+    whole = ElasticBody(brick_mesh((2.0, 2.0, 1.0), (2, 2, 1), origin=(0, -1, 0)), STEEL, loads=loads)
+    half = ElasticBody(
+        brick_mesh((2.0, 1.0, 1.0), (2, 1, 1)),
+        STEEL,
+        supports=[Support("front", x=False, z=False)],
+        loads=[Force("top", (1.5, 0.0, -10.0), history=1.0)],
+    )
+    one, other = (contact_problem(body, "bottom", 0.4) for body in (whole, half))
+    for k, place in enumerate(other.coordinates):
+        j = int(np.argmin(np.linalg.norm(one.coordinates - place, axis=1)))
+        share = 0.5 if place[1] == 0 else 1.0
+        np.testing.assert_allclose(other.p_w[0, k], share * one.p_w[0, j], rtol=1e-9)
+        np.testing.assert_allclose(other.q_w[0, 2 * k], share * one.q_w[0, 2 * j], rtol=1e-8, atol=1e-10)
+    assert "3 contact node(s) are held along a tangent" in contact_condensation(half, "bottom").notes[0]
+
+
+def test_tangents_and_gaps_of_solids():
+    lean = contact_problem(block(), "bottom", 0.4, tangent=[1.0, 1.0, 0.0])
+    plain = contact_problem(block(), "bottom", 0.4)
+    np.testing.assert_allclose(lean.tangents[0, 0], np.array([1.0, 1.0, 0.0]) / np.sqrt(2))
+    np.testing.assert_allclose(lean.p_w, plain.p_w)
+    tight = contact_problem(block(), "bottom", 0.4, gap=lambda x: -1e-3 + 0 * x[2])
+    np.testing.assert_allclose(tight.p_w - plain.p_w, np.tile(1e-3 * plain.C.sum(axis=1), (4, 1)), atol=1e-6)
+    moved = contact_problem(block(loads=[Displacement("top", z=-1e-3, history=1.0)]), "bottom", 0.4)
+    assert moved.p_w.sum() > 0
+    heavy = contact_problem(block(loads=[BodyForce((0.0, 0.0, -2.0), history=1.0)]), "bottom", 0.4)
+    assert heavy.p_w.sum() == pytest.approx(2.0 * 3.0)
+
+
+@pytest.mark.parametrize(("kind", "suffix"), [("tetra", ".msh"), ("hexahedron", ".inp")])
+def test_solid_meshes_from_files_keep_their_sets(tmp_path, kind, suffix):
+    source = brick_mesh((2.0, 1.0, 1.0), (2, 1, 1), tetrahedra=kind == "tetra")
+    order = [0, 1, 2, 3] if kind == "tetra" else [0, 3, 6, 2, 1, 5, 7, 4]
+    cells = source.t[order].T.astype(int)
+    foot = np.flatnonzero(np.isclose(source.p[2], 0.0))
+    sets = {"foot": foot} if suffix == ".inp" else {}
+    blocks, more = [(kind, cells)], {}
+    if suffix == ".msh":
+        blocks.append(("triangle", source.facets[:, source.boundaries["bottom"]].T.astype(int)))
+        tags = [np.full(len(cells), 1), np.full(len(blocks[1][1]), 2)]
+        more = {
+            "cell_data": {"gmsh:physical": tags, "gmsh:geometrical": tags},
+            "field_data": {"steel": np.array([1, 3]), "foot": np.array([2, 2])},
+        }
+    mesh = meshio.Mesh(source.p.T, blocks, point_sets=sets, **more)
+    path = tmp_path / f"brick{suffix}"
+    meshio.write(path, mesh, **({"file_format": "gmsh22", "binary": False} if suffix == ".msh" else {}))
+    found = contact_condensation(ElasticBody(read_mesh(path), STEEL), "foot")
+    expected = contact_condensation(ElasticBody(source, STEEL), "bottom")
+    np.testing.assert_allclose(
+        found.stiffness, expected.stiffness, rtol=0, atol=1e-9 * np.abs(expected.stiffness).max()
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: block(thickness=2.0), "expected of a plane body only, found a solid one"),
+        (lambda: block(rigid=["lid"]), "boundary 'lid': not in the mesh"),
+        (lambda: contact_problem(block(rigid=["bottom"]), "bottom", 0.4), "'bottom': expected free nodes, found node 0 in contact"),
+        (lambda: contact_problem(block(rigid=["right"]), "bottom", 0.4), r"'right': expected free nodes, found node \d+ in contact"),
+        (lambda: contact_problem(block(loads=[Force("top", (1.0, 2.0), history=1.0)]), "bottom", 0.4), "Force: expected one component for each of 3 directions, found 2"),
+        (lambda: Bolt(head="top", stiffness=-1.0), "Bolt: expected a finite preload and a stiffness >= 0"),
+        (lambda: brick_mesh((1.0, 1.0, 0.0), (1, 1, 1)), "brick_mesh: expected positive sides"),
+        (lambda: contact_problem(block(), "bottom", 0.4, against=(ElasticBody(block_mesh(2.0, 1.0, 3, 2), STEEL), "top")), "expected two plane bodies or two solid ones"),
+    ],
+)  # fmt: skip
+def test_one_thing_wrong_is_named(make, message):
+    with pytest.raises(ProblemError, match=message):
+        make()
