@@ -379,7 +379,6 @@ ANSWERS = {
 }
 # Commands that do not answer yet.
 REFUSES = [
-    "solve",
     "critical",
     "simulate --load-factor 0.5",
     "verify",

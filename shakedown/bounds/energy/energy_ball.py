@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.energy.cone_rows import margin_rows
+from shakedown.bounds.energy.discs.ball_limits import disc_limits
 from shakedown.bounds.energy.discs.best_ball import best_ball
-from shakedown.bounds.energy.discs.disc_limits import disc_limits
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.farthest import end_of

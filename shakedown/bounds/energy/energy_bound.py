@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
+from shakedown.bounds.energy.discs.ball_limits import disc_limits
 from shakedown.bounds.energy.discs.best_bound import best_bound
-from shakedown.bounds.energy.discs.disc_limits import disc_limits
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room

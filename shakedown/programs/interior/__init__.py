@@ -4,7 +4,7 @@
 ``predictor_corrector`` (the method of Mehrotra, with the scaling of Nesterov and Todd),
 ``dense_programs`` (programs in any units: rows that meet in a vertex, the optimum over a cone). For
 very many cones of three: ``small_cones`` (numbers ≥ 0 and triples), ``self_dual`` (the optimum, or the
-proof that there is none); ``disc_cones`` and ``disc_program`` (many small cones that share the
+proof that there is none); ``disc_cones`` and ``node_cones`` (many small cones that share the
 coefficients of their nodes, beside one large cone).
 What it finds is a start: rows that meet in the optimum, multipliers to be sharpened. The wings
 above check it, as they check what a solver says.

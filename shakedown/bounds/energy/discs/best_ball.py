@@ -5,7 +5,7 @@ from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.energy.discs.disc_limits import DiscLimits, without_margin
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits, without_margin
 from shakedown.bounds.energy.discs.rounds import full_share, holding, largest, widest
 from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
 from shakedown.ground.errors import UsageError

@@ -5,8 +5,8 @@ from math import inf, nan
 
 import numpy as np
 
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits, without_margin
 from shakedown.bounds.energy.discs.best_ball import check_resolved, leaves_margins
-from shakedown.bounds.energy.discs.disc_limits import DiscLimits, without_margin
 from shakedown.bounds.energy.discs.rounds import farthest, least_load, room_about
 from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
 from shakedown.ground.evidence import Missing, sought

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shakedown.bounds.energy.discs.disc_limits import DiscLimits
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits
 from shakedown.ground.float_array import FloatArray
 
 MOST = 0.99  # largest f |c|: the proof needs less than 1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.bounds.energy.discs.about_slip import DiscsAbout, discs_about
-from shakedown.bounds.energy.discs.disc_limits import DiscLimits, Places
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.discs.own_share import MOST, best_share
 from shakedown.bounds.energy.discs.sharp_end import SharpEnd, balance, sharp_end
 from shakedown.ground.errors import SolverError
@@ -16,7 +16,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.programs.interior.disc_program import solved
+from shakedown.programs.interior.node_cones import solved
 from shakedown.programs.scaling import typical_size
 
 ROUNDS = 4

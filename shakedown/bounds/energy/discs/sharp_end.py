@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve
 
-from shakedown.bounds.energy.discs.disc_limits import CONE, Places
+from shakedown.bounds.energy.discs.ball_limits import CONE, Places
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.disc_program import DiscEnd, DiscProgram, solved
+from shakedown.programs.interior.node_cones import DiscEnd, DiscProgram, solved
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve as solve_program
 
