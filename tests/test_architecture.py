@@ -33,6 +33,7 @@ FLOORS = (
     },
     {
         "bounds.energy",
+        "motion.directed",
         "planar.collapse",
         "planar.enumeration",
         "planar.friction",

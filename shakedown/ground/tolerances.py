@@ -62,6 +62,9 @@ class Tolerances:
     limit
         Distance from a friction limit, from p = 0 or from w = 0 at which a node of
         an exact evolution is there, relative to the force or length scale.
+    path
+        Error that a path in two tangential directions may gather over one cycle, by the
+        estimate of its steps, relative to the length scale. In the plane there is none.
     rate
         Rate that counts as zero, relative to the largest one of the instant.
     periodicity
@@ -94,6 +97,7 @@ class Tolerances:
     convergence: float = 1e-13
     steadiness: float = 1e-9
     limit: float = 1e-13
+    path: float = 1e-8
     rate: float = 1e-13
     periodicity: float = 1e-10
     same_cycle: float = 1e-7

@@ -6,5 +6,5 @@ Reading order: ``contact_law`` (Coulomb's law and its violation, the judge of ev
 ``fixed_steps`` (Gauss–Seidel), ``implicit_path`` (steps in space), ``viscous_jump`` (chapter VI),
 ``integrator`` (the exact path, jumps included), ``reduced_scene`` (only the nodes that matter), ``evolve``
 (the public function). Below them ``kernels/``, the compiled loops, and ``implicit/``, load steps solved
-at once.
+at once; beside them ``directed/``, which follows joints in space from event to event.
 """

@@ -11,6 +11,7 @@ from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.result import Result
+from shakedown.motion.directed.sliding import CURVES, REACHES_LIMIT, STOPS
 from shakedown.motion.kernels.moving_state import (
     CLOSES,
     JUMPS,
@@ -25,7 +26,11 @@ SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one 
 
 
 class EventKind(IntEnum):
-    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps."""
+    """What happens: a load step begins, a node reaches a limit, opens or closes, the state jumps.
+
+    With two tangential directions a node reaches its one limit, and stops there; between events the path
+    goes on in curves.
+    """
 
     LOAD_STEP = LOAD_STEP
     REACHES_BACKWARD_LIMIT = REACHES_BACKWARD_LIMIT
@@ -33,6 +38,9 @@ class EventKind(IntEnum):
     OPENS = OPENS
     CLOSES = CLOSES
     JUMPS = JUMPS
+    REACHES_LIMIT = REACHES_LIMIT
+    STOPS = STOPS
+    CURVES = CURVES
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,6 +15,7 @@ from shakedown.joint.loading import first_load, loop_path, ramp_start, transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, Stop
+from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
@@ -101,17 +102,18 @@ def evolve(
     >>> run.stop is None, run.cycles[1].events
     (True, 3)
     """
-    require_plane("evolution", problem)
     check_arguments(load_factor, cycles, problem)
     damping, opened = checked_damping(problem, damping), tuple(open_nodes)
     if reduce:
+        require_plane("a reduced scene", problem)
         require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
         small = evolve(scene.problem, load_factor, moving, cycles=cycles, tolerances=tolerances)
         if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
             return _expanded(problem, small, scene)
-    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
+    method = Evolution if problem.directions == 1 else DirectedMotion
+    evolution = method(problem, load_factor, initial_slip, tolerances, damping, opened)
     start = evolution.state.u[problem.layout.slips]
     records = tuple(cycles_of(evolution, cycles, record=True))
     return EvolutionResult(float(load_factor), start, records, evolution.history, evolution.stop)

@@ -5,13 +5,20 @@ import numpy as np
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales
+from shakedown.motion.directed.curved_history import CurvedHistory
+from shakedown.motion.directed.curved_violation import curved_violation
 from shakedown.motion.event_history import EventHistory, EventKind
 
 
 def path_violation(
     problem: Problem, load_factor: float, tolerances: Tolerances, history: EventHistory
 ) -> float:
-    """Largest relative violation of the law, re-computed from slips and gaps; slip counts from row to row."""
+    """Largest relative violation of the law, re-computed from slips and gaps.
+
+    In the plane slip counts from row to row; of a curved path see :func:`curved_violation`.
+    """
+    if isinstance(history, CurvedHistory):
+        return curved_violation(problem, load_factor, history)
     scale = scales(problem, load_factor)
     near = tolerances.periodicity * scale.length
     open_at_all = (history.w[1:] > near) | (history.w[:-1] > near)

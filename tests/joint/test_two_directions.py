@@ -366,6 +366,7 @@ ANSWERS = {
     "least_pressure_bound",
     "universal_bound",
     # motion
+    "evolve",
     # long term
     # assessment and studies
     "assess",

@@ -1,0 +1,13 @@
+"""Motion with two tangential directions: the direction of slip is a function of the state, the speeds follow.
+
+Between events (a node reaches its cone, comes to rest, opens or closes; a load step begins) the
+slips obey a smooth differential equation, which compiled loops integrate to a given accuracy; the method
+and what its error estimate means stand in docs/space.md.
+
+Reading order: ``sliding`` (the state as compiled code takes it), ``exchange`` (open nodes eliminated),
+``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``rate_choice``
+(which nodes move after an event), ``event_search`` (the first event within a step), ``curved_loop`` (one
+load step, from event to event); ``curved_history`` (the path), ``curved_violation`` (the law along it),
+``directed_jump`` (across instants without rates), ``directed_motion`` (a joint, cycle by cycle). Nothing
+of it is compiled before a joint with two directions moves.
+"""

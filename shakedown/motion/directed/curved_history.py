@@ -1,0 +1,108 @@
+"""The path of a motion in two tangential directions: events, and smooth curves between them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.directed.sliding import DEGREE
+from shakedown.motion.event_history import SHORT, EventHistory, EventKind
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CurvedHistory(EventHistory):
+    """A path whose slips are curves: one row per step of it, from its beginning to that of the next row.
+
+    Slips, tangential reactions and their like are (…, 2n), node by node. Contact states are 0 stick,
+    1 slip, 2 open; rows at which nothing happens have the kind :attr:`EventKind.CURVES`.
+
+    Attributes
+    ----------
+    duration : (s,)
+        Length of the step [cycles].
+    curve, reaction_curve : (s, 4, 3n)
+        At the share x of the step (v, w) has changed by Σ x^(k+1) curve_k, and (q, p) likewise.
+    """
+
+    duration: FloatArray
+    curve: FloatArray
+    reaction_curve: FloatArray
+
+    @classmethod
+    def none(cls, n: int) -> "CurvedHistory":
+        """A path of n nodes on which nothing is recorded."""
+        times, numbers = np.empty(0), np.empty(0, dtype=np.int64)
+        slips, gaps, curve = np.empty((0, 2 * n)), np.empty((0, n)), np.empty((0, DEGREE, 3 * n))
+        states = np.empty((0, n), dtype=np.int64)
+        return cls(
+            times, numbers, numbers, slips, gaps, slips, gaps, slips, gaps, states, times, curve, curve
+        )
+
+    @classmethod
+    def joined(cls, pieces: Sequence[EventHistory]) -> "CurvedHistory":
+        """One path after the other."""
+        return cls(
+            *(np.concatenate([getattr(part, key) for part in pieces]) for key in cls.__dataclass_fields__)
+        )
+
+    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "CurvedHistory":
+        """The history at chosen rows only."""
+        return CurvedHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
+
+    def within(self, row: NDArray[np.intp], share: FloatArray) -> "CurvedHistory":
+        """The states at a share of the step that begins in a row, (k,) of both."""
+        powers = share[:, None] ** np.arange(1, DEGREE + 1)
+        n = self.w.shape[1]
+
+        def along(values: FloatArray, curve: FloatArray, places: slice) -> FloatArray:
+            return np.asarray(values[row] + np.einsum("km,kmj->kj", powers, curve[row][:, :, places]))
+
+        after = np.minimum(row + 1, len(self) - 1)
+
+        def between(values: FloatArray) -> FloatArray:
+            return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
+
+        slips, gaps = slice(0, 2 * n), slice(2 * n, 3 * n)
+        return CurvedHistory(
+            cycle=self.cycle[row] + share * self.duration[row],
+            kind=np.full(len(row), EventKind.CURVES, dtype=np.int64),
+            node=np.full(len(row), -1, dtype=np.int64),
+            v=along(self.v, self.curve, slips),
+            w=along(self.w, self.curve, gaps),
+            q=along(self.q, self.reaction_curve, slips),
+            p=along(self.p, self.reaction_curve, gaps),
+            q_w=between(self.q_w),
+            p_w=between(self.p_w),
+            state=self.state[row],
+            duration=np.zeros(len(row)),
+            curve=np.zeros_like(self.curve[row]),
+            reaction_curve=np.zeros_like(self.curve[row]),
+        )
+
+    def at(self, cycle: FloatArray) -> "CurvedHistory":
+        """The states at given times in cycles, on the curves between rows.
+
+        Raises
+        ------
+        UsageError
+            If a time lies before the first row or after the last.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> from shakedown.motion.evolve import evolve
+        >>> evolve(shakedown.example("four-node-3d"), 1.4, cycles=1).history.at([0.5]).v.shape
+        (1, 8)
+        """
+        cycle = np.asarray(cycle, dtype=float)
+        first, last = self.cycle[[0, -1]]
+        outside = cycle[~((cycle >= first - SHORT) & (cycle <= last + SHORT))]
+        if outside.size:
+            raise UsageError(f"cycle: expected times from {first:g} to {last:g}, found {outside[0]:g}")
+        row = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self) - 1)
+        span = self.duration[row]
+        share = np.where(span > 0, (cycle - self.cycle[row]) / np.where(span > 0, span, 1.0), 0.0)
+        return self.within(row, np.clip(share, 0.0, 1.0))

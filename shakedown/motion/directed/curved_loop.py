@@ -1,0 +1,327 @@
+"""The motion in two tangential directions over one load step: along a smooth path from event to event.
+
+Within a load step the welded reactions change linearly. Between two events the slips obey
+v̇ = μ u, a smooth differential equation (:mod:`.speeds`), which steps of order 5 follow to a given
+accuracy; while nothing slips everything is linear. Events are found on the polynomial of a step and the
+step is taken again up to them. The rates after an event are those of :mod:`.rate_choice`.
+
+The error estimate is the sum of those of the steps, each the difference of the two members of the pair.
+Of it every step may use a share in proportion to its length, and a small one besides.
+"""
+
+from functools import cache
+
+import numpy as np
+from numba import types
+
+from shakedown.motion.directed.event_search import NEVER, distance, end_of_step, first_event, margin
+from shakedown.motion.directed.exchange import MOST_EXCHANGES, arrange, compute_out, move
+from shakedown.motion.directed.explicit_step import WEIGHTS, explicit_step, find_curve
+from shakedown.motion.directed.rate_choice import choose_rates
+from shakedown.motion.directed.sliding import (
+    CURVE_RECORD,
+    CURVES,
+    DEGREE,
+    REACHES_LIMIT,
+    SLIDING,
+    STAGES,
+    STOPS,
+    CurveRecord,
+    Sliding,
+)
+from shakedown.motion.kernels.contact_status import OPEN, STICK
+from shakedown.motion.kernels.moving_state import CLOSES, LOAD_STEP
+from shakedown.motion.kernels.named_state import address_of, handed_on, inner, summing
+
+DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED, AT_EVENT = range(8)
+EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
+SHORTEST = 1e-13  # of a load step: steps that would have to be shorter have no rates before them
+BESIDE = 0.002  # of the error of a passage, that a step may use whatever its length
+SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step, relative to the last
+MOST_REFINED = 8  # steps taken again up to one event
+MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
+STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
+
+
+@handed_on
+def follow_curve(sl: Sliding, rec: CurveRecord, passes: int, effort: int) -> int:
+    """Carry the state along its course until it has been passed so often since it was begun.
+
+    Ends with DONE, or with why the motion stopped; after RECORD_FULL and PAUSED, and where there were
+    NO_RATES and the state has jumped, it can be entered again.
+    """
+    sl.effort, sl.allowed, rec.rows, status = 0, effort, 0, DONE
+    while sl.passes < passes and status == DONE:
+        if sl.step == 0 and sl.time == 0.0 and not sl.entered:
+            sl.h = 1.0
+            if sl.exchanges > 0:
+                sl.exchanges = MOST_EXCHANGES + 1
+        status = load_step(sl, rec)
+        if sl.step == sl.steps:
+            sl.passes += 1
+            sl.step = 0
+        if status == DONE and sl.passes < passes and sl.effort > sl.allowed:
+            status = PAUSED
+    return status
+
+
+@cache
+def address_of_follow_curve() -> int:
+    """Where compiled code finds :func:`follow_curve`."""
+    return address_of(follow_curve, SLIDING, CURVE_RECORD, types.int64, types.int64)
+
+
+@inner
+def load_step(sl: Sliding, rec: CurveRecord) -> int:
+    """Carry the state from event to event to the end of its load step."""
+    N, status = 3 * sl.n, AT_EVENT
+    for k in range(N):
+        sl.welded[k] = sl.path[(sl.step + 1) * N + k] - sl.path[sl.step * N + k]
+    if not sl.entered:
+        if not arrange(sl):
+            return NOT_SETTLED
+        compute_out(sl)
+        for i in range(sl.n):
+            sl.resting[i], sl.arrived[i] = 0, 0
+        sl.entered = True
+    while status == AT_EVENT:
+        if sl.crowd > 1000 + 200 * sl.n:
+            return TOO_MANY_EVENTS
+        found = choose_rates(sl)
+        leaving = leaving_node(sl, found)
+        if not sl.separable and leaving >= 0:
+            sl.concerned = leaving
+            return LIFTS_OFF
+        if not found:
+            return NO_RATES
+        sl.effort += 2 * sl.s * sl.s * sl.s + 100
+        status = smooth_path(sl, rec)
+    if status == DONE:
+        sl.step, sl.time, sl.crowd, sl.entered = sl.step + 1, 0.0, 0, False
+        sl.kind, sl.event_node = LOAD_STEP, -1
+    return status
+
+
+@inner
+def leaving_node(sl: Sliding, found: bool) -> int:
+    """An open node; where there are no rates, a node at its apex; or −1."""
+    for i in range(sl.n):
+        if sl.contact[i] == OPEN or (not found and sl.apex[i] == 1):
+            return i
+    return -1
+
+
+@inner
+def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
+    """Follow the smooth path to the next event or the end of the load step."""
+    while sl.time < 1.0:
+        if rec.room > 0 and rec.rows == rec.room:
+            return RECORD_FULL
+        rest = 1.0 - sl.time
+        h = rest if sl.s == 0 or sl.h > 0.9 * rest else min(sl.h, 0.55 * rest) if sl.h > 0.5 * rest else sl.h
+        error = explicit_step(sl, h)
+        sl.taken += 1
+        sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
+        allowed = sl.accuracy * sl.length_scale * (h / sl.steps + BESIDE)
+        change = MOST
+        if not 0.0 <= error <= allowed:
+            change = SAFETY * (allowed / error) ** 0.2 if error > 0.0 else LEAST
+            sl.h = h * max(LEAST, min(change, SAFETY))
+            if not sl.h > SHORTEST:
+                return NO_RATES
+            continue
+        if error > 0.0:
+            change = min(MOST, max(LEAST, SAFETY * (allowed / error) ** 0.2))
+        end_of_step(sl, h)
+        share = share_to_apex(sl)
+        if share < 1.0 and h * share > SHORTEST:
+            sl.h = h * share
+            continue
+        share = first_event(sl, h)
+        if share < NEVER:
+            sl.h = max(h * change, sl.h) if h == rest else h * change
+            meet_event(sl, rec, share * h, h)
+            return AT_EVENT
+        sl.h = max(h * change, sl.h) if h == rest else h * change
+        commit(sl, rec, h, error)
+        if h == rest:
+            sl.time = 1.0
+        keep_rates(sl)
+        sl.kind, sl.event_node = CURVES, -1
+        if sl.effort > sl.allowed and sl.time < 1.0:
+            return PAUSED
+    return DONE
+
+
+@inner
+def share_to_apex(sl: Sliding) -> float:
+    """Share of the step, roughly, up to which no pressure of a slipping node passes zero."""
+    share = 1.0
+    for a in range(sl.s):
+        place = 2 * sl.n + sl.node[a]
+        p, end = sl.out[place], sl.next_out[place]
+        if end < -sl.near and p > sl.near:
+            share = min(share, p / (p - end))
+    return share
+
+
+@inner
+def beyond(sl: Sliding) -> float:
+    """How far the end of the step is from the event [force, length; at a stop relative to the fastest]."""
+    i, kind, n = sl.event_node, sl.kind, sl.n
+    if kind == STOPS:
+        fastest, own = 0.0, 0.0
+        for a in range(sl.s):
+            mu = sl.mu[6 * n + a]
+            fastest = max(fastest, abs(mu))
+            if sl.node[a] == i:
+                own = mu
+        return own / fastest if fastest > 0.0 else 0.0
+    x, y, p = 2 * i, 2 * i + 1, 2 * n + i
+    start = distance(sl, i, kind, sl.out[x], sl.out[y], sl.out[p])
+    end = distance(sl, i, kind, sl.next_out[x], sl.next_out[y], sl.next_out[p])
+    return end + margin(sl, kind, start)
+
+
+@inner
+def meet_event(sl: Sliding, rec: CurveRecord, guess: float, far: float) -> None:
+    """Take the step again up to the event, correcting its length, and pass the event."""
+    kind, i = sl.kind, sl.event_node
+    near = sl.near * sl.length_scale / sl.force_scale if kind == CLOSES else sl.near
+    met = STOPPED if kind == STOPS else MET * near
+    low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
+    known_low, known_high = False, False
+    for _ in range(MOST_REFINED):
+        if h <= SHORTEST:
+            break
+        error = explicit_step(sl, h)
+        sl.taken += 1
+        sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
+        end_of_step(sl, h)
+        value = beyond(sl)
+        if abs(value) <= met:
+            break
+        if value > 0.0:
+            low, at_low, known_low = h, value, True
+        else:
+            high, at_high, known_high = h, value, True
+        if known_low and known_high:
+            h = low + (high - low) * at_low / (at_low - at_high)
+        else:
+            rate = rate_beyond(sl)
+            h = h - value / rate if rate < 0.0 else 0.5 * (low + high)
+        if not low < h < high:
+            h = 0.5 * (low + high)
+    if h > SHORTEST:
+        commit(sl, rec, h, max(error, 0.0))
+    else:
+        note(sl, rec, 0.0)
+    sl.kind, sl.event_node = kind, i
+    pass_event(sl, i, kind)
+
+
+@inner
+def rate_beyond(sl: Sliding) -> float:
+    """Rate of the distance from the event at the end of the step; 0 where it is not known."""
+    i, kind, n = sl.event_node, sl.kind, sl.n
+    if kind == STOPS:
+        return 0.0
+    x, y, p = 2 * i, 2 * i + 1, 2 * n + i
+    if kind != REACHES_LIMIT:
+        return sl.next_rate[p]
+    qx, qy = sl.next_out[x], sl.next_out[y]
+    size = np.sqrt(qx * qx + qy * qy)
+    along = (qx * sl.next_rate[x] + qy * sl.next_rate[y]) / size if size > 0.0 else 0.0
+    return sl.friction[i] * sl.next_rate[p] - along
+
+
+@inner
+def pass_event(sl: Sliding, i: int, kind: int) -> None:
+    """Put a node at its event where it then is."""
+    for j in range(sl.n):
+        sl.arrived[j] = 0
+    if kind == REACHES_LIMIT:
+        sl.arrived[i], sl.resting[i] = 1, 0
+    elif kind == STOPS:
+        sl.contact[i], sl.resting[i] = STICK, 1
+    sl.events += 1
+    sl.crowd += 1
+
+
+@summing
+def commit(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
+    """Take the step: slips, reactions, and what is counted."""
+    n, s = sl.n, sl.s
+    note(sl, rec, h)
+    for a in range(s):
+        i, path, work = sl.node[a], 0.0, 0.0
+        for j in range(STAGES - 1):
+            path += WEIGHTS[STAGES - 1, j] * sl.mu[j * n + a]
+            work += WEIGHTS[STAGES - 1, j] * sl.heat[j * n + a]
+        sl.slipped[i] += h * path
+        sl.work[i] += h * work
+        for c in range(2):
+            sl.u[2 * i + c] += sl.slip[2 * a + c]
+            sl.q[2 * a + c] = sl.stage_q[2 * a + c]
+        sl.p[a] = sl.next_out[2 * n + i]
+    for k in range(3 * n):
+        sl.out[k], sl.rate[k] = sl.next_out[k], sl.next_rate[k]
+        if sl.free[k] == 1:
+            sl.u[k] = sl.out[k]
+    for i in range(n):
+        if sl.contact[i] == OPEN:
+            sl.opened[i] = 1
+        else:
+            sl.closed[i] = 1
+    sl.time += h
+    sl.error += error
+    sign(sl)
+
+
+@inner
+def keep_rates(sl: Sliding) -> None:
+    """The rates at the end of a step are those at the beginning of the next."""
+    row, last = 2 * sl.n, STAGES - 1
+    for c in range(2 * sl.s):
+        sl.k[c], sl.k_q[c] = sl.k[last * row + c], sl.k_q[last * row + c]
+    for a in range(sl.s):
+        sl.mu[a], sl.heat[a] = sl.mu[last * sl.n + a], sl.heat[last * sl.n + a]
+
+
+@inner
+def note(sl: Sliding, rec: CurveRecord, h: float) -> None:
+    """Record the step that begins at the present state, where there is room."""
+    if rec.room == 0 or rec.rows == rec.room:
+        return
+    n, N, row = sl.n, 3 * sl.n, rec.rows
+    for k in range(N):
+        rec.u[row * N + k] = sl.u[k]
+    for i in range(n):
+        rec.contact[row * n + i] = sl.contact[i]
+    if h > 0.0:
+        find_curve(sl, h)
+    for m in range(DEGREE):
+        start = (row * DEGREE + m) * N
+        if h > 0.0:
+            move(sl, sl.curve, m * 2 * n, sl.scratch)
+        for k in range(N):
+            linear = h * sl.base[k] if m == 0 else 0.0
+            rec.curve[start + k] = sl.scratch[k] + linear if sl.free[k] == 1 and h > 0.0 else 0.0
+        for a in range(sl.s):
+            for c in range(2):
+                if h > 0.0:
+                    rec.curve[start + 2 * sl.node[a] + c] = sl.curve[m * 2 * n + 2 * a + c]
+    rec.time[row], rec.duration[row] = sl.first + sl.step + sl.time, h
+    rec.node[row], rec.kind[row] = sl.event_node, sl.kind
+    rec.rows = row + 1
+
+
+@inner
+def sign(sl: Sliding) -> None:
+    """Enter the present contact states and the load step that they begin in into the signature."""
+    prime, code = np.uint64(1099511628211), np.uint64(14695981039346656037)
+    for i in range(sl.n):
+        code = (code ^ np.uint64(sl.contact[i] + 2)) * prime
+    if code != sl.last_states:
+        sl.signature = ((sl.signature ^ code) * prime ^ np.uint64(sl.first + sl.step + 2)) * prime
+        sl.last_states = code

@@ -1,0 +1,178 @@
+"""Jumps with two tangential directions: where there are no rates, a viscous system finds the next state.
+
+As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
+static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
+stiffer system. The end state is then put into equilibrium exactly, nodes that still slip at the limit in
+their last direction.
+"""
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.law import Law
+from shakedown.joint.layout import Layout
+from shakedown.motion.contact_law import Scales, law_violation
+from shakedown.motion.cycle_record import State
+from shakedown.motion.directed import curved_loop as kernel
+from shakedown.motion.directed.sliding import (
+    SLIP,
+    Measures,
+    curve_room,
+    measure_sliding,
+    reached,
+    sliding,
+)
+from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.motion.viscous_jump import ACCURACY, FAR, MAX_STEPS, Jump, Rest, potential_energy
+
+OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
+NEWTON_STEPS = 20
+SETTLED = 1e-12  # violation of the law at the end, relative
+
+
+class DirectedJump:
+    """The viscous system at constant load, from a state that a small change of load has put out of balance.
+
+    Parameters
+    ----------
+    kappa, f
+        Contact stiffness (3n, 3n) and friction coefficients (n,).
+    start, reaction
+        State before, and reactions (3n,) that satisfy the law in it.
+    load : (3n,)
+        Welded reactions from now on.
+    damping : (3n,)
+        Diagonal of D; only ratios matter.
+    measures, scale
+        What counts as zero, and the scene's force and length.
+    """
+
+    def __init__(
+        self,
+        kappa: FloatArray,
+        f: FloatArray,
+        start: State,
+        reaction: FloatArray,
+        load: FloatArray,
+        damping: FloatArray,
+        measures: Measures,
+        scale: Scales,
+    ) -> None:
+        self.kappa, self.law, self.load, self.damping = kappa, Law(f, 2), load, damping
+        self.measures = measures._replace(accuracy=max(measures.accuracy, OF_THE_WAY))
+        self.scale = scale
+        self.start, self.u, self.contact = start.u.copy(), start.u.copy(), start.contact.copy()
+        self.reaction, self.velocity = reaction.copy(), np.zeros_like(start.u)
+        self.work, self.slip, self.steps = np.zeros(len(f)), np.zeros(len(f)), 0
+        self.endless = False
+
+    @property
+    def layout(self) -> Layout:
+        """Where slips and gaps stand."""
+        return self.law.layout
+
+    def to_rest(self) -> Rest | None:
+        """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
+        fastest = float(np.max(np.diag(self.kappa) / self.damping))
+        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
+        shortest, longest = 1e-9 * dt, FAR * FAR * dt
+        far = FAR * self.scale.length + FAR * np.abs(self.start).max()
+        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
+            if not self._step(dt):
+                dt *= 0.5
+                continue
+            self.steps += 1
+            rest = self._rest()
+            if rest is not None:
+                return rest
+            dt *= 1.5
+        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
+        return None
+
+    def _step(self, dt: float) -> bool:
+        """One implicit step; False, and nothing changed, where it is too long."""
+        stiffer = self.kappa + np.diag(self.damping / dt)
+        path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
+        mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
+        measure_sliding(mo, *self.measures)
+        mo.u[:], mo.contact[:] = self.u, self.contact
+        status = kernel.PAUSED
+        while status == kernel.PAUSED:
+            status = kernel.follow_curve(mo, room, 1, kernel.EFFORT)
+        if status != kernel.DONE or not np.isfinite(mo.u).all() or reached(mo, room).passes < 1:
+            return False
+        velocity = (mo.u - self.u) / dt
+        motion = max(float(np.abs(mo.u - self.start).max()), 1e-9 * self.scale.length)
+        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
+            return False
+        self.u, self.velocity, self.contact = mo.u.copy(), velocity, mo.contact.copy()
+        self.reaction = path[1] + stiffer @ mo.u
+        self.work += mo.work
+        self.slip += mo.slipped
+        return True
+
+    def _rest(self) -> Rest | None:
+        """The equilibrium of the present contact states, if the motion has come near it and it is one."""
+        u = self._equilibrium()
+        if u is None:
+            return None
+        if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
+            return None
+        (v, w), (q, p) = self.layout.split(u), self.layout.split(self.load + self.kappa @ u)
+        if law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max() > SETTLED:
+            return None
+        last = self.layout.by_node(v - self.u[self.layout.slips])
+        last = np.where((self.contact == OPEN)[:, None], 0.0, last)
+        mean = self.layout.by_node(0.5 * (self.reaction[self.layout.slips] + q))
+        work = self.work - (last * mean).sum(axis=1)
+        slip = self.slip + np.hypot(*last.T)
+        return Rest(u, self.contact.copy(), float(work.sum()), work, slip, self.steps)
+
+    def _equilibrium(self) -> FloatArray | None:
+        """Displacements with slipping nodes at their limits and nothing on open ones, by Newton's method.
+
+        None where there are none near, or what moves is not held.
+        """
+        u, layout, f = self.u.copy(), self.layout, self.law.f
+        open_places = layout.of_nodes(np.flatnonzero(self.contact == OPEN))
+        loose = np.flatnonzero((self.contact == SLIP) & (f == 0.0))
+        free = np.concatenate([open_places, layout.slips_of(loose)])
+        nodes = np.flatnonzero((self.contact == SLIP) & (f > 0.0))
+        for _ in range(NEWTON_STEPS):
+            reaction = self.load + self.kappa @ u
+            unit = layout.by_node(self.law.direction(reaction[layout.slips]))[nodes]
+            ways = np.zeros((layout.size, len(nodes) + len(free)))
+            for c in range(2):
+                ways[2 * nodes + c, np.arange(len(nodes))] = unit[:, c]
+            ways[free, len(nodes) + np.arange(len(free))] = 1.0
+            limits = ways.copy()
+            limits[layout.gaps_of(nodes), np.arange(len(nodes))] = f[nodes]
+            residual = limits.T @ reaction
+            if np.abs(residual).max(initial=0.0) <= 1e-15 * self.scale.force:
+                break
+            matrix = limits.T @ self.kappa @ ways
+            if np.linalg.slogdet(matrix)[0] <= 0:
+                return None
+            u -= ways @ np.linalg.solve(matrix, residual)
+        u[layout.gaps][self.contact != OPEN] = 0.0
+        return u
+
+
+def jump_of(cycle: float, kappa: FloatArray, load: FloatArray, before: State, rest: Rest) -> Jump:
+    """What is told of a jump from one state to another at this load."""
+    layout = Layout(len(rest.contact), 2)
+    (v, w), (v_rest, w_rest) = layout.split(before.u), layout.split(rest.u)
+    released = potential_energy(kappa, load, before.u) - potential_energy(kappa, load, rest.u)
+    return Jump(
+        cycle,
+        v,
+        w,
+        v_rest,
+        w_rest,
+        rest.contact,
+        released,
+        rest.friction_work,
+        rest.work,
+        rest.slip,
+        rest.steps,
+    )

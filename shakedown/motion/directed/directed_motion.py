@@ -1,0 +1,354 @@
+"""Quasi-static motion with two tangential directions, cycle by cycle: smooth from event to event."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked_damping, require_problem
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import loop_path, transient_path
+from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import Scales, law_violation, scales_of
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.directed import curved_loop as kernel
+from shakedown.motion.directed.curved_history import CurvedHistory
+from shakedown.motion.directed.directed_jump import DirectedJump, jump_of
+from shakedown.motion.directed.sliding import (
+    DEGREE,
+    CurveRecord,
+    Measures,
+    Reached,
+    begin_sliding,
+    curve_room,
+    lead,
+    measure_sliding,
+    reached,
+    resume_sliding,
+    sliding,
+)
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.initial_state import beginning
+from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.motion.viscous_jump import Jump, default_damping
+
+RECORD_ROWS = 256
+NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
+NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
+MOST_RETRIES = 20  # of one instant, each with a larger change of load
+MOST_JUMPS = 20  # per node and load step of a cycle
+
+
+@once_per_problem
+def stiffness_of(problem: Problem) -> FloatArray:
+    """κ, with zeros for C where no node may open."""
+    C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
+    return problem.layout.of_blocks(problem.A, problem.B, C)
+
+
+def measures(scale: Scales, locked: float, tolerances: Tolerances) -> Measures:
+    """What counts as zero where locked-in slips make up reactions of this size [force]."""
+    force = max(scale.force, locked)
+    near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
+    return Measures(
+        force=tolerances.limit * force,
+        length=tolerances.limit * scale.length,
+        rate_zero=10.0 * tolerances.rate,
+        near=near,
+        force_scale=scale.force,
+        length_scale=scale.length,
+        accuracy=tolerances.path,
+    )
+
+
+@dataclass(frozen=True)
+class DirectedCycle(CycleRecord):
+    """What one cycle of a motion in two tangential directions did.
+
+    Slips at the end are (2n,), node by node; ``slip`` is the length of the way of each node, (n,).
+
+    Attributes
+    ----------
+    error
+        Estimate of the error that this cycle adds to the slips [length]: the sum of those of all steps.
+        No bound: what the motion makes of an error later on is not in it.
+    """
+
+    error: float = 0.0
+
+
+class _Piece(NamedTuple):
+    """Rows of a record, the cycles done before them and the course that they belong to."""
+
+    done: int
+    path: FloatArray
+    time: FloatArray
+    duration: FloatArray
+    u: FloatArray
+    curve: FloatArray
+    contact: NDArray[np.int64]
+    node: NDArray[np.int64]
+    kind: NDArray[np.int64]
+
+
+class DirectedMotion:
+    """A joint with two tangential directions under its loading loop; a :class:`Motion`.
+
+    The direction in which a node slips is that of its tangential reaction, and only the speeds are
+    unknown: between events the slips follow a smooth differential equation (docs/space.md), which is
+    integrated to the accuracy ``Tolerances.path``. The first cycle begins as in the plane, with a ramp and
+    the transient load steps (:class:`~shakedown.motion.integrator.Evolution`), and jumps are carried
+    across as there.
+
+    Parameters
+    ----------
+    problem, load_factor, initial_slip, tolerances, damping, open_nodes
+        As for :func:`evolve`.
+
+    Raises
+    ------
+    UsageError
+        If the joint has one tangential direction, or an argument is out of range.
+
+    Examples
+    --------
+    A node that a force across drags along:
+
+    >>> from shakedown import Problem
+    >>> joint = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
+    >>> motion = DirectedMotion(joint, 1.0)
+    >>> motion.cycle().end_slip.round(6)
+    array([-0.167386, -0.302677])
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        load_factor: float,
+        initial_slip: ArrayLike | None = None,
+        tolerances: Tolerances = DEFAULT,
+        damping: ArrayLike | None = None,
+        open_nodes: Iterable[int] = (),
+    ) -> None:
+        require_problem(problem)
+        if problem.directions == 1:
+            raise UsageError("directed motion: expected two tangential directions, found one")
+        self.problem, self.tolerances = problem, tolerances
+        self.kappa, self._damping = stiffness_of(problem), checked_damping(problem, damping)
+        self._rooms: dict[bool, CurveRecord] = {}
+        self.stop: Stop | None
+        self.left: bool  # whether contact is lost for good
+        self.slides: bool  # whether a jump has no end although nodes are in contact
+        self.begin(load_factor, initial_slip, open_nodes)
+
+    def begin(
+        self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
+    ) -> None:
+        """Go to the very start at a load factor, as a motion that is made anew would."""
+        problem = self.problem
+        start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
+        self.load_factor = load_factor
+        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
+        self.scale = scales_of(problem, self.load, transient)
+        locked = float((np.abs(self.kappa) @ np.abs(start.state.u)).max())
+        self.measures = measures(self.scale, locked, self.tolerances)
+        self._first = np.vstack([start.load, transient, self.load])
+        self._later = np.vstack([self.load[-1:], self.load])
+        self.sliding = sliding(self.kappa, problem.f, self._later, -1, problem.C is not None)
+        measure_sliding(self.sliding, *self.measures)
+        self._pieces: list[_Piece] = []
+        self.jumps: list[Jump] = []  # of the present cycle
+        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
+        self.done = 0  # cycles
+        self.state = start.state
+
+    @property
+    def damping(self) -> FloatArray:
+        """Diagonal of D, (3n,)."""
+        return default_damping(self.kappa) if self._damping is None else self._damping
+
+    @property
+    def state(self) -> State:
+        """The state between two cycles; may be set to continue from another one."""
+        return State(self.sliding.u.copy(), self.sliding.contact.copy())
+
+    @state.setter
+    def state(self, state: State) -> None:
+        self.stop, self.left, self.slides = None, False, False
+        self.sliding.u[:] = state.u
+        self.sliding.contact[:] = state.contact
+
+    def violation(self, state: State) -> float:
+        """By how much a state between two cycles breaks the contact and friction law (relative)."""
+        layout = self.problem.layout
+        q, p = layout.split(self.load[-1] + self.kappa @ state.u)
+        gap, still = state.u[layout.gaps], np.zeros_like(q)
+        return float(law_violation(self.problem.f, q, p, gap, still, self.scale).max())
+
+    def cycle(self, *, record: bool = False) -> DirectedCycle | None:
+        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""
+        done = self._follow(record)
+        if done is None:
+            return None
+        mo = self.sliding
+        work = mo.work + sum(jump.work for jump in self.jumps)
+        return DirectedCycle(
+            end_slip=mo.u[self.problem.layout.slips].copy(),
+            slip=mo.slipped.copy(),
+            work=work,
+            friction_dissipation=float(work.sum()),
+            jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
+            opened=mo.opened.astype(np.bool_),
+            closed=mo.closed.astype(np.bool_),
+            events=done.events,
+            signature=int(done.signature),
+            jumps=tuple(self.jumps),
+            error=done.error,
+        )
+
+    def advance(self, cycles: int) -> int:
+        """Carry the joint through so many cycles without a record of each; how many it passes."""
+        passed = 0
+        while passed < cycles and self._follow(record=False) is not None:
+            passed += 1
+        return passed
+
+    def _follow(self, record: bool) -> Reached | None:
+        """Run the compiled loop through one cycle; None, and ``stop`` says why, where it ends."""
+        mo, path = self.sliding, self._first if self.done == 0 else self._later
+        if record not in self._rooms:
+            self._rooms[record] = curve_room(RECORD_ROWS if record else 0, self.problem.n)
+        room = self._rooms[record]
+        lead(mo, path, self.problem.m - len(path))
+        begin_sliding(mo)
+        self.jumps, self._nudged = [], None
+        self.stop, self.left, self.slides = None, False, False
+        while True:  # ends: events per load step and jumps per cycle are limited
+            status = kernel.follow_curve(mo, room, 1, kernel.EFFORT)
+            now = reached(mo, room)
+            if now.rows:
+                self._pieces.append(self._piece(room, now.rows, path))
+            if status in (kernel.RECORD_FULL, kernel.PAUSED):
+                continue
+            if status != kernel.NO_RATES or not self._jump(now, path):
+                break
+        if status == kernel.DONE:
+            self.done += 1
+            return now
+        self._say_why(status, now, path)
+        return None
+
+    def _jump(self, now: Reached, path: FloatArray) -> bool:
+        """Carry the state across an instant without rates; False where the motion does not come to rest."""
+        mo, step = self.sliding, now.step
+        if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
+            return False
+        retries = self._retries(step, now.time)
+        rate = path[step + 1] - path[step]
+        if retries == MOST_RETRIES or not rate.any():
+            return False
+        nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
+        time = min(now.time + nudge, 1.0)
+        self._nudged = (step, time, retries)
+        load, before = path[step] + time * rate, State(mo.u.copy(), mo.contact.copy())
+        reaction = path[step] + now.time * rate + self.kappa @ before.u
+        moving = DirectedJump(
+            self.kappa, self.problem.f, before, reaction, load, self.damping, self.measures, self.scale
+        )
+        rest = moving.to_rest()
+        if rest is None:
+            self.left = bool((moving.contact == OPEN).all())
+            self.slides = moving.endless and not self.left
+            return False
+        cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
+        jump = jump_of(cycle, self.kappa, load, before, rest)
+        self.state = State(rest.u, rest.contact)
+        resume_sliding(mo, time)
+        closed = (before.contact != OPEN) & (rest.contact != OPEN)
+        way = self.problem.law.size(jump.v_after - jump.v_before)
+        mo.slipped[:] += np.where(closed, way, 0.0)
+        self.jumps.append(jump)
+        return True
+
+    def _retries(self, step: int, time: float) -> int:
+        """How often this instant has been jumped from already: the load has not moved since the last jump."""
+        if self._nudged is None or self._nudged[:2] != (step, time):
+            return 0
+        return self._nudged[2] + 1
+
+    def _piece(self, room: CurveRecord, rows: int, path: FloatArray) -> _Piece:
+        """What a record has been filled with."""
+        kept = (getattr(room, key)[:rows].copy() for key in _Piece._fields[2:])
+        return _Piece(self.done, path, *kept)
+
+    @property
+    def history(self) -> CurvedHistory:
+        """All recorded steps, closed by the present state."""
+        parts = [
+            self._joined(list(pieces))
+            for _, pieces in groupby(self._pieces, key=lambda piece: id(piece.path))
+        ]
+        if self.stop is None:
+            parts.append(self._end())
+        return CurvedHistory.joined(parts or [CurvedHistory.none(self.problem.n)])
+
+    def _joined(self, pieces: list[_Piece]) -> CurvedHistory:
+        """The history of pieces of one course."""
+        path, first = pieces[0].path, self.problem.m - len(pieces[0].path)
+        done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
+        steps, duration, u, curve, contact, node, kind = (
+            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[2:]
+        )
+        index = np.minimum((steps - first).astype(int), len(path) - 2)
+        change = np.diff(path, axis=0)[index]
+        welded = path[index] + change * (steps - first - index)[:, None]
+        bend = curve @ self.kappa
+        bend[:, 0] += duration[:, None] * change
+        return self._history(
+            (done + steps / self.problem.m, kind, node), u, welded, contact, (duration, curve, bend)
+        )
+
+    def _end(self) -> CurvedHistory:
+        """The present state."""
+        nothing = np.zeros((1, DEGREE, self.problem.layout.size))
+        what = np.array([self.done - 1 / self.problem.m]), np.array([EventKind.LOAD_STEP]), np.array([-1])
+        contact = self.sliding.contact[None].copy()
+        curves = np.zeros(1), nothing, nothing
+        return self._history(what, self.sliding.u[None].copy(), self.load[-1:], contact, curves)
+
+    def _history(
+        self,
+        what: tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]],
+        u: FloatArray,
+        welded: FloatArray,
+        contact: NDArray[np.int64],
+        curves: tuple[FloatArray, FloatArray, FloatArray],
+    ) -> CurvedHistory:
+        split = self.problem.layout.split
+        (v, w), (q, p), (q_w, p_w) = split(u), split(welded + u @ self.kappa), split(welded)
+        duration, curve, bend = curves
+        return CurvedHistory(*what, v, w, q, p, q_w, p_w, contact, duration / self.problem.m, curve, bend)
+
+    def _say_why(self, status: int, now: Reached, path: FloatArray) -> None:
+        """Set ``stop``: why the loop has ended with this status."""
+        steps = self.problem.m - len(path) + now.step + now.time
+        time = float(self.done + steps / self.problem.m)
+        reasons = {
+            kernel.NO_RATES: "the state jumps and does not come to rest",
+            kernel.LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
+            kernel.TOO_MANY_EVENTS: "events accumulate within one load step",
+            kernel.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+        }
+        if self.left:
+            reasons[status] = "the body leaves: every node is open and nothing else holds it"
+        if self.slides:
+            reasons[status] = SLIDES_AWAY
+        when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
+        why = ": friction and stiffness do not hold it" * self.slides
+        self.stop = Stop(f"{reasons[status]} {when}{why}", time, now.concerned, self.slides)

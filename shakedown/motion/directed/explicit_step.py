@@ -1,0 +1,95 @@
+"""One step of the slipping nodes along their smooth path: Dormand and Prince's pair of orders 5 and 4.
+
+Its last stage is the first of the next step. The weights of the polynomial between the ends, of order 4,
+are Shampine's (L. F. Shampine, Math. Comp. 46, 1986).
+"""
+
+import numpy as np
+
+from shakedown.motion.directed.sliding import DEGREE, STAGES, Sliding
+from shakedown.motion.directed.speeds import find_rates, substitute
+from shakedown.motion.kernels.named_state import summing
+
+WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
+WEIGHTS[1, :1] = 1 / 5
+WEIGHTS[2, :2] = 3 / 40, 9 / 40
+WEIGHTS[3, :3] = 44 / 45, -56 / 15, 32 / 9
+WEIGHTS[4, :4] = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
+WEIGHTS[5, :5] = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
+WEIGHTS[6, :6] = 35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
+OF_ERROR = np.array([-71 / 57600, 0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40])
+BETWEEN = np.array(
+    [
+        [1, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0, 0, 0, 0],
+        [0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+)
+FAILED = -1.0  # in place of an error: the motion is not stable somewhere on the way
+
+
+@summing
+def explicit_step(sl: Sliding, h: float) -> float:
+    """A step of this length from the packed state, whose rates are stage 0: estimate of its error [length].
+
+    The end lies on the cones. FAILED where the motion is not stable at a stage.
+    """
+    s, row, k, k_q = sl.s, 2 * sl.n, sl.k, sl.k_q
+    for j in range(1, STAGES):
+        for c in range(2 * s):
+            total = 0.0
+            for i in range(j):
+                total += WEIGHTS[j, i] * k_q[i * row + c]
+            sl.stage_q[c] = sl.q[c] + h * total
+        if j == STAGES - 1:
+            for c in range(2 * s):
+                total = 0.0
+                for i in range(j):
+                    total += WEIGHTS[j, i] * k[i * row + c]
+                sl.slip[c] = h * total
+            return_to_cones(sl, h)
+        if not find_rates(sl, sl.stage_q, j):
+            return FAILED
+    error = 0.0
+    for a in range(s):
+        x, y = 0.0, 0.0
+        for i in range(STAGES):
+            x += OF_ERROR[i] * k[i * row + 2 * a]
+            y += OF_ERROR[i] * k[i * row + 2 * a + 1]
+        error = max(error, x * x + y * y)
+    return h * np.sqrt(error)
+
+
+@summing
+def return_to_cones(sl: Sliding, h: float) -> None:
+    """Move the end of the step along the directions of slip until |q| = f p, to the second order."""
+    s, q, slip = sl.s, sl.stage_q, sl.slip
+    for a in range(s):
+        p = sl.p[a] + h * sl.load_p[a]
+        for c in range(2 * s):
+            p += sl.B[a * 2 * s + c] * slip[c]
+        size = np.sqrt(q[2 * a] ** 2 + q[2 * a + 1] ** 2)
+        sl.speed[a] = size - sl.f[a] * p
+    substitute(sl.M, sl.order, s, sl.speed)
+    for a in range(s):
+        for c in range(2):
+            x, b = sl.speed[a] * sl.unit[2 * a + c], 2 * a + c
+            slip[b] += x
+            for i in range(2 * s):
+                q[i] += sl.A[i * 2 * s + b] * x
+
+
+@summing
+def find_curve(sl: Sliding, h: float) -> None:
+    """The polynomial between the ends of the step."""
+    row = 2 * sl.n
+    for m in range(DEGREE):
+        for c in range(2 * sl.s):
+            total = 0.0
+            for i in range(STAGES):
+                total += BETWEEN[i, m] * sl.k[i * row + c]
+            sl.curve[m * row + c] = h * total

@@ -1,0 +1,442 @@
+"""The moving state in two tangential directions as compiled loops take it, and room to record its path."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.moving_state import JUMPS, LOAD_STEP
+from shakedown.motion.kernels.named_state import (
+    Flags,
+    Hash,
+    Integers,
+    NamedState,
+    Reals,
+    entered,
+    fields,
+    keeping,
+)
+
+SLIP = 1  # as STICK and OPEN of motion.kernels.contact_status: the direction is that of the reaction
+REACHES_LIMIT, STOPS, CURVES = 6, 7, 8  # kinds of event, after those of motion.kernels.moving_state
+STAGES, DEGREE = 7, 4  # of a step, and of the polynomial between its ends
+
+
+@structref.register
+class SlidingType(types.StructRef):
+    """Compiled type of :class:`Sliding`."""
+
+
+class Sliding(NamedState):
+    """The moving state of n nodes, everything that it is computed with, and what has been counted.
+
+    A *place* is a displacement with its reaction: those of slip, node by node, then those of the gaps,
+    N = 3n in all. Of a place that is *free* (an open node's, the slip of a frictionless one) the reaction is
+    given, zero, and the displacement follows; of any other place it is the other way round.
+    *Packed* arrays hold the s nodes that slip one after the other.
+
+    Attributes
+    ----------
+    kappa : (N, N)
+        Contact stiffness [force / length].
+    exchanged : (N, N)
+        Outputs from inputs: κ with the free places exchanged (:mod:`.exchange`).
+    friction : (n,)
+        Friction coefficients.
+    free : (N,)
+        1 where a place is free.
+    contact : (n,)
+        STICK, SLIP or OPEN.
+    resting : (n,)
+        1 where a node has come to rest on its cone and has not left it since: neither speed nor room.
+    apex : (n,)
+        1 where the reaction of a node vanishes at the present instant.
+    path : (steps + 1, N)
+        Welded reactions at the ends of the load steps [force].
+    u : (N,)
+        Slips and gaps [length].
+    out : (N,)
+        Reactions [force]; displacements of free places [length].
+    welded, base : (N,)
+        Rates of the load, and of ``out`` while nothing slips, per load step.
+    rate, next_rate, next_out : (N,)
+        Rates of ``out`` at both ends of a step, and ``out`` at its end.
+    direction : (2n,)
+        Unit vectors along which nodes at the apex slip.
+    slipped, work : (n,)
+        Path length in contact [length]; what friction takes [force × length].
+    opened, closed : (n,)
+        1 where the node was open, and where it was closed.
+    node, s
+        Nodes that slip, (s,), and their number.
+    A, B, f : (2s, 2s), (s, 2s), (s,)
+        Packed stiffness, coupling and friction.
+    load_q, load_p : (2s,), (s,)
+        Packed ``base``.
+    q, p, stage_q : (2s,), (s,), (2s,)
+        Packed reactions at the beginning of the step and at a stage.
+    unit, size : (2s,), (s,)
+        Directions of slip there, and |q|.
+    normal : (2s,)
+        Scratch: how a limit moves with the slips.
+    M, order, speed : (s, s), (s,), (s,)
+        Triangular factors of the matrix of the speeds, their row exchanges; right-hand side and solution.
+    k, k_q, mu, heat : (7, 2s), (7, 2s), (7, s), (7, s)
+        Rates of slip and reaction, speeds and dissipation at the stages.
+    slip : (2s,)
+        Packed slip of the step [length].
+    curve : (4, 2s)
+        Packed: slip at the share x of the step is Σ x^(k+1) curve_k.
+    limits, room_rate : (n, n), (n,)
+        Matrix and constants of the rate problem.
+    candidate, arrived, chosen : (n,)
+        1 where a node is on its cone, has just reached it, is to be packed.
+    active, wanted, at_zero : (n,)
+        Packed: 1 where a node slips, is to slip, sticks without a rate of room.
+    before, held, scratch : (n,), (N,), (N,)
+        Contact states and displacements before the instant; scratch.
+    bend : (3, 4)
+        ``out`` of one node within the step, as ``curve``.
+    n, steps, first, separable
+        Nodes, load steps, number of the first of them, and whether nodes may open.
+    force, length, rate_zero, near
+        Round-off of forces and lengths; rates that count as zero, relative; distance from a limit at
+        which a node is there, relative to the force.
+    force_scale, length_scale, accuracy
+        Of the scene; error allowed for one passage of the course, relative to the length scale.
+    step, time, h
+        Load steps done, share of the next that is done, and the step to try.
+    """
+
+    kappa: Reals
+    exchanged: Reals
+    friction: Reals
+    free: Flags
+    contact: Integers
+    resting: Flags
+    apex: Flags
+    path: Reals
+    u: Reals
+    out: Reals
+    welded: Reals
+    base: Reals
+    rate: Reals
+    next_rate: Reals
+    next_out: Reals
+    direction: Reals
+    slipped: Reals
+    work: Reals
+    opened: Flags
+    closed: Flags
+    node: Integers
+    A: Reals
+    B: Reals
+    f: Reals
+    load_q: Reals
+    load_p: Reals
+    q: Reals
+    p: Reals
+    stage_q: Reals
+    unit: Reals
+    size: Reals
+    normal: Reals
+    M: Reals
+    order: Integers
+    speed: Reals
+    k: Reals
+    k_q: Reals
+    mu: Reals
+    heat: Reals
+    slip: Reals
+    curve: Reals
+    limits: Reals
+    room_rate: Reals
+    candidate: Flags
+    arrived: Flags
+    chosen: Flags
+    active: Flags
+    wanted: Flags
+    at_zero: Flags
+    before: Integers
+    held: Reals
+    scratch: Reals
+    bend: Reals
+    n: int
+    steps: int
+    first: int
+    separable: bool
+    force: float
+    length: float
+    rate_zero: float
+    near: float
+    force_scale: float
+    length_scale: float
+    accuracy: float
+    s: int
+    exchanges: int
+    passes: int
+    step: int
+    time: float
+    h: float
+    kind: int
+    event_node: int
+    concerned: int
+    crowd: int
+    events: int
+    entered: bool
+    error: float
+    taken: int
+    effort: int
+    allowed: int
+    signature: Hash
+    last_states: Hash
+
+
+structref.define_boxing(SlidingType, Sliding)
+SLIDING = SlidingType(fields(Sliding))
+
+
+@structref.register
+class CurveRecordType(types.StructRef):
+    """Compiled type of :class:`CurveRecord`."""
+
+
+class CurveRecord(NamedState):
+    """Room for the steps of a path, filled from the first row on; no room: nothing is recorded.
+
+    Attributes
+    ----------
+    time, duration : (r,)
+        Beginning, in load steps from that of the period, and length of a step.
+    u : (r, N)
+        Slips and gaps at its beginning.
+    curve : (r, 4, N)
+        At the share x of the step they are u + Σ x^(k+1) curve_k.
+    contact : (r, n)
+        Contact states within the step.
+    node, kind : (r,)
+        What happened at its beginning.
+    rows, room
+        Rows filled, and r.
+    """
+
+    time: Reals
+    duration: Reals
+    u: Reals
+    curve: Reals
+    contact: Integers
+    node: Integers
+    kind: Integers
+    rows: int
+    room: int
+
+
+structref.define_boxing(CurveRecordType, CurveRecord)
+CURVE_RECORD = CurveRecordType(fields(CurveRecord))
+
+
+def curve_room(rows: int, n: int) -> CurveRecord:
+    """Room for so many steps of n nodes."""
+    arrays = {
+        "time": np.zeros(rows),
+        "duration": np.zeros(rows),
+        "u": np.zeros((rows, 3 * n)),
+        "curve": np.zeros((rows, DEGREE, 3 * n)),
+        "contact": np.zeros((rows, n), dtype=np.int64),
+        "node": np.zeros(rows, dtype=np.int64),
+        "kind": np.zeros(rows, dtype=np.int64),
+    }
+    return keeping(_curve_record(*arrays.values()), arrays)
+
+
+@entered
+def _curve_record(time, duration, u, curve, contact, node, kind):  # type: ignore[no-untyped-def]
+    rec = structref.new(CURVE_RECORD)
+    rec.time, rec.duration, rec.u, rec.curve = time.ctypes, duration.ctypes, u.ctypes, curve.ctypes
+    rec.contact, rec.node, rec.kind, rec.rows, rec.room = (
+        contact.ctypes,
+        node.ctypes,
+        kind.ctypes,
+        0,
+        len(time),
+    )
+    return rec
+
+
+OF_PLACES = ("u", "out", "welded", "base", "rate", "next_rate", "next_out", "held", "scratch")  # (N,)
+OF_SLIPS = ("direction", "load_q", "q", "stage_q", "unit", "normal", "slip")  # (2n,)
+OF_NODES = ("slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate")  # (n,)
+FLAGS = (
+    "resting", "apex", "opened", "closed", "candidate", "arrived", "chosen", "active", "wanted", "at_zero",
+)  # (n,)  # fmt: skip
+NUMBERS = ("contact", "node", "order", "before")  # (n,)
+
+
+def sliding(
+    kappa: FloatArray, friction: FloatArray, path: FloatArray, first: int, separable: bool
+) -> Sliding:
+    """A state at rest at the origin, all nodes closed, at the beginning of its course.
+
+    kappa is (3n, 3n), friction (n,), path the welded reactions (steps + 1, 3n); ``first`` is the number
+    of the first load step.
+    """
+    n, square = len(friction), {"kappa": np.array(kappa, dtype=float, order="C")}
+    square |= {"exchanged": square["kappa"].copy(), "path": np.ascontiguousarray(path, dtype=float)}
+    square |= {"A": np.zeros((2 * n, 2 * n)), "B": np.zeros((n, 2 * n))}
+    square |= {"M": np.zeros((n, n)), "limits": np.zeros((n, n))}
+    square |= {"stages": np.zeros((4, STAGES, 2 * n)), "curve": np.zeros((DEGREE, 2 * n))}
+    given = {"friction": np.array(friction, dtype=float), "bend": np.zeros(3 * DEGREE)}
+    free = np.zeros(3 * n, dtype=np.uint8)
+    tables = [
+        np.zeros((len(names), size)) for names, size in ((OF_PLACES, 3 * n), (OF_SLIPS, 2 * n), (OF_NODES, n))
+    ]
+    tables += [np.zeros((len(FLAGS), n), dtype=np.uint8), np.zeros((len(NUMBERS), n), dtype=np.int64)]
+    made = _sliding(*square.values(), *given.values(), free, *tables, first, separable)
+    rows = {
+        name: row
+        for names, table in zip((OF_PLACES, OF_SLIPS, OF_NODES, FLAGS, NUMBERS), tables, strict=True)
+        for name, row in zip(names, table, strict=True)
+    }
+    return keeping(made, square | given | rows | {"free": free})
+
+
+@entered
+def _sliding(  # type: ignore[no-untyped-def]
+    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, free, places, slips, nodes, flags,
+    numbers, first, separable,
+):  # fmt: skip
+    sl = structref.new(SLIDING)
+    sl.kappa, sl.exchanged, sl.path, sl.A, sl.B = (
+        kappa.ctypes,
+        exchanged.ctypes,
+        path.ctypes,
+        A.ctypes,
+        B.ctypes,
+    )
+    sl.M, sl.limits, sl.curve, sl.friction = M.ctypes, limits.ctypes, curve.ctypes, friction.ctypes
+    sl.bend, sl.free = bend.ctypes, free.ctypes
+    sl.k, sl.k_q, sl.mu, sl.heat = stages[0].ctypes, stages[1].ctypes, stages[2].ctypes, stages[3].ctypes
+    sl.u, sl.out, sl.welded = places[0].ctypes, places[1].ctypes, places[2].ctypes
+    sl.base, sl.rate, sl.next_rate = places[3].ctypes, places[4].ctypes, places[5].ctypes
+    sl.next_out, sl.held, sl.scratch = places[6].ctypes, places[7].ctypes, places[8].ctypes
+    sl.direction, sl.load_q, sl.q = slips[0].ctypes, slips[1].ctypes, slips[2].ctypes
+    sl.stage_q, sl.unit, sl.normal, sl.slip = (
+        slips[3].ctypes,
+        slips[4].ctypes,
+        slips[5].ctypes,
+        slips[6].ctypes,
+    )
+    sl.slipped, sl.work, sl.f, sl.load_p = nodes[0].ctypes, nodes[1].ctypes, nodes[2].ctypes, nodes[3].ctypes
+    sl.p, sl.size, sl.speed, sl.room_rate = nodes[4].ctypes, nodes[5].ctypes, nodes[6].ctypes, nodes[7].ctypes
+    sl.resting, sl.apex, sl.opened, sl.closed = (
+        flags[0].ctypes,
+        flags[1].ctypes,
+        flags[2].ctypes,
+        flags[3].ctypes,
+    )
+    sl.candidate, sl.arrived, sl.chosen = flags[4].ctypes, flags[5].ctypes, flags[6].ctypes
+    sl.active, sl.wanted, sl.at_zero = flags[7].ctypes, flags[8].ctypes, flags[9].ctypes
+    sl.contact, sl.node = numbers[0].ctypes, numbers[1].ctypes
+    sl.order, sl.before = numbers[2].ctypes, numbers[3].ctypes
+    sl.n, sl.steps, sl.first, sl.separable = len(friction), len(path) - 1, first, separable
+    begin_sliding(sl)
+    return sl
+
+
+@entered
+def begin_sliding(sl: Sliding) -> None:
+    """Put the state at the start of its course and count from zero."""
+    sl.passes, sl.step, sl.time, sl.h, sl.kind, sl.event_node, sl.concerned = (
+        0,
+        0,
+        0.0,
+        1.0,
+        LOAD_STEP,
+        -1,
+        -1,
+    )
+    sl.events, sl.crowd, sl.error, sl.taken, sl.entered = 0, 0, 0.0, 0, False
+    sl.signature, sl.last_states = np.uint64(0), np.uint64(0)
+    for i in range(sl.n):
+        sl.slipped[i], sl.work[i] = 0.0, 0.0
+        sl.opened[i], sl.closed[i] = 0, 0
+
+
+@entered
+def _lead(sl, path, first):  # type: ignore[no-untyped-def]
+    sl.path, sl.steps, sl.first = path.ctypes, len(path) - 1, first
+
+
+def lead(sl: Sliding, path: FloatArray, first: int) -> None:
+    """Lead the state along these welded reactions (steps + 1, 3n) from now on."""
+    kept = np.ascontiguousarray(path, dtype=float)
+    _lead(sl, kept, first)
+    vars(sl)["path"] = kept
+
+
+class Measures(NamedTuple):
+    """What counts as zero, and how accurate a path is to be.
+
+    Attributes
+    ----------
+    force, length
+        Round-off of forces and lengths.
+    rate_zero
+        Rates that count as zero, relative to the largest.
+    near
+        Distance from a limit at which a node is there [force].
+    force_scale, length_scale
+        Of the scene.
+    accuracy
+        Error allowed for one passage of the course, relative to the length scale.
+    """
+
+    force: float
+    length: float
+    rate_zero: float
+    near: float
+    force_scale: float
+    length_scale: float
+    accuracy: float
+
+
+@entered
+def measure_sliding(sl, force, length, rate_zero, near, force_scale, length_scale, accuracy):  # type: ignore[no-untyped-def]
+    """Set what counts as zero (:class:`Measures`)."""
+    sl.force, sl.length, sl.rate_zero, sl.near = force, length, rate_zero, near
+    sl.force_scale, sl.length_scale, sl.accuracy = force_scale, length_scale, accuracy
+
+
+class Reached(NamedTuple):
+    """Where a motion has got to, and what has been counted since :func:`begin_sliding`.
+
+    Passes of the course, load steps done and share done of the next, the node that it stopped for, rows
+    of the record filled, events, steps taken, estimate of the error [length], signature.
+    """
+
+    passes: int
+    step: int
+    time: float
+    concerned: int
+    rows: int
+    events: int
+    taken: int
+    error: float
+    signature: int | np.uint64
+
+
+@entered
+def reached(sl: Sliding, rec: CurveRecord) -> Reached:
+    """Where a motion has got to."""
+    return Reached(
+        sl.passes, sl.step, sl.time, sl.concerned, rec.rows, sl.events, sl.taken, sl.error, sl.signature
+    )
+
+
+@entered
+def resume_sliding(sl: Sliding, time: float) -> None:
+    """Go on after a jump, from this share of the load step on."""
+    sl.time, sl.kind, sl.event_node, sl.entered = time, JUMPS, -1, False
+    sl.events += 1

@@ -1,0 +1,149 @@
+"""Rates of the nodes that slip: the direction is that of the reaction, the speeds solve linear equations.
+
+A node on its cone, |q| = f p, slips along u = −q/|q|. It stays there where the rate of its room f p − |q|
+vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
+
+    M μ + z = 0,    M_ij = u_i·A_ij u_j + f_i B_ij·u_j,    z_i = u_i·q̇_i + f_i ṗ_i  while nothing slips.
+"""
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.directed.sliding import Sliding
+from shakedown.motion.kernels.named_state import Integers, inner, summing
+
+SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
+
+
+@inner
+def pack(sl: Sliding) -> None:
+    """Gather what belongs to the nodes that are chosen to slip."""
+    n, N, s = sl.n, 3 * sl.n, 0
+    for i in range(n):
+        if sl.chosen[i] == 1:
+            sl.node[s] = i
+            s += 1
+    sl.s = s
+    S, A, B = sl.exchanged, sl.A, sl.B
+    for a in range(s):
+        i = sl.node[a]
+        sl.f[a] = sl.friction[i]
+        sl.load_p[a], sl.p[a] = sl.base[2 * n + i], sl.out[2 * n + i]
+        for c in range(2):
+            sl.load_q[2 * a + c], sl.q[2 * a + c] = sl.base[2 * i + c], sl.out[2 * i + c]
+            if sl.apex[i] == 1:
+                sl.q[2 * a + c] = -sl.f[a] * max(sl.p[a], 0.0) * sl.direction[2 * i + c]
+        for b in range(s):
+            j = sl.node[b]
+            B[a * 2 * s + 2 * b] = S[(2 * n + i) * N + 2 * j]
+            B[a * 2 * s + 2 * b + 1] = S[(2 * n + i) * N + 2 * j + 1]
+            for c in range(2):
+                A[(2 * a + c) * 2 * s + 2 * b] = S[(2 * i + c) * N + 2 * j]
+                A[(2 * a + c) * 2 * s + 2 * b + 1] = S[(2 * i + c) * N + 2 * j + 1]
+
+
+@inner
+def find_directions(sl: Sliding, q: FloatArray) -> None:
+    """Directions of slip against these packed reactions, and the sizes of these."""
+    for a in range(sl.s):
+        x, y = q[2 * a], q[2 * a + 1]
+        size = np.sqrt(x * x + y * y)
+        sl.size[a] = size
+        if size > sl.force:
+            sl.unit[2 * a], sl.unit[2 * a + 1] = -x / size, -y / size
+        else:
+            i = sl.node[a]
+            sl.unit[2 * a], sl.unit[2 * a + 1] = sl.direction[2 * i], sl.direction[2 * i + 1]
+
+
+@summing
+def find_matrix(sl: Sliding, M: FloatArray) -> None:
+    """M and, as ``speed``, −z in the present directions."""
+    s, A, B, unit, normal = sl.s, sl.A, sl.B, sl.unit, sl.normal
+    for a in range(s):
+        x, y, f, row, second, last = (
+            unit[2 * a],
+            unit[2 * a + 1],
+            sl.f[a],
+            4 * a * s,
+            (4 * a + 2) * s,
+            2 * a * s,
+        )
+        for c in range(2 * s):
+            normal[c] = x * A[row + c] + y * A[second + c] + f * B[last + c]
+        for b in range(s):
+            M[a * s + b] = normal[2 * b] * unit[2 * b] + normal[2 * b + 1] * unit[2 * b + 1]
+        sl.speed[a] = -(x * sl.load_q[2 * a] + y * sl.load_q[2 * a + 1] + f * sl.load_p[a])
+
+
+@summing
+def factor(M: FloatArray, order: Integers, s: int) -> int:
+    """Triangular factors in place: sign of the determinant, 0 where the matrix is singular."""
+    sign = 1
+    for k in range(s):
+        best, size = k, 0.0
+        for a in range(k, s):
+            if abs(M[a * s + k]) > abs(M[best * s + k]):
+                best = a
+        for b in range(s):
+            size = max(size, abs(M[best * s + b]))
+        pivot = M[best * s + k]
+        if not abs(pivot) > SINGULAR * size:
+            return 0
+        order[k] = best
+        if best != k:
+            for b in range(s):
+                x = M[k * s + b]
+                M[k * s + b] = M[best * s + b]
+                M[best * s + b] = x
+        if (best != k) != (pivot < 0.0):
+            sign = -sign
+        for a in range(k + 1, s):
+            x = M[a * s + k] / pivot
+            M[a * s + k] = x
+            if x != 0.0:
+                for b in range(k + 1, s):
+                    M[a * s + b] -= x * M[k * s + b]
+    return sign
+
+
+@summing
+def substitute(M: FloatArray, order: Integers, s: int, x: FloatArray) -> None:
+    """Solve with triangular factors, in place."""
+    for k in range(s):
+        y = x[order[k]]
+        x[order[k]] = x[k]
+        x[k] = y
+    for a in range(s):
+        total = x[a]
+        for b in range(a):
+            total -= M[a * s + b] * x[b]
+        x[a] = total
+    for r in range(s):
+        a = s - 1 - r
+        total = x[a]
+        for b in range(a + 1, s):
+            total -= M[a * s + b] * x[b]
+        x[a] = total / M[a * s + a]
+
+
+@summing
+def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
+    """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
+    s = sl.s
+    find_directions(sl, q)
+    find_matrix(sl, sl.M)
+    if factor(sl.M, sl.order, s) <= 0:
+        return False
+    substitute(sl.M, sl.order, s, sl.speed)
+    k, start = sl.k, stage * 2 * sl.n
+    for a in range(s):
+        mu = sl.speed[a]
+        sl.mu[stage * sl.n + a], sl.heat[stage * sl.n + a] = mu, sl.size[a] * mu
+        k[start + 2 * a], k[start + 2 * a + 1] = mu * sl.unit[2 * a], mu * sl.unit[2 * a + 1]
+    for c in range(2 * s):
+        total = sl.load_q[c]
+        for b in range(2 * s):
+            total += sl.A[c * 2 * s + b] * k[start + b]
+        sl.k_q[start + c] = total
+    return True
