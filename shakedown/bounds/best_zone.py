@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.discs.disc_limits import wishes, zone_limit
+from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -172,6 +174,9 @@ def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> 
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, -inf, nothing, nothing, -inf)
+    if problem.directions > 1:
+        found = zone_limit(zone_rows(zone), tolerances)
+        return _Visit(nodes, zone, found.load_factor, found.x, found.multipliers, found.margin)
     rows = zone.constraints
     end = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
     if end.status == "unbounded":
@@ -187,9 +192,21 @@ def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ..
     if visit.zone is None:  # what nothing holds open is closed again
         yield from (tuple(sorted(set(visit.nodes) - {node})) for node in visit.nodes[:NEIGHBOURS])
         return
-    rows, pressing = visit.zone.constraints, visit.multipliers
-    if len(pressing) == 0:  # unbounded: there is no better one
+    if len(visit.multipliers) == 0:  # unbounded: there is no better one
         return
+    of_plane = visit.zone.problem.directions == 1
+    wish = (
+        _wishes(visit, visit.zone, tolerances)
+        if of_plane
+        else wishes(zone_rows(visit.zone), visit.slip, visit.load_factor, visit.multipliers, tolerances)
+    )
+    for node in sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]:
+        yield tuple(sorted(set(visit.nodes) ^ {node}))
+
+
+def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, float]:
+    """How strongly the rows of the plane ask for a node to be opened or closed."""
+    rows, pressing = zone.constraints, visit.multipliers
     weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
     gaps = rows.side == GAP
     wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(gaps & (weight > 0))}
@@ -197,8 +214,7 @@ def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ..
     lifting = by_node.min(axis=1) > 0 if len(visit.slip) == 0 else _at_the_apex(visit, rows, tolerances)
     for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
         wish[int(node)] = float(share)
-    for node in sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]:
-        yield tuple(sorted(set(visit.nodes) ^ {node}))
+    return wish
 
 
 def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
 from shakedown.joint.constraints import GAP, Constraints, constraints, step_loads
-from shakedown.joint.contact_zone import contact_zone
+from shakedown.joint.contact_zone import ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.programs.conic import Way, by_clarabel, by_cvxpy
@@ -88,8 +88,13 @@ def conic_upper_bound(
     """
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
     if problem.directions > 1:
-        bound = extreme_load_factor(load_factor_program(zone.constraints, -1.0, tolerances), solver)
-        return replace(bound, slip=zone.slips(zone.constraints.slips(bound.slip)))
+        rows = _without_round_off(zone.constraints)
+        most = load_factor_program(rows, towards=-1.0, tolerances=tolerances)
+        bound = extreme_load_factor(most, solver)
+        if bound.status == Status.UNBOUNDED:  # as far as anything is safe
+            start = extreme_load_factor(most.with_signs(cost=-1.0), solver)
+            bound = bound if start.status == Status.OPTIMAL else start
+        return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
     if zone.open_nodes:
         bound = _bound_in_zone(zone.constraints, solver, tolerances)
         return replace(bound, slip=zone.slips(bound.slip))
@@ -109,6 +114,13 @@ def conic_upper_bound(
         if not violated.any():
             return bound
         taken |= violated
+
+
+def _without_round_off(rows: Constraints) -> Constraints:
+    """The limits of a joint in space without right-hand sides that are the round-off of a mean."""
+    size = np.maximum(np.abs(rows.g), np.abs(rows.d))
+    of_cones = np.repeat(np.maximum.reduceat(size, rows.heads), rows.cones)
+    return replace(rows, g=np.where(np.abs(rows.g) <= ROUND_OFF * of_cones, 0.0, rows.g))
 
 
 def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:

@@ -32,6 +32,8 @@ from shakedown.programs.solver import solve
 LOGGER = logging.getLogger("shakedown")
 ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
 CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
+NOTHING = 1e-14  # of a load factor, in numbers near 1: it is round-off
+INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
 LARGE = 1000  # nodes, from where on time and memory are announced
 SECONDS, BYTES = 4e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
@@ -133,7 +135,7 @@ def _second_road(program: DiscProgram, tolerances: Tolerances) -> SelfDualEnd:
 
 
 def _optimal(rows: DiscRows, best: DiscEnd, certified_for: Problem | None) -> DiscLimit:
-    load_factor = max(best.load_factor, 0.0)
+    load_factor = best.load_factor if best.load_factor > NOTHING * best.scaled.load_unit else 0.0
     found: tuple[float, float] | Missing = Missing("")
     if certified_for is not None:
         found = enclosed(certified_for, rows, best)
@@ -209,8 +211,9 @@ def _unbounded(
     along = replace(rows, c=rows.e, gaps=_gap_loads(rows, -rows.gaps.d, rows.gaps.d))
     least, proved = _least_of(rows, start, tolerances), False
     if certified_for is not None:
-        safe = safest(rows, basis, start.load_factor, tolerances).x
-        proved = proved_unbounded(certified_for, rows, direction, (safe, start.load_factor))
+        beyond = start.load_factor + start.scaled.load_unit
+        safe = safest(rows, basis, beyond, tolerances).x
+        proved = proved_unbounded(certified_for, rows, direction, (safe, beyond))
     return DiscLimit(
         status=Status.UNBOUNDED,
         load_factor=inf,
@@ -227,6 +230,69 @@ def _unbounded(
 
 def _gap_loads(rows: DiscRows, g: FloatArray, d: FloatArray) -> Constraints:
     return replace(rows.gaps, g=g, d=d)
+
+
+@dataclass(frozen=True, eq=False)
+class ZoneLimit:
+    """λ_max of a zone that is compared with others.
+
+    Attributes
+    ----------
+    load_factor
+        −inf where the zone has no safe slip, inf where nothing limits it.
+    x : (k,)
+        Where it is reached, at the unknowns of programs; empty without a limit.
+    multipliers : (3j + o,)
+        Of discs and gaps; empty where nothing limits it.
+    margin
+        By how much (negative) its limits exclude every slip under the mean load [length]; else 0.
+    """
+
+    load_factor: float
+    x: FloatArray
+    multipliers: FloatArray
+    margin: float = 0.0
+
+
+def zone_limit(rows: DiscRows, tolerances: Tolerances) -> ZoneLimit:
+    """λ_max of a zone, for a search among zones."""
+    nothing, found = np.zeros(0), largest_load_factor(rows, None, True, tolerances)
+    if found.status == Status.UNBOUNDED:
+        return ZoneLimit(inf, nothing, nothing)
+    if found.status == Status.OPTIMAL:
+        return ZoneLimit(found.load_factor, found.x, found.multipliers)
+    margin = safest(rows, basis_of(rows), 0.0, tolerances).margin
+    return ZoneLimit(-inf, nothing, found.multipliers, margin)
+
+
+def wishes(
+    rows: DiscRows, x: FloatArray, load_factor: float, multipliers: FloatArray, tolerances: Tolerances
+) -> dict[int, float]:
+    """How strongly limits ask for a node of the joint to be opened (at its apex) or closed (its gap presses).
+
+    Without a safe slip (an empty x) a node is at its apex where its multipliers point inside the cone.
+    """
+    y, gap_y = multipliers[: 3 * len(rows.c)].reshape(-1, 3), multipliers[3 * len(rows.c) :]
+    of_gaps = gap_y * np.maximum(np.abs(rows.gaps.G).max(axis=1, initial=0.0), np.abs(rows.gaps.d))
+    wish = {int(rows.gaps.node[k]): float(of_gaps[k]) for k in np.flatnonzero(of_gaps > 0)}
+    sizes = np.abs(rows.stiffness).max(axis=(1, 2))
+    shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
+    if x.size:
+        s = rows.c + load_factor * rows.e + (rows.flat @ x).reshape(-1, 3)[rows.node]
+        terms = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node] + np.abs(rows.c)
+        apex = (np.abs(s) <= tolerances.feasibility * terms.max(axis=1)[:, None]).all(axis=1)
+    else:
+        apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
+        apex &= y[:, 0] > CARRIES * y[:, 0].max(initial=0.0)
+    for node in np.unique(rows.node[apex]).tolist():
+        wish[int(rows.names[node])] = float(shares[node])
+    return wish
+
+
+def _largest_load(rows: DiscRows) -> FloatArray:
+    found = np.zeros(len(rows.stiffness))
+    np.maximum.at(found, rows.node, np.abs(rows.e).max(axis=1))
+    return found
 
 
 @dataclass(frozen=True, eq=False)

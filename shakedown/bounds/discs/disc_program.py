@@ -12,6 +12,7 @@ from shakedown.ground.status import Status
 from shakedown.programs.interior.self_dual import SelfDualEnd, Solve, self_dual_end
 from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
 
+SHIFTS = (0.0, 1e-14, 1e-12, 1e-10)  # of a matrix with ones in its diagonal, where it is not positive
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
 
 
@@ -106,7 +107,7 @@ class DiscProgram:
         normal[K, K] += np.vdot(pulled, self.E)
         sizes = 1.0 / np.sqrt(np.diag(normal))
         normal *= sizes * sizes[:, None]
-        factor = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
+        factor = _factor(normal)
         return lambda right: sizes * cho_solve(factor, sizes * right, check_finite=False)
 
 
@@ -257,6 +258,18 @@ def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
         size = -float(np.vdot(y, scaled.program.rows.c) + gap_y @ scaled.program.rows.gaps.g)
         y, gap_y = y / size, gap_y / size
     return DiscEnd(end.status, x, load_factor, y, gap_y, end.accuracy, scaled, end)
+
+
+def _factor(normal: FloatArray) -> tuple[FloatArray, bool]:
+    """The factor of a matrix with ones in its diagonal, or of one next to it where round-off spoils that."""
+    for shift in SHIFTS[:-1]:
+        try:
+            return cho_factor(
+                normal + shift * np.eye(len(normal)), lower=True, overwrite_a=True, check_finite=False
+            )
+        except np.linalg.LinAlgError:
+            continue
+    return cho_factor(normal + SHIFTS[-1] * np.eye(len(normal)), lower=True, check_finite=False)
 
 
 def _largest(rows: DiscRows) -> FloatArray:

@@ -3,6 +3,7 @@
 The two statements that it rests on stand in docs/space.md (U1, U2).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import fsum, inf, nan, nextafter
 
@@ -16,7 +17,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.interior.self_dual import inner_point
+from shakedown.programs.interior.self_dual import balanced_multipliers, inner_point
 
 HALF_ULP = 0.5 * np.finfo(float).eps  # of a rounding, relative
 TINY = float(np.finfo(float).tiny)  # what an underflow may lose, at most, in a sum of products
@@ -333,10 +334,25 @@ def proved_infeasible(problem: Problem, rows: DiscRows, end: DiscEnd) -> bool:
     repair = Repair(proof)
     if repair.norm > REPAIRABLE:
         return False
-    balance = fitting(repair, end.y, [])
+    return any(_excludes(repair, y) for y in _on_the_way(end))
+
+
+def _on_the_way(end: DiscEnd) -> Iterator[FloatArray]:
+    """Multipliers of an infeasible program, and those with more room on the way to them."""
+    yield end.y
+    for point in end.end.path[-2::-2]:
+        y = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))[0]
+        size = -float(np.vdot(y, end.scaled.program.rows.c))
+        if size > 0 and np.isfinite(y).all():
+            yield y / size
+
+
+def _excludes(repair: Repair, y: FloatArray) -> bool:
+    """Whether multipliers, balanced exactly, exclude every load factor ≥ 0."""
+    balance = fitting(repair, y, [])
     if balance is None:
         return False
-    _, most, _, slope = _totals(proof, balance)
+    _, most, _, slope = _totals(repair.proof, balance)
     return bool(most < 0 and slope <= 0)
 
 

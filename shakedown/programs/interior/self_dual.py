@@ -17,7 +17,7 @@ ITERATIONS = 100
 REACHED = 1e-11  # gap and residuals at which it stops
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-REFINEMENTS = 2  # of every solution of the normal equations
+REFINEMENTS, SOLVED = 4, 1e-15  # of every solution of the normal equations, at most; what may be left
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
 INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
@@ -161,6 +161,17 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
     return None
 
 
+def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
+    """Multipliers with Gᵀ y = 0 next to a point on the way, as its place in the cones asks for."""
+    with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
+        scaling = rows.cones.scaling(point.s, point.y)
+        try:
+            dx = _refined(rows, scaling)(rows.transposed(point.y))
+        except np.linalg.LinAlgError:
+            return np.full_like(point.y, np.nan)
+        return point.y - scaling.divided(scaling.divided(rows.times(dx)))
+
+
 def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
@@ -239,14 +250,27 @@ def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
 
 
 def _refined(rows: ConeRows, scaling: SmallScaling) -> Solve:
-    """The normal equations, solved and refined."""
+    """The normal equations, solved and refined by conjugate gradients with their factor."""
     solve = rows.normal_equations(scaling)
+
+    def product(x: FloatArray) -> FloatArray:
+        return rows.transposed(scaling.divided(scaling.divided(rows.times(x))))
 
     def refined(right: FloatArray) -> FloatArray:
         x = solve(right)
+        rest = right - product(x)
+        enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(x), 1.0
         for _ in range(REFINEMENTS):
-            product = rows.transposed(scaling.divided(scaling.divided(rows.times(x))))
-            x = x + solve(right - product)
+            if not np.linalg.norm(rest) > enough:
+                break
+            ahead = solve(rest)
+            slope = float(rest @ ahead)
+            way, last = ahead + slope / last * way, slope
+            pushed = product(way)
+            length = slope / float(way @ pushed)
+            if not np.isfinite(length):
+                break
+            x, rest = x + length * way, rest - length * pushed
         return x
 
     return refined
