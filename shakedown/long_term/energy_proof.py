@@ -63,7 +63,7 @@ def energy_proof(
     ball = _ball(problem, load_factor, final_slip, passage.tolerances, open_nodes)
     if ball is not None and any(ball.contains(slip) for slip in slips_in_zone(passage, most, open_nodes)):
         return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
-    if open_nodes:
+    if open_nodes or problem.directions > 1:  # boxes are of one direction
         return NO_PROOF
     states = chain([final_slip], slips_in_zone(passage, most, ()))
     proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)

@@ -73,6 +73,10 @@ class EnergyBall(Result):
     share : (n, 2)
         With two directions what part c of the change of its own tangential reaction is counted as the
         change of the pressure of every closed node (docs/energy.md, section 8) [1]; else empty.
+    shortfall
+        With two directions, where no ball was found to hold the state given: how far that is from one,
+        −max (R − ‖v − v*‖) [√(force · length)]; else NaN. States less than that away from it are in none
+        with the same shares.
     """
 
     status: Status
@@ -86,6 +90,7 @@ class EnergyBall(Result):
     inner_radius: float
     zone: Zone | None = field(default=None, repr=False)
     share: FloatArray = field(default_factory=lambda: np.zeros((0, 2)), repr=False)
+    shortfall: float = nan
 
     @property
     def open_nodes(self) -> tuple[int, ...]:
@@ -259,6 +264,7 @@ def _in_space(
         metric=limits.metric,
         inner_radius=radius * (1.0 - tolerances.feasibility),
         share=found.share,
+        shortfall=found.shortfall * limits.metric.unit,
     )
 
 

@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
-from shakedown.bounds.energy.discs.ball_limits import disc_limits
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits, disc_limits
 from shakedown.bounds.energy.discs.best_bound import best_bound
+from shakedown.bounds.energy.discs.exact_discs import ExactDiscs
+from shakedown.bounds.energy.discs.rounds import room_about
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
@@ -30,6 +32,7 @@ from shakedown.joint.result import Result
 
 CERTIFIED_UP_TO = 40
 NOT_REGULAR = "to the last stored digit A is not positive semi-definite, or B reaches outside its range"
+NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
 NOWHERE_STRICT = "near the optimum no slip and radius satisfy all conditions strictly"
 
 
@@ -250,7 +253,31 @@ def _in_space(
     bound = replace(bound, initial_slip=given)
     if zone.open_nodes:
         return _in_zone(zone, given, bound)
+    if bound.status == Status.OPTIMAL and (zone.joint.n <= CERTIFIED_UP_TO if certify is None else certify):
+        proof = sought(_space_certificate, zone.joint, limits.shared(bound.share), bound)
+        if isinstance(proof, Missing):
+            bound = replace(bound, uncertified=proof.reason)
+        else:
+            bound = replace(bound, certificate=proof)
     return replace(bound, pinned=limits.rigid.pinned)  # without the rows of all load steps at once
+
+
+def _space_certificate(
+    problem: Problem, limits: DiscLimits, bound: EnergyBound
+) -> EnergyCertificate | Missing:
+    """As :func:`_certificate`, with two tangential directions."""
+    exact = ExactDiscs(problem, bound.share)
+    if not exact.regular:
+        return Missing(limits.rigid.doubt or NOT_CLEARLY)
+    start = limits.rigid.relative(bound.initial_slip)
+    room = room_about(limits, start, bound.distance)
+    for part in (10.0**digits for digits in range(-14, -2)):
+        slip = (1 - part) * bound.slip + part * room.slip
+        lower = (1 - part) * bound.load_factor + part * room.load_factor
+        radius = nextafter(float(exact.radius_to(slip, start, bound.distance)), inf)
+        if exact.holds(lower, slip, radius):
+            return EnergyCertificate(lower, slip, radius)
+    return Missing(NOWHERE_STRICT)
 
 
 def farthest_load_factor(

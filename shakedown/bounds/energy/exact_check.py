@@ -66,7 +66,7 @@ class ExactBall:
         """Whether every row at a slip keeps more than the room of a ball: f γ R < margin, exactly."""
         if not self.regular:
             return False
-        v, factor, square = _vector(slip), Fraction(load_factor), Fraction(radius) ** 2
+        v, factor, square = exact_vector(slip), Fraction(load_factor), Fraction(radius) ** 2
         for i, (row, right) in enumerate(self._rows):
             locked = sum((G * x for G, x in zip(row, v, strict=False)), Fraction(0))
             margins = [right - locked - row[-1] * factor]
@@ -79,12 +79,12 @@ class ExactBall:
 
     def radius_to(self, slip: FloatArray, start: FloatArray, distance: float) -> Fraction:
         """A fraction just above the energy distance between two slips, plus a distance."""
-        e = [a - b for a, b in zip(_vector(slip), _vector(start), strict=True)]
+        e = [a - b for a, b in zip(exact_vector(slip), exact_vector(start), strict=True)]
         square = sum(
             (x * sum((a * y for a, y in zip(row, e, strict=True)), Fraction(0)))
             for x, row in zip(e, self._A, strict=True)
         )
-        return _root_above(Fraction(square)) + Fraction(distance)
+        return root_above(Fraction(square)) + Fraction(distance)
 
     def _clipped(self, products: list[Products]) -> list[Fraction]:
         """(f γ)² of every row: c = B_ii / A_ii, but not beyond ±1/f."""
@@ -106,15 +106,16 @@ class ExactBall:
         return least
 
 
-def _vector(values: FloatArray) -> list[Fraction]:
+def exact_vector(values: FloatArray) -> list[Fraction]:
+    """Stored numbers (n,) as fractions."""
     return [Fraction(x) for x in values.tolist()]
 
 
 def _fractions(matrix: FloatArray) -> list[list[Fraction]]:
-    return [_vector(row) for row in matrix]
+    return [exact_vector(row) for row in matrix]
 
 
-def _root_above(square: Fraction) -> Fraction:
+def root_above(square: Fraction) -> Fraction:
     """The square root of a fraction, rounded up."""
     if square <= 0:
         return Fraction(0)

@@ -8,6 +8,8 @@ from bounds.energy.space import gammas, in_other_units, plainly, space_joint, tu
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
+from shakedown.bounds.energy.ball_watch import BallWatch
+from shakedown.bounds.energy.discs.exact_discs import ExactDiscs
 from shakedown.joint.loading import loading
 
 # λ_max, then λ_E from slip zero and R at half λ_max with c = 0, and λ_E with half of A_ii⁻¹ B_ii, from an
@@ -149,3 +151,53 @@ def test_statuses():
     bound = energy_bound(floating)
     assert bound.status in ("optimal", "infeasible")
     assert len(bound.pinned) == 2
+
+
+@pytest.mark.parametrize("name", ["four-node-3d", "block-3x3"])
+def test_certificates_hold_exactly(name):
+    problem = shakedown.example(name)
+    for split in (False, True):
+        bound = energy_bound(problem, split=split)
+        assert bound.load_factor * (1 - 1e-12) <= bound.certified < bound.load_factor
+        exact, found = ExactDiscs(problem, bound.share), bound.certificate
+        assert exact.holds(found.load_factor, found.slip, found.radius)
+        assert not exact.holds(bound.load_factor * (1 + 1e-12), found.slip, found.radius)
+        assert not exact.holds(found.load_factor, found.slip, found.radius * (1 + 1e-6))
+        assert exact.radius_to(found.slip, np.zeros(problem.layout.slip_size), 0.0) <= found.radius
+    assert not energy_bound(problem, certify=False).uncertified
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_watch_finds_what_a_ball_proves(seed):
+    problem, rng = space_joint(seed, 3), np.random.default_rng(seed)
+    middle = energy_ball(problem, 0.0).slip
+    load_factor = 0.7 * energy_bound(problem, middle, certify=False).load_factor
+    watch, found = BallWatch(problem, load_factor), []
+    for reach in np.geomspace(30.0, 0.01, 4):
+        state = middle + reach * rng.normal(size=6)
+        found.append(watch.proves(state))
+        alone = energy_ball(problem, load_factor, around=state)
+        assert found[-1] == (alone.status == "optimal" and bool(alone.contains(state)))
+        assert found[-1] == (watch.margin(state) > 0)
+        if found[-1]:
+            assert energy_bound(problem, state, certify=False).load_factor > load_factor
+        elif alone.status == "infeasible":
+            assert alone.shortfall > 0
+    assert found[-1]
+    assert not found[0]
+
+
+def test_the_example_of_a_jump_in_a_ball():
+    """Inside a ball with a share the rates of slip may have no solution (docs/energy.md, section 8)."""
+    still = {"q_w": np.zeros((3, 2)), "p_w": np.ones((3, 1))}
+    node = Problem(A=np.diag([1.0, 10.0]), B=[[0.0, 9.0]], C=[[9.0]], f=1.0, **still)
+    ball = energy_ball(node, 0.0)
+    np.testing.assert_allclose(ball.share, [[0.0, 0.9]])
+    assert ball.radius == np.inf
+    n = np.array([np.sqrt(1 - 0.45**2), -0.45])
+    assert n @ node.A @ n + node.B[0] @ n == pytest.approx(-1.2275)
+    zero = energy_ball(node, 0.0, split=False)
+    # At any limit in a ball with c = 0 the rates are unique.
+    v = np.array([-(1 + 9 * 0.45 / 5.95) * n[0], 0.45 / 5.95])
+    np.testing.assert_allclose(node.A @ v, -(1 + node.B[0] @ v) * n, atol=1e-12)
+    assert not zero.contains(v)

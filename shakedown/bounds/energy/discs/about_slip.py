@@ -138,10 +138,10 @@ class DiscsAbout:
         return replace(found, norm=np.array([1.0, 0.0]), offset=self.offset)
 
     def margin_program(self) -> DiscProgram:
-        """The largest δ ≥ 0 for which ‖y‖ + δ ≤ R, w = (R, δ)."""
+        """The largest δ, of either sign, for which ‖y‖ + δ ≤ R and R ≥ 0, w = (R, δ)."""
         found = self.program(
             np.stack([self._of_radius(self.disc_s), np.zeros_like(self.d)], axis=2),
-            np.vstack([np.column_stack([self.row_s, 0.0 * self.row_s]), [0.0, -1.0]]),
+            np.vstack([np.column_stack([self.row_s, 0.0 * self.row_s]), [-1.0, 0.0]]),
             np.zeros(1),
         )
         return replace(found, norm=np.array([1.0, -1.0]))

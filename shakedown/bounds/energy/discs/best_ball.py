@@ -1,6 +1,6 @@
 """The largest ball at a load factor, and the ball that holds a state best, and what confirms them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
@@ -25,6 +25,7 @@ class BestBall:
     active: tuple[tuple[int, int], ...]
     residual: float
     share: FloatArray
+    shortfall: float = nan
 
 
 def best_ball(
@@ -56,6 +57,9 @@ def best_ball(
         found, missing = holding(limits, load_factor, held, tolerances, split=split), NOT_HELD
     if found.status == Status.INFEASIBLE:
         return _nothing(limits, missing)
+    if held is not None and not found.end.value > 0:
+        short = -found.end.value * found.about.length
+        return replace(_nothing(limits, NOT_HELD), shortfall=short)
     limits, slip = found.limits, found.slip
     if not leaves_margins(limits, slip, load_factor, tolerances):
         return _nothing(limits, NO_ROOM)

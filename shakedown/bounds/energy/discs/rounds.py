@@ -175,26 +175,23 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
 def holding(
     limits: DiscLimits, load_factor: float, state: FloatArray, tolerances: Tolerances, *, split: bool
 ) -> Found:
-    """The ball at a load factor in which a state has the largest margin."""
+    """The ball at a load factor in which a state has the largest margin R − ‖v − v*‖, of either sign."""
 
     def one(each: DiscLimits) -> Found:
         about = discs_about(each, state).at_load(load_factor)
         end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y))
         return _found(each, about, end, state)
 
-    def room(each: DiscLimits) -> Room:
-        found = _room(each, discs_about(each, state).at_load(load_factor), state)
-        return found._replace(load_factor=load_factor)
+    def value(found: Found) -> float:
+        return found.end.value * found.about.length
 
-    return _by_turns(
-        limits,
-        one,
-        lambda found: found.end.value * found.about.length,
-        room,
-        tolerances,
-        split=split,
-        load_factor=load_factor,
-    )
+    found = _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor)
+    if found.status == Status.OPTIMAL and not value(found) > 0 and split:
+        begun = sought(one, limits.shared(0.5 * full_share(limits)))
+        if not isinstance(begun, Missing) and begun.status == Status.OPTIMAL:
+            other = _turns(begun, one, value, load_factor)
+            return other if value(other) > value(found) else found
+    return found
 
 
 def widest(limits: DiscLimits, load_factor: float) -> tuple[FloatArray, float]:
@@ -235,6 +232,11 @@ def _by_turns(
         if begun is None:
             return found
         found = begun
+    return _turns(found, one, value, load_factor)
+
+
+def _turns(found: Found, one: Solve, value: Callable[[Found], float], load_factor: float | None) -> Found:
+    """Rounds from a solution on, until they gain little."""
     for _ in range(ROUNDS):
         if found.status != Status.OPTIMAL:
             break

@@ -86,7 +86,7 @@ def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
         return best
     best = replace(best, w=value(best.y)[1] if np.all(np.isfinite(value(best.y)[1])) else best.w)
     best = replace(best, proved=proved(program, best))
-    candidate = _newton(program, end)
+    candidate = _newton(program, end) if _away(program, end) else _centred(program, end, value)
     if candidate is None:
         return best
     sharper = replace(candidate, w=value(candidate.y)[1])
@@ -148,8 +148,6 @@ def _newton(program: DiscProgram, end: DiscEnd) -> SharpEnd | None:
 
     What turns out to push the wrong way is let go, and what turns out to be broken is taken in.
     """
-    if program.norm is not None and not np.linalg.norm(end.y) > 0:
-        return None
     active = _active(program, end)
     for _ in range(CHANGES):
         found = _stationary(program, end, active)
@@ -160,6 +158,30 @@ def _newton(program: DiscProgram, end: DiscEnd) -> SharpEnd | None:
             return _ended(program, active, found, end)
         active = other
     return None
+
+
+def _away(program: DiscProgram, end: DiscEnd) -> bool:
+    """Whether an end is elsewhere than at y = 0, where the bound of the length has no slope."""
+    return program.norm is None or float(np.linalg.norm(end.y)) > APEX
+
+
+def _centred(program: DiscProgram, end: DiscEnd, value: Value) -> SharpEnd | None:
+    """The end at y = 0: of the multipliers found there, those of what is active, in its directions."""
+    y = np.zeros(program.rank)
+    w = value(y)[1]
+    if program.norm is None or not np.all(np.isfinite(w)):
+        return None
+    u = _discs_at(program, y, w, np.arange(len(program.node)))
+    lengths = np.hypot(u[:, 1], u[:, 2])
+    carrying = (u[:, 0] - lengths < SHARP) & (lengths > 0)
+    normal = u[:, 1:] / np.where(lengths > 0, lengths, 1.0)[:, None]
+    discs = (carrying * end.discs[:, 0])[:, None] * np.column_stack([np.ones(len(u)), -normal])
+    rows = np.where(program.rows_right - program.rows_extra @ w < SHARP, end.rows, 0.0)
+    of_w = balance(program, discs, rows)[1]
+    pull = float((of_w - of_w[0] / program.norm[0] * program.norm)[-1])
+    if not pull > 0:
+        return None
+    return SharpEnd(Status.OPTIMAL, y, w, discs / pull, rows / pull)
 
 
 def _stationary(program: DiscProgram, end: DiscEnd, active: _Active) -> _Stationary | None:
