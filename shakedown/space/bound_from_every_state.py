@@ -21,7 +21,7 @@ from shakedown.space.sector_rows import sector_rows
 from shakedown.space.sectors import Sectors, sectors_of
 from shakedown.space.unique_rates import held
 
-FIRST_SECTORS, MOST_SECTORS = 16, 256
+FIRST_SECTORS, MOST_SECTORS = 32, 256
 WORTH = 1.01  # by which factor more sectors must raise the bound for still more to be tried
 APART = 1e-9  # relative: a node that only lift-off limits
 

@@ -11,6 +11,7 @@ from shakedown.space.sectors import Sectors
 STEPS = 300  # of exchanging one of three touching points: 10 to 40 are taken
 WIDTH = 2.0**-44  # of what is left open, relative to the radius
 CORNERS = np.stack([np.cos(2 * np.pi * np.arange(3) / 3), np.sin(2 * np.pi * np.arange(3) / 3)], axis=1)
+NONE = 2.0**-40  # change of a weight that is round-off
 EPS = float(np.finfo(float).eps)
 
 
@@ -152,7 +153,7 @@ def _exchanged(basis: FloatArray, new: FloatArray) -> tuple[FloatArray, NDArray[
     columns = basis[..., :3].transpose(0, 2, 1)
     right = np.stack([np.broadcast_to([0.0, 0.0, 1.0], new[:, :3].shape), new[:, :3]], axis=2)
     weights, change = np.moveaxis(np.linalg.solve(columns, right), 2, 0)
-    ratio = np.where(change > EPS, np.maximum(weights, 0.0) / np.where(change > EPS, change, 1.0), np.inf)
+    ratio = np.where(change > NONE, np.maximum(weights, 0.0) / np.where(change > NONE, change, 1.0), np.inf)
     leaving, found = ratio.argmin(axis=1), basis.copy()
     found[np.arange(len(found)), leaving] = new
     regular = np.abs(np.linalg.det(found[..., :3])) > 4 * EPS * found[..., 2].max(axis=1)

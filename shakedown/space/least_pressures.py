@@ -12,7 +12,8 @@ from shakedown.space.sectors import Sectors
 SWEEPS = 400  # of the iteration: at 0.9 a sweep that settles
 NEWTON_STEPS = 40
 SETTLED = 2.0**-50  # last change of multipliers, relative: as far as round-off lets them
-EXCESS = 2.0**-43  # by how much the weights of the friction limits exceed the multipliers, relative
+EXCESS = 2.0**-44  # by how much the weights of the friction limits exceed the multipliers, relative, at first
+TRIES, MORE = 4, 2.0  # to exceed the round-off in them; by so many times
 EPS = float(np.finfo(float).eps)
 
 
@@ -34,14 +35,16 @@ class LeastPressures:
     weights : (c, n)
         h, larger than they need be by more than the round-off in Y.
     error : (c,)
-        How far any |Y_j| may be from that of the exact solution Y of the equation with these weights; inf
-        where none was found.
+        How far any |Y_j| may be from that of the exact solution Y of the equation with these weights.
+    proved : (c,)
+        Whether h_j ≥ |Y_j| for that exact solution; where not, the bounds are −inf.
     """
 
     sectors: Sectors
     multipliers: FloatArray
     weights: FloatArray
     error: FloatArray
+    proved: NDArray[np.bool_]
 
     def at(self, joint: ScaledJoint, q: FloatArray, p: FloatArray) -> FloatArray:
         """The bounds under loads (m, 2n) and (m, n), or their parts, less all round-off: (m, c) [force].
@@ -51,9 +54,8 @@ class LeastPressures:
         limit, own = joint.f * p, p[:, self.sectors.node]
         found = own - limit @ self.weights.T - q @ self.multipliers.T
         terms = np.abs(own) + np.abs(limit) @ np.abs(self.weights).T + np.abs(q) @ np.abs(self.multipliers).T
-        known = np.where(np.isfinite(self.error), self.error, 0.0)
-        loose = (3 * joint.n + 4) * EPS * terms + np.abs(q).sum(axis=1)[:, None] * known
-        return np.where(np.isfinite(self.error), found - loose, -np.inf)
+        loose = (3 * joint.n + 4) * EPS * terms + np.abs(q).sum(axis=1)[:, None] * self.error
+        return np.where(self.proved, found - loose, -np.inf)
 
 
 def least_pressures(joint: ScaledJoint, sectors: Sectors) -> LeastPressures:
@@ -64,31 +66,38 @@ def least_pressures(joint: ScaledJoint, sectors: Sectors) -> LeastPressures:
     """
     inverse = np.linalg.inv(joint.A)
     own, others = (joint.B @ inverse)[sectors.node], joint.fB @ inverse
-    excess = EXCESS * np.abs(own).max(axis=1, initial=0.0)
-    Y, settled = _iterated(own, others, excess, sectors)
-    for c in np.flatnonzero(~settled):
-        Y[c] = _by_newton(joint, sectors, int(c), excess[c], Y[c])
-    h = np.asarray(_sizes(Y, sectors) + excess[:, None])
+    size = np.abs(own).max(axis=1, initial=0.0)
+    excess, Y = EXCESS * max(1.0, joint.n / 4) * size, own
+    for _ in range(TRIES):
+        Y, settled = _iterated(own, others, excess, sectors, Y)
+        for c in np.flatnonzero(~settled):
+            Y[c] = _by_newton(joint, sectors, int(c), excess[c], Y[c])
+        found = _solved(joint, inverse, sectors, np.asarray(_sizes(Y, sectors) + excess[:, None]))
+        if found.proved.all():
+            break
+        excess = np.where(found.proved, excess, np.maximum(4.0 * excess, MORE * found.error))
+    return found
+
+
+def _solved(
+    joint: ScaledJoint, inverse: NDArray[np.floating], sectors: Sectors, h: FloatArray
+) -> LeastPressures:
+    """The multipliers that belong to given weights; not proved where the weights are too small."""
     fB, right = joint.fB, joint.B[sectors.node]
     Y = (right - h @ fB) @ inverse
     Y = np.asarray(Y + (right - h @ fB - Y @ joint.A) @ inverse)
     error = _error(joint, inverse, right, h, Y)
     room = h - (1.0 + 8 * EPS) * _sizes(Y, sectors)
     proved = np.all(room >= error[:, None], axis=1) & np.all(np.isfinite(Y), axis=1)
-    kept = np.asarray(proved)[:, None]
-    return LeastPressures(
-        sectors,
-        np.where(kept, Y, 0.0),
-        np.where(kept, h, 0.0),
-        np.where(proved, error, np.inf),
-    )
+    known = np.where(np.isfinite(error), error, 0.0)
+    return LeastPressures(sectors, Y, h, known, np.asarray(proved))
 
 
 def _iterated(
-    own: FloatArray, others: FloatArray, excess: FloatArray, sectors: Sectors
+    own: FloatArray, others: FloatArray, excess: FloatArray, sectors: Sectors, start: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The multipliers as far as sweeps bring them, and which of them have settled."""
-    Y, going = own.copy(), np.arange(len(own))
+    Y, going = start.copy(), np.arange(len(own))
     size = np.abs(own).max(axis=1, initial=0.0)
     for _ in range(SWEEPS):
         part = Sectors(sectors.node[going], sectors.middle[going], sectors.half)

@@ -32,7 +32,7 @@ def sector_rows(joint: ScaledJoint, least: LeastPressures, half: float) -> tuple
     every, f = np.arange(len(node)), joint.f[node]
     Y = least.multipliers.reshape(len(node), -1, 2)[every, node]
     across_middle = turned(middle)
-    base = 1.0 - f * least.weights[every, node] + f * np.where(np.isfinite(least.error), least.error, 0.0)
+    base = 1.0 - f * least.weights[every, node] + f * least.error
     wave = f[:, None] * np.stack([np.sum(Y * middle, axis=1), np.sum(Y * across_middle, axis=1)], axis=1)
     sizes = _covering(base, wave, half)
     cosine, sine = np.cos(half), np.sin(half)

@@ -31,7 +31,10 @@ class Sectors:
 
     def reach(self, y: FloatArray) -> FloatArray:
         """The largest y · u over the directions of every sector, of vectors (…, c, 2): (…, c)."""
-        return np.asarray(np.hypot(y[..., 0], y[..., 1]) * np.cos(self._beyond(y)))
+        if self.half == 0.0:
+            return np.asarray(np.sum(y * self.middle, axis=-1))
+        size = np.hypot(y[..., 0], y[..., 1])
+        return np.asarray(size if self.half >= np.pi else size * np.cos(self._beyond(y)))
 
     def farthest(self, y: FloatArray) -> FloatArray:
         """The direction u that :meth:`reach` reaches, (…, c, 2)."""

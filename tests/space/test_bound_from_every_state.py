@@ -82,6 +82,15 @@ def test_least_pressures_are_those_of_cone_programs(load_factor):
         assert found[i] <= least_of_all + 1e-7
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_round_off_takes_nothing_away_from_many_nodes(seed):
+    """Multipliers are proved for every node: the weights exceed them by more than what round-off could do."""
+    problem = joint(n=24, seed=seed, coupling=0.2)
+    least = least_pressures(scaled_joint(problem), discs(problem))
+    assert least.proved.all()
+    assert np.all(least.error < 1e-11)
+
+
 def test_no_admissible_slip_presses_less():
     """Weak duality at states of every kind, under loads that the multipliers have never seen."""
     problem, rng = joint(seed=3), np.random.default_rng(7)
