@@ -68,7 +68,7 @@ def tiny(value: float) -> str:
 def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
     """Names, values and remarks in aligned columns; lines without a value are left out."""
     facts = [fact for fact in facts if fact[1] != "-"]
-    name_width, value_width = (max(len(fact[k]) for fact in facts) for k in (0, 1))
+    name_width, value_width = (max((len(fact[k]) for fact in facts), default=0) for k in (0, 1))
     return "\n".join(
         f"{indent}{name:{name_width}}  {value:{value_width}}  {remark}".rstrip()
         for name, value, remark in facts

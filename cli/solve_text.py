@@ -95,8 +95,10 @@ def _in_the_plane(limits: JointLimits, curve: shakedown.GuaranteeCurve | Missing
 def _in_space(limits: SpaceLimits) -> list[str]:
     """The limits that exist with two tangential directions, what follows, and the nodes."""
     problem, upper = limits.problem, limits.upper
-    facts = [_from_here(limits.energy), _from_every_state(limits.universal), _least(upper), _largest(upper)]
-    lines = [listing(facts), ""]
+    from_state = [_from_here(limits.energy), _from_every_state(limits.universal)]
+    facts = [*from_state, _least(upper), _largest(upper, "certified")]
+    listed = listing(facts)
+    lines = [listed, ""] if listed else []
     lines += [paragraph(sentence) for sentence in space_bounds_in_words(limits)]
     return [*lines, "", node_table(problem, _safe_columns(problem, upper)), "", paragraph(DIRECTIONS)]
 
@@ -153,9 +155,9 @@ def _least(upper: shakedown.UpperBound) -> Fact:
     return ("least load factor λ_lo", _from_here_on(upper.least_load_factor), "safe slips exist from here on")
 
 
-def _largest(upper: shakedown.UpperBound) -> Fact:
+def _largest(upper: shakedown.UpperBound, how: str = "exact") -> Fact:
     """λ_max, with the nodes that are open where it is that of a zone."""
-    remark = f"{upper.status}{_certified(upper.certified)}"
+    remark = f"{upper.status}{_certified(upper.certified, how)}"
     if upper.open_nodes:
         remark += f", with {open_in_words(upper.open_nodes)} open"
     name = "λ_max of the zone" if upper.open_nodes else "upper bound λ_max"
@@ -167,15 +169,15 @@ def _from_here_on(least: float) -> str:
     return bound(least, rounded=up) if least else "-"
 
 
-def _certified(interval: tuple[float, float] | None) -> str:
-    """How close an exact enclosure is, where there is one."""
+def _certified(interval: tuple[float, float] | None, how: str = "exact") -> str:
+    """How close an enclosure is, where there is one."""
     if interval is None:
         return ""
     low, high = interval
     size = max(abs(low), abs(high))
     if size in (0.0, float("inf")):
         return ", certified"
-    return f", exact to {max(high - low, 0.0) / size:.0e}"
+    return f", {how} to {max(high - low, 0.0) / size:.0e}"
 
 
 def _reached(problem: Problem, upper: shakedown.UpperBound, node: int) -> str:

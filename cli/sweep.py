@@ -131,7 +131,9 @@ class TableFile(OutputFile):
     "stiffness or coupling, or a key or constant load of CONFIG.toml. May be given twice.",
 )
 @click.option(
-    "--bounds", type=Bounds(), default=",".join(BOUNDS), show_default=True, help="Limits to compute."
+    "--bounds",
+    type=Bounds(),
+    help=f"Limits to compute: some of {','.join(BOUNDS)}.  [default: all that the joint has]",
 )
 @click.option(
     "--load-factor",
@@ -169,7 +171,7 @@ def sweep(
     context: click.Context,
     joint: Problem | shakedown.Import,
     vary: tuple[tuple[str, FloatArray], ...],
-    bounds: tuple[str, ...],
+    bounds: tuple[str, ...] | None,
     load_factors: tuple[float, ...],
     initial: str,
     open_nodes: Literal["auto", "none"],

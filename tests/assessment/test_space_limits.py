@@ -66,3 +66,38 @@ def test_the_first_load_step_admits_a_slip_up_to_where_it_is_on_its_cone(seed):
 )
 def test_where_a_ray_leaves_the_cone(start, along, leaves):
     assert leaves_cone(np.array(start), np.array(along)) == pytest.approx(leaves, rel=1e-12)
+
+
+REFERENCE = {  # λ_max; least λ_E from slip zero with a share of half A_ii⁻¹ B_ii; λ_U by discs alone
+    "one-node-3d": (1.251732445097, 1.236273694, 1.104749027),
+    "two-node-3d": (0.881085157837, 0.829089420, 0.701447789),
+    "four-node-3d": (1.224961698973, 1.045380416, 0.700670910),
+    "block-3x3": (2.784608340022, 2.190426016, 1.050961094),
+}
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_three_numbers_of_the_reference_joints(name):
+    largest, energy, discs = REFERENCE[name]
+    found = shakedown.assess(shakedown.example(name))
+    assert found.impossible_above == pytest.approx(largest, rel=1e-9)
+    assert energy <= found.details.energy.load_factor <= found.impossible_above
+    assert discs * (1 - 1e-9) <= found.proved_from_every_state <= found.impossible_above
+    assert found.proved_from_this_state >= found.details.energy.load_factor
+    low, high = found.details.upper.certified
+    assert low <= found.impossible_above <= high
+    bounds = shakedown.shakedown_bounds(shakedown.example(name))
+    assert bounds.upper.load_factor == found.impossible_above
+    assert bounds.to_dict()["lower"] is None
+    assert "SpaceBounds(" in repr(bounds)
+
+
+def test_what_the_bounds_decide_of_the_load_as_given():
+    assert str(shakedown.assess(shakedown.example("block-3x3")).said_as_given) == "shakedown"
+    assert str(shakedown.assess(JOINT).said_as_given) == "impossible-in-contact"
+    frame = shakedown.assess(JOINT).to_frame()
+    assert list(frame.columns)[:3] == [
+        "proved_from_every_state",
+        "proved_from_this_state",
+        "impossible_above",
+    ]

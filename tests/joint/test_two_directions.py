@@ -370,8 +370,9 @@ ANSWERS = {
     # long term
     # assessment and studies
     "assess",
-    "random_paths",
     "shakedown_bounds",
+    "sweep",
+    "random_paths",
     "with_parameter",
     # of runs of any joint: the problem has the units only
     "slip_over_load",
@@ -384,7 +385,7 @@ REFUSES = [
     "simulate --load-factor 0.5",
     "verify",
     "map --load-factor 0.5",
-    "sweep --vary f=0.1:0.5:3",
+    "sweep --vary friction=0.5:1:3 --load-factor 1",
     "adversary",
 ]
 OTHERS = {  # what else a function needs to be called

@@ -57,8 +57,8 @@ def _below(limits: SpaceLimits) -> list[str]:
     start = "λ_U" if known > 0 else "λ = 0"
     where = f"Between {start} and λ_max" if finite else f"Above {start}"
     return [
-        f"{where} it depends on the initial state whether the joint shakes down; λ_E is what is proved of "
-        f"one. {NO_FIRST_COLLAPSE}"
+        f"{where} it is open, or depends on the initial state, whether the joint shakes down; λ_E is what "
+        f"is proved of one state. {NO_FIRST_COLLAPSE}"
     ]
 
 

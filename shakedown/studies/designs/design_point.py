@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import isinf, isnan, nan
 from typing import Any, Literal, NamedTuple
 
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits, kind_of_limits
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.upper import UpperBound
@@ -29,6 +29,7 @@ SYMBOLS = {
     "upper": "λ_max",
 }
 LIMITS = tuple(SYMBOLS)
+OF_SPACE = ("universal", "energy", "upper")  # what a joint with two tangential directions has of them
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
@@ -193,7 +194,7 @@ def design_point(
     {'lower': 0.657, 'universal': 0.657, 'energy': 0.662, 'box': 0.732, 'transient': 0.732, 'upper': 0.739}
     """
     asked = set(question.bounds)
-    joint = JointLimits(
+    joint = kind_of_limits(problem)(
         problem,
         question.initial_slip,
         zone=question.open_nodes,
@@ -221,7 +222,7 @@ def design_point(
 
 def _limit(name: str, found: Mapping[str, Any]) -> Limit:
     """A limit with how it was found; what it rests on was found before."""
-    if name == "universal" and isinstance(found["lower"], Missing):
+    if name == "universal" and not (found["lower"] or found[name]):
         return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
     if name == "transient" and (found[name] is None or isinstance(found["upper"], Missing)):
         return Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
@@ -265,7 +266,7 @@ def _outcome(problem: Problem, load_factor: float, question: Question, tolerance
     return Outcome.UNDECIDED if isinstance(found, Missing) else found.outcome  # loads too large to follow
 
 
-def _slips(joint: JointLimits, below: float) -> SlipAllowed:
+def _slips(joint: Limits, below: float) -> SlipAllowed:
     found = allowed(joint.slip, below)
     if isinstance(found, Missing):
         return SlipAllowed(below, nan, nan)

@@ -18,10 +18,10 @@ from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.importing.import_model import Import
-from shakedown.joint.arguments import check_load_factor, checked, real_array
+from shakedown.joint.arguments import check_load_factor, checked, real_array, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
-from shakedown.studies.designs.design_point import LIMITS, DesignPoint, Question, design_point
+from shakedown.studies.designs.design_point import LIMITS, OF_SPACE, DesignPoint, Question, design_point
 from shakedown.studies.designs.diagram import Sweep
 from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation
 
@@ -33,7 +33,7 @@ def sweep(
     joint: Problem | Import | ProblemOf,
     vary: Mapping[str, ArrayLike],
     *,
-    bounds: Sequence[str] = LIMITS,
+    bounds: Sequence[str] | None = None,
     load_factors: Sequence[float] = (),
     initial_slip: ArrayLike | None = None,
     open_nodes: Literal["auto", "none"] = "auto",
@@ -65,7 +65,8 @@ def sweep(
         Name → rising values, for one or two parameters.
     bounds
         Which limits: ``"lower"`` (λ_1), ``"universal"`` (λ_U), ``"energy"`` (λ_E),
-        ``"box"`` (λ_box, the :func:`box_bound`), ``"transient"`` (λ_T), ``"upper"`` (λ_max).
+        ``"box"`` (λ_box, the :func:`box_bound`), ``"transient"`` (λ_T), ``"upper"`` (λ_max); by default
+        all that the joint has: with two tangential directions λ_U, λ_E and λ_max.
     load_factors
         Where to simulate what becomes of the joint from the state asked about.
     initial_slip : (n,), optional
@@ -96,7 +97,7 @@ def sweep(
     Raises
     ------
     UsageError
-        If an argument is out of range, or a function returns no problem.
+        If an argument is out of range, a joint has no such limit, or a function returns no problem.
     BudgetExceeded
         If there are more than a million points.
     SolverError
@@ -112,8 +113,10 @@ def sweep(
     ['never', 'depends on the state']
     """
     variation, values = checked_variation(joint, vary)
+    if variation.base is not None and (load_factors or slip_below is not None):
+        require_plane("simulation", variation.base)
     question = Question(
-        bounds=_checked_bounds(bounds),
+        bounds=_checked_bounds(bounds, variation.base),
         load_factors=_checked_load_factors(load_factors),
         initial_slip=None if initial_slip is None else real_array("initial slip", initial_slip),
         open_nodes=_checked_zone(open_nodes),
@@ -143,11 +146,15 @@ def sweep(
     return found
 
 
-def _checked_bounds(bounds: Sequence[str]) -> tuple[str, ...]:
+def _checked_bounds(bounds: Sequence[str] | None, base: Problem | None) -> tuple[str, ...]:
+    in_space = base is not None and base.directions > 1
+    there = OF_SPACE if in_space else LIMITS
+    if bounds is None:
+        return there
     names = (bounds,) if isinstance(bounds, str) else tuple(bounds)
-    if not names or len(set(names)) < len(names) or not set(names) <= set(LIMITS):
-        found = ", ".join(map(str, names)) or "none"
-        raise UsageError(f"bounds: expected some of {', '.join(LIMITS)}, each once, found {found}")
+    if not names or len(set(names)) < len(names) or not set(names) <= set(there):
+        found, where = ", ".join(map(str, names)) or "none", " with two directions" * in_space
+        raise UsageError(f"bounds{where}: expected some of {', '.join(there)}, each once, found {found}")
     return names
 
 

@@ -13,7 +13,7 @@ from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
 from shakedown.importing.import_model import Import, import_model
-from shakedown.joint.arguments import real_array, require_plane
+from shakedown.joint.arguments import real_array
 from shakedown.joint.problem import Problem
 from shakedown.studies.designs.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
 
@@ -111,7 +111,6 @@ def _made(problem: object) -> Problem:
         raise UsageError(
             f"problem(parameter): expected it to return a Problem, found {type(problem).__name__}"
         )
-    require_plane("sweep", problem)
     return problem
 
 
@@ -126,7 +125,6 @@ def checked_variation(
         raise UsageError(f"sweep: expected a Problem, an Import or a function that makes one, found {found}")
     if isinstance(joint, Problem | Import):
         base = joint if isinstance(joint, Problem) else joint.problem
-        require_plane("sweep", base)
         _check_meanings(vary, base.load_names or (), imported=isinstance(joint, Import))
     values = tuple(_rising(name, given) for name, given in vary.items())
     if (count := int(np.prod([len(v) for v in values]))) > MOST_POINTS:

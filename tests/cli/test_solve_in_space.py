@@ -1,0 +1,89 @@
+"""`shakedown-bounds solve` for joints with two tangential directions."""
+
+import json
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+
+BLOCK = "block-3x3"
+
+
+def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_node():
+    code, out, err = run("solve", BLOCK)
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert lines[0] == "elastic block in space: 9 nodes, two directions, 40 load steps, f = 0.4"
+    assert [line.split("λ")[0].strip() for line in lines[2:5]] == [
+        "proved from every state",
+        "proved from this state",
+        "impossible above",
+    ]
+    said = " ".join(out.split())
+    assert (
+        "there is no first collapse λ_1: it needs the two limits of a node, and a disc has no sides" in said
+    )
+    (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  active at λ_max" in line)
+    safe = shakedown.upper_bound(shakedown.example(BLOCK)).slip
+    for node, line in enumerate(lines[head + 1 : head + 10]):
+        number, x, y, *steps = line.split()
+        assert int(number) == node
+        np.testing.assert_allclose([float(x), float(y)], safe[2 * node : 2 * node + 2], rtol=1e-6)
+        assert all(0 <= int(step.rstrip(",")) < 40 for step in steps if step != "-")
+    assert "x, y: the two tangential directions of a node" in out
+
+
+def test_the_document_has_every_key_and_null_where_there_is_nothing():
+    found = document("solve", BLOCK)
+    assert (found["problem"]["n"], found["problem"]["directions"]) == (9, 2)
+    for key in ("lower", "box", "closing_box", "friction", "guarantee_curve"):
+        assert found[key] is None
+    assert found["sensitivities"] == {"upper": None, "energy": None}
+    assert set(found["missing"]) >= {"lower", "box", "friction", "sensitivities", "guarantee_curve"}
+    upper = found["upper"]
+    assert (upper["status"], len(upper["slip"])) == ("optimal", 18)
+    assert all(0 <= node < 9 and 0 <= step < 40 for node, step in upper["active"])
+    low, high = upper["certified"]
+    assert low <= upper["load_factor"] <= high
+    assert set(found["universal"]) == {"load_factor", "node", "argument"}
+    assert found["energy"]["load_factor"] == found["assessment"]["proved_from_this_state"]
+    assert "required" not in found
+
+
+def test_quick_is_the_same_without_what_takes_longer():
+    whole, quick = document("solve", BLOCK), document("solve", BLOCK, "--quick")
+    assert set(quick) == {"problem", "pinned", "energy", "upper"}
+    assert quick["upper"]["load_factor"] == pytest.approx(whole["upper"]["load_factor"], rel=1e-9)
+    assert max(map(len, run("solve", BLOCK, "--quick")[1].splitlines())) <= 80
+
+
+def test_a_state_and_its_distance_and_what_is_required_of_it(tmp_path):
+    np.save(tmp_path / "v.npy", np.array([0.05, 0.1]))
+    near = ("solve", "one-node-3d", "--initial", "v.npy", "--distance", "0.1")
+    words = (*near, "--require", "proved-from-state=0.5", "--require", "proved-from-every-state=1.26")
+    code, out, err = run(*words, "--json", cwd=tmp_path)
+    assert (code, err.count("\n")) == (1, 1)
+    assert err.startswith("--require proved-from-every-state=1.26: not met, proved is up to λ = 1.24")
+    found = json.loads(out)
+    assert [each["met"] for each in found["required"]] == [True, False]
+    assert [each["claim"] for each in found["required"]] == ["proved-from-state", "proved-from-every-state"]
+    assert found["required"][0]["proved"] == found["assessment"]["proved_from_this_state"]
+    assert found["energy"]["initial_slip"] == [0.05, 0.1]
+    assert found["energy"]["distance"] == 0.1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("critical", "one-node-3d"), "critical load factors: expected one tangential direction, found two"),
+        (("solve", "one-node-3d", "--initial", "given"), "--initial given: the problem has no initial_slip"),
+        (("solve", "one-node-3d", "--open", "0"), "open"),
+    ],
+)
+def test_what_does_not_exist_is_one_line(words, said):
+    code, out, err = run(*words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert said in err

@@ -1,0 +1,72 @@
+"""Sweeps of joints with two tangential directions: the limits that there are, the others refused or missing."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from shakedown import Problem, sweep
+from shakedown.studies.designs.parameters import with_parameter
+
+JOINT = shakedown.example("one-node-3d")
+
+
+def test_every_point_is_the_joint_by_itself():
+    found = sweep(JOINT, {"friction": [0.5, 1.0]})
+    assert found.bounds == ("universal", "energy", "upper")
+    for k, factor in enumerate((0.5, 1.0)):
+        one = shakedown.assess(with_parameter(JOINT, "friction", factor), certify=False)
+        assert found.upper[k] == one.impossible_above
+        assert found.universal[k] == one.proved_from_every_state
+        assert found.energy[k] == one.details.energy.load_factor
+    assert found.contradictions == ()
+    assert np.isnan(found.lower).all()
+
+
+def test_a_factor_on_the_amplitude_divides_every_limit():
+    found = sweep(JOINT, {"amplitude": [0.5, 1.0]})
+    for limits in (found.universal, found.energy, found.upper):
+        np.testing.assert_allclose(limits * [0.5, 1.0], limits[1], rtol=1e-6)
+
+
+def of_friction(f: float) -> Problem:
+    return replace(JOINT, f=np.array([f]))
+
+
+def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the_reason():
+    found = sweep(of_friction, {"f": [0.4]}, bounds=["lower", "universal", "upper"])
+    assert found.status("lower").tolist() == ["undecided"]
+    assert "first collapse: expected one tangential direction" in found.points[0].limits["lower"].remark
+    assert 0 < found.universal[0] < found.upper[0]
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (
+            {"bounds": ["lower"]},
+            "bounds with two directions: expected some of universal, energy, upper, each",
+        ),
+        ({"load_factors": [0.5]}, "simulation: expected one tangential direction, found two"),
+        ({"slip_below": 0.5}, "simulation: expected one tangential direction, found two"),
+    ],
+)
+def test_what_there_is_not_is_refused_before_the_work_starts(more, said):
+    with pytest.raises(shakedown.UsageError, match=said):
+        sweep(JOINT, {"f": [0.4, 0.5]}, **more)
+
+
+def test_the_command_writes_a_table_of_the_limits_there_are(tmp_path):
+    words = ("sweep", "one-node-3d", "--vary", "f=0.3:0.5:2")
+    code, out, err = run(*words, "-o", "s.csv", cwd=tmp_path)
+    assert (code, err) == (0, "")
+    assert max(map(len, out.splitlines())) <= 80
+    with open(tmp_path / "s.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    written = document(*words, "--bounds", "upper")
+    upper = [float(row["lambda_max [1]"]) for row in rows]
+    assert upper == [point["upper"]["load_factor"] for point in written["points"]]
+    assert written["bounds"] == ["upper"]
