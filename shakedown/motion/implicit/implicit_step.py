@@ -15,6 +15,7 @@ from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 CLOSE = 2e-12  # what Newton's method leaves of the equations, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
 MOST_SWEEPS = 10_000
+TURNS = 30  # of sweeps and Newton's method, in a step
 WANDERING = 50  # sweeps that show whether a body that found no rest goes on
 
 
@@ -118,6 +119,7 @@ class ImplicitJoint:
     ) -> None:
         n = len(B)
         self.n, self.force, self._tolerances = n, float(force), tolerances
+        self.turns = TURNS
         self._places = np.column_stack([np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2), 2 * n + np.arange(n)])
         normal = np.zeros((n, n)) if C is None else C
         kappa = np.block([[A, B.T], [B, normal]])
@@ -155,6 +157,10 @@ class ImplicitJoint:
         tableau.given[:] = self._state
         tableau.r_w[:] = self._by_node(q_w, p_w)
 
+    def forget(self) -> None:
+        """Count the slip of the next step from v = 0; the state it begins from stays."""
+        self._state[:] = 0.0
+
     def follow(self, q_w: FloatArray, p_w: FloatArray, parts: int = 1, *, sweeps_only: bool = False) -> Steps:
         """Carry the joint through load steps (k, 2n), (k, n), each in equal parts."""
         n, k = self.n, len(q_w)
@@ -180,7 +186,7 @@ class ImplicitJoint:
         """The compiled loop over load steps (k, 3n) node by node: what it fills, and what it returns."""
         n, k = self.n, len(loads)
         path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
-        settings = (CLOSE * self.force, TENSION * self.force, address_of_solver())
+        settings = (CLOSE * self.force, TENSION * self.force, self.turns, address_of_solver())
         return path, follow(self._body, self._tableau, self._state, loads, parts, settings, sweeps_only, path)
 
     def _by_node(self, tangential: FloatArray, normal: FloatArray) -> FloatArray:

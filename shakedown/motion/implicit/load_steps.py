@@ -11,13 +11,13 @@ from shakedown.motion.kernels.named_state import entered
 def follow(body, tableau, state, loads, parts, settings, sweeps_only, path):  # type: ignore[no-untyped-def]
     """Carry a state (3n,), in place, through load steps (k, 3n), each in ``parts`` equal parts.
 
-    settings: (close [force], tension [force], address of the solver), sweeps: at most so many, by
-    themselves, or 0 where Newton's method goes on from a few. path: what is filled
-    row by row for the load steps, (u (k, 3n), slip in the last part (k, 2n), length of slip (k, n),
-    work (k, n)). Returns (load step that was not solved or −1, its node or −1, the largest residual,
-    sweeps, Newton steps).
+    settings: (close [force], tension [force], turns at most, address of the solver). sweeps_only: at
+    most so many, by themselves, or 0 where Newton's method goes on from a few. path: what is filled row
+    by row for the load steps, (u (k, 3n), slip in the last part (k, 2n), length of slip (k, n), work
+    (k, n)). Returns (load step that was not solved or −1, its node or −1, the largest residual, sweeps,
+    Newton steps).
     """
-    close, tension, _ = settings
+    close, tension = settings[0], settings[1]
     states, slips, lengths, works = path
     n = len(body.f)
     contact, u, r = np.empty(2 * n), np.empty(3 * n), np.empty(3 * n)

@@ -8,7 +8,6 @@ from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, pr
 from shakedown.motion.kernels.named_state import inner
 
 FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many after every stall
-TURNS = 30
 
 
 @inner
@@ -96,8 +95,8 @@ def solve_step(body, tableau, start, contact, u, settings):  # type: ignore[no-u
     for i in range(len(body.f)):
         contact[2 * i], contact[2 * i + 1] = start[3 * i], start[3 * i + 1]
     sweeps, steps, ahead, unsolved, missed = 0, 0, FIRST_SWEEPS, -1, np.inf
-    close, tension, solver = settings
-    for _ in range(TURNS):
+    close, tension, turns, solver = settings
+    for _ in range(turns):
         for _ in range(ahead):
             change, unsolved = sweep(body, tableau, start, contact, tension, True)
             sweeps += 1
