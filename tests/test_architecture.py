@@ -42,7 +42,7 @@ FLOORS = (
         "campaign",
     },
     {"long_term", "planar.universal", "importing"},
-    {"assessment"},
+    {"assessment", "long_term.returning"},
     {"verification", "studies", "studies.maps", "studies.designs", "plot"},
     {"report"},
     {"cli", "benchmarks", "__main__"},

@@ -13,7 +13,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite, require_plane
+from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import LongTermState, long_term_state
@@ -141,7 +141,6 @@ def transient_limit(
     >>> 0.731 < limit.proved <= limit.load_factor < limit.cycling
     True
     """
-    require_plane("transient limit", problem)
     start, opened = checked_initial_slip(problem, initial_slip), tuple(open_nodes)
     top = _top(problem, opened, tolerances) if largest is None else largest
     check_scan(top, steps, accuracy)

@@ -2,8 +2,9 @@
 
 Reading order: ``settling/`` (the search, compiled), ``cycle_map`` (one cycle as an affine map, and its
 limit where it drifts), ``limit_search`` (the search as Python drives it, and what it leaves to Python),
-``passage`` (where a motion began), ``arrival`` (what the transient leaves of it), ``energy_proof`` (a
-verdict with proof), ``state`` (the answer), ``find_state`` (for one initial state), ``many_states``
-(for many); ``verdict`` (what the last cycles of any motion show), ``simulation`` (from event to event
-or at fixed load steps, and the path as a file). Below them ``nodes/``: what a period does to each node.
+``passage`` (where a motion began, and what the transient leaves of its start), ``energy_proof`` (a
+verdict with proof), ``state`` (the answer), ``returning/`` (for motions that are known cycle by cycle
+only), ``find_state`` (for one initial state), ``many_states`` (for many); ``verdict`` (what the last
+cycles of any motion show), ``simulation`` (from event to event or at fixed load steps, and the path as a
+file). Below them ``nodes/``: what a period does to each node.
 """

@@ -75,7 +75,7 @@ def slips_in_zone(passage: Passage, most: int, open_nodes: tuple[int, ...]) -> I
     evolution, scene = passage.motion(), passage.scene
     nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
     for record in cycles_of(evolution, most):
-        if tuple(nodes[evolution.active.state == OPEN].tolist()) == open_nodes:
+        if tuple(nodes[evolution.state.contact == OPEN].tolist()) == open_nodes:
             yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
 
 

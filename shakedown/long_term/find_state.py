@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_arguments, checked, require_plane
+from shakedown.joint.arguments import MANY, check_arguments, checked, checked_initial_slip, require_plane
 from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.returning.returned_state import returned_state
 from shakedown.long_term.settling.search import BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
@@ -76,11 +77,11 @@ def long_term_state(
     >>> state.outcome.value, state.slip_per_cycle.round(6)
     ('cyclic-slip', array([3.854489, 0.      , 0.      ]))
     """
-    require_plane("long-term state", problem)
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
     opened = tuple(open_nodes)
     if reduce:
+        require_plane("a reduced scene", problem)
         require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
@@ -100,6 +101,10 @@ def settled_state(
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, by the search last used on the problem if its settings are these."""
+    if problem.directions > 1:
+        start = checked_initial_slip(problem, initial_slip)
+        begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
+        return returned_state(begun, most_cycles, longest_period)
 
     def build() -> LimitSearch:
         evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
@@ -114,7 +119,7 @@ def _found(search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int) -
     """What the motion of a search settles into from its start, with these nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
-    start, answers = evolution.motion.u[slips].copy(), room_for_answers(1, n)
+    start, answers = evolution.motion.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
     search.from_here(answers)
     seen, at, length = search.compiled, search.standing, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
+from shakedown.joint.layout import Layout
 from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.settling.path_check import Scale, path_check
 from shakedown.long_term.settling.period_map import period_map
@@ -43,9 +44,10 @@ OUTCOMES = (  # of the verdicts of compiled code
 MOST_REMEMBERED = 4096  # states between two cycles
 
 
-def room_for_answers(s: int, n: int) -> Answers:
-    """Room for the answers for s initial states of n nodes, undecided as yet."""
-    slips, works, numbers = np.full((2, s, n), np.nan), np.full((2, s), np.nan), np.zeros((3, s), np.int64)
+def room_for_answers(s: int, layout: Layout) -> Answers:
+    """Room for the answers for s initial states, undecided as yet."""
+    slips = np.full((s, layout.slip_size), np.nan), np.full((s, layout.n), np.nan)
+    works, numbers = np.full((2, s), np.nan), np.zeros((3, s), np.int64)
     return Answers._make([*slips, *works, *numbers, np.zeros(s, dtype=np.uint64)])
 
 

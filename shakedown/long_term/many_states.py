@@ -18,13 +18,14 @@ from shakedown.joint.arguments import (
     checked,
     checked_initial_slip,
     real_array,
-    require_plane,
     require_problem,
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
+from shakedown.long_term.returning.returned_state import ReturnedStates
 from shakedown.long_term.settling.search import Answers
+from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.integrator import Evolution
 
 BLOCK = 4096  # states that a thread takes at once
@@ -122,7 +123,6 @@ def long_term_states(
     >>> states.outcome.tolist(), states.slip_per_cycle.round(6).tolist()
     (['cyclic-slip', 'shakedown'], [[3.854489, 0.0, 0.0], [0.0, 0.0, 0.0]])
     """
-    require_plane("long-term states", problem)
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
     check_count("threads", threads)
@@ -148,8 +148,9 @@ def checked_initial_slips(problem: Problem, initial_slips: ArrayLike) -> FloatAr
     """Initial slips as a private array (s, n); raises ``UsageError`` if mis-shaped or too large."""
     require_problem(problem)
     slips = real_array("initial slips", initial_slips)
-    if slips.ndim != 2 or slips.shape[1] != problem.n:
-        raise UsageError(f"initial slips: expected shape (s, {problem.n}), found {slips.shape}")
+    size = problem.layout.slip_size
+    if slips.ndim != 2 or slips.shape[1] != size:
+        raise UsageError(f"initial slips: expected shape (s, {size}), found {slips.shape}")
     checked_initial_slip(problem, np.abs(slips).max(axis=0, initial=0.0))
     return slips
 
@@ -168,7 +169,7 @@ class _Batch:
     ) -> None:
         self.problem, self.load_factor, self.starts = problem, load_factor, starts
         self.most, self.longest_period, self.tolerances = most, longest, tolerances
-        self.answers = room_for_answers(*starts.shape)
+        self.answers = room_for_answers(len(starts), problem.layout)
         self.blocks = count()
         self.stopped = False
 
@@ -190,8 +191,13 @@ class _Batch:
         """Take blocks of so many states until there are none left."""
         if not len(self.starts):
             return
-        evolution = Evolution(self.problem, self.load_factor, None, self.tolerances)
-        search = LimitSearch(evolution, self.most, self.longest_period)
+        search: LimitSearch | ReturnedStates
+        if self.problem.directions == 1:
+            evolution = Evolution(self.problem, self.load_factor, None, self.tolerances)
+            search = LimitSearch(evolution, self.most, self.longest_period)
+        else:
+            motion = DirectedMotion(self.problem, self.load_factor, None, self.tolerances)
+            search = ReturnedStates(motion, self.most, self.longest_period)
         while not self.stopped:
             first = next(self.blocks) * size
             if first >= len(self.starts):

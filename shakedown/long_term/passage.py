@@ -1,12 +1,15 @@
-"""Where a motion began, so that it can be followed again, in whole or in part."""
+"""Where a motion began, so that it can be followed again, and what the transient leaves of its start."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import State
+from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.integrator import Evolution
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
 
 
@@ -33,15 +36,36 @@ class Passage:
     open_nodes: tuple[int, ...]
     scene: Scene | None = None
 
-    def motion(self) -> Evolution:
-        """The motion at its very start."""
-        return Evolution(
-            self.problem, self.load_factor, self.start, self.tolerances, open_nodes=self.open_nodes
-        )
+    def motion(self) -> Evolution | DirectedMotion:
+        """The motion at its very start: exact in the plane, to the accuracy of the tolerances in space."""
+        method = Evolution if self.problem.directions == 1 else DirectedMotion
+        return method(self.problem, self.load_factor, self.start, self.tolerances, open_nodes=self.open_nodes)
 
-    def motion_from(self, state: State, done: int) -> Evolution:
+    def motion_from(self, state: State, done: int) -> Evolution | DirectedMotion:
         """The motion in a state after so many cycles."""
         evolution = self.motion()
         evolution.state = state
         evolution.enter_cycle(done)
         return evolution
+
+
+def arrives_closed(
+    problem: Problem, load_factor: float, start: FloatArray, tolerances: Tolerances = DEFAULT
+) -> bool:
+    """Whether all nodes are closed at the first load step of the loop, when the transient is over.
+
+    What is said of every closed state is then said of this one. True where there is no transient:
+    that the start is admissible is another matter.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> arrives_closed(shakedown.example("receding-block"), 0.1, np.zeros(33))
+    False
+    """
+    if not len(transient_path(problem)):
+        return True
+    q_w, p_w = loading(problem).at(load_factor)
+    first = {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
+    evolution = Evolution(replace(problem, **first), 1.0, start, tolerances)
+    return evolution.cycle() is not None and not (evolution.state.contact == OPEN).any()

@@ -14,7 +14,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked, require_plane
+from shakedown.joint.arguments import check_arguments, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
@@ -164,7 +164,6 @@ def simulate(
     >>> run.outcome.value, bool(run.residual < 1e-12)
     ('shakedown', True)
     """
-    require_plane("simulation", problem)
     check_arguments(load_factor, cycles, problem)
     if slip_below is not None:
         check_slip_below(slip_below)

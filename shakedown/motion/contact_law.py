@@ -6,6 +6,7 @@ from functools import reduce
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.law import Law
 from shakedown.joint.loading import loading, transient_path
@@ -41,6 +42,11 @@ def scales(problem: Problem, load_factor: float) -> Scales:
     """
     check_load_factor(load_factor, problem)
     return scales_of(problem, *loading(problem).at(load_factor), transient_path(problem))
+
+
+def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
+    """Slips per period of that size, relative to the length scale, count as none: what a path resolves."""
+    return tolerances.periodicity if problem.directions == 1 else 10.0 * tolerances.path
 
 
 def scales_of(problem: Problem, *paths: FloatArray) -> Scales:

@@ -58,6 +58,8 @@ class CycleRecord:
         Identifies the sequence of contact states passed through; 0 with fixed load steps.
     jumps
         The jumps in this cycle.
+    error
+        Estimate of the error that it adds to the slips [length]; 0 where a motion is exact, or tells none.
     """
 
     end_slip: FloatArray
@@ -70,6 +72,7 @@ class CycleRecord:
     events: int
     signature: int
     jumps: tuple[Jump, ...]
+    error: float = 0.0
 
     @property
     def dissipation(self) -> float:

@@ -99,6 +99,10 @@ class EventHistory(Result):
         """The history at chosen rows only."""
         return EventHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
 
+    def refined(self) -> "EventHistory":
+        """The path with so many rows that straight lines follow it: without curves its own."""
+        return self
+
     def thinned(self, keep: int = 1) -> "EventHistory":
         """Only the load steps, every ``keep``-th of them, and the last state.
 

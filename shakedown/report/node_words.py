@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.motion.contact_law import scales
+from shakedown.motion.contact_law import path_resolution, scales
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown.assessment.slip_limit import SlipLimit
@@ -112,10 +112,10 @@ def without_round_off(values: Sequence[float] | FloatArray, resolution: float) -
 def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> tuple[float, float]:
     """The slip [length] and the work [force × length] per period that count as none in a long-term state.
 
-    They are ``periodicity`` times the scales of the joint at that load factor.
+    They are what a path resolves (:func:`path_resolution`) of the scales of the joint at that load factor.
     """
-    scale = scales(problem, load_factor)
-    return tolerances.periodicity * scale.length, tolerances.periodicity * scale.length * scale.force
+    scale, share = scales(problem, load_factor), path_resolution(problem, tolerances)
+    return share * scale.length, share * scale.length * scale.force
 
 
 def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str:

@@ -17,7 +17,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.joint.loading import slip_reach, transient_path
 from shakedown.joint.problem import Problem
-from shakedown.long_term.arrival import arrives_closed
+from shakedown.long_term.passage import arrives_closed
 from shakedown.planar.collapse.box_bound import BoxBound
 from shakedown.verification.load_regions import (
     ABOVE,

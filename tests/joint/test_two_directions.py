@@ -368,6 +368,12 @@ ANSWERS = {
     # motion
     "evolve",
     # long term
+    "long_term_state",
+    "long_term_states",
+    "simulate",
+    "slip_limit",
+    "transient_limit",
+    "path_resolution",
     # assessment and studies
     "assess",
     "shakedown_bounds",
@@ -382,7 +388,6 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
-    "simulate --load-factor 0.5",
     "verify",
     "map --load-factor 0.5",
     "sweep --vary friction=0.5:1:3 --load-factor 1",

@@ -14,7 +14,8 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.nodes.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import LongTermState, SteppedState
-from shakedown.motion.contact_law import scales
+from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.event_history import EventHistory
 from shakedown.motion.kernels.contact_status import OPEN
 
 Settled = LongTermState | SteppedState
@@ -43,8 +44,9 @@ def node_results(
 ) -> NodeResults:
     """What each node goes through in one period of the long-term state (:class:`NodeResults`).
 
-    From event to event every number is exact: between two events slips, gaps and reactions are
-    linear in time. With fixed load steps they are those at the ends of load steps.
+    From event to event every number is exact in the plane: between two events slips, gaps and reactions
+    are linear in time. With two tangential directions they are those at five instants of every step of
+    the path. With fixed load steps they are those at the ends of load steps.
 
     Parameters
     ----------
@@ -71,7 +73,7 @@ def node_results(
     k = np.nan if wear_coefficient is None else wear_coefficient
     if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
         raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
-    problem, history = settled.problem, settled.history
+    problem, history = settled.problem, settled.history.refined()
     force, length = units_of(problem)
     nothing = np.full(problem.n, np.nan)
     known = settled.period > 0
@@ -87,10 +89,12 @@ def node_results(
         area=nothing if problem.node_area is None else problem.node_area,
         status=statuses(settled, tolerances),
         slip_range=slip_ranges(settled, tolerances),
+        slip_range_of_directions=_direction_ranges(settled, tolerances) if known else None,
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
         p_min=np.maximum(history.p.min(axis=0), 0.0) if known else nothing,
         p_max=np.maximum(history.p.max(axis=0), 0.0) if known else nothing,
         q_max=problem.law.size(history.q).max(axis=0) if known else nothing,
+        q_max_of_directions=_largest(problem, history.q) if known else None,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
         wear_volume=k * pressed_slip(settled) if known else nothing,
@@ -119,16 +123,63 @@ def _coordinates(problem: Problem) -> FloatArray:
 
 def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
     """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
-    path, n = settled.history, settled.problem.n
     if not settled.period:
-        return np.full(n, np.nan)
-    closed = path.w <= tolerances.periodicity * scales(settled.problem, settled.load_factor).length
-    low, high = np.where(closed, path.v, np.inf), np.where(closed, path.v, -np.inf)
+        return np.full(settled.problem.n, np.nan)
+    if settled.problem.directions > 1:
+        return _widths(settled, tolerances)
+    path = settled.history
+    closed = _closed(settled, path, tolerances)
+    return _ranges(settled, path.v, closed, settled.drift)
+
+
+def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDArray[np.bool_]:
+    """Whether each node is in contact, (s, n)."""
+    nothing = path_resolution(settled.problem, tolerances)
+    return np.asarray(path.w <= nothing * scales(settled.problem, settled.load_factor).length)
+
+
+def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: FloatArray) -> FloatArray:
+    """max v − min v of each node in contact within a period, (n,)."""
+    low, high = np.where(closed, v, np.inf), np.where(closed, v, -np.inf)
     if settled.outcome != Outcome.RATCHETTING:
         found = high.max(axis=0) - low.min(axis=0)
     else:
-        found = _widest(low, high, settled.drift)
+        found = _widest(low, high, drift)
     return np.where(closed.any(axis=0), found, 0.0)
+
+
+def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """The largest distance between two places that a node with two directions takes within a period."""
+    from scipy.spatial.distance import pdist, squareform
+
+    path, layout = settled.history.refined(), settled.problem.layout
+    closed = _closed(settled, path, tolerances)
+    places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
+    widths = np.zeros(layout.n)
+    for node in range(layout.n):
+        time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
+        if settled.outcome == Outcome.RATCHETTING:  # a window of one period may lie across its end
+            time = np.concatenate([time, time + len(closed) - 1])
+            where = np.concatenate([where, where + drift[node]])
+        if np.ptp(where, axis=0).max(initial=0.0) > 0:
+            apart = np.abs(time[:, None] - time) < len(closed)
+            widths[node] = (squareform(pdist(where)) * apart).max()
+    return widths
+
+
+def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray | None:
+    """The slip ranges of both directions, (n, 2); None where there is one."""
+    problem, path = settled.problem, settled.history.refined()
+    if problem.directions == 1:
+        return None
+    parts, drift = problem.layout.by_node(path.v), problem.layout.by_node(settled.drift)
+    closed = _closed(settled, path, tolerances)
+    return np.stack([_ranges(settled, parts[..., k], closed, drift[:, k]) for k in range(2)], axis=1)
+
+
+def _largest(problem: Problem, q: FloatArray) -> FloatArray | None:
+    """The largest size of either component of reactions (s, 2n), as (n, 2); None where there is one."""
+    return None if problem.directions == 1 else problem.layout.by_node(np.abs(q).max(axis=0))
 
 
 def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
@@ -147,7 +198,8 @@ def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
     n = settled.problem.n
     words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
     if settled.period:
-        none = tolerances.periodicity * scales(settled.problem, settled.load_factor).length
+        none = path_resolution(settled.problem, tolerances)
+        none *= scales(settled.problem, settled.load_factor).length
         words[settled.slip_per_cycle > 4 * none] = SLIPS
         words[_opened(settled)] = MIXED
     words[list(settled.open_nodes)] = STAYS_OPEN
@@ -164,7 +216,7 @@ def _opened(settled: Settled) -> NDArray[np.bool_]:
 
 def pressed_slip(settled: Settled) -> FloatArray:
     """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
-    path, law = settled.history, settled.problem.law
+    path, law = settled.history.refined(), settled.problem.law
     if isinstance(settled, LongTermState):
         mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), law.size(np.diff(path.v, axis=0))
         pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period

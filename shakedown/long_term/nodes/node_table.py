@@ -12,6 +12,7 @@ from shakedown.files.table_file import write_csv
 from shakedown.files.vtk_points import write_points
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Outcome
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
@@ -51,7 +52,8 @@ class NodeResults(Result):
         open throughout; "mixed": open for some time; "undecided" where there is no long-term state.
     slip_range : (n,)
         max |v(t₂) − v(t₁)| over instants in contact with |t₂ − t₁| ≤ T [length]: max v − min v where
-        nothing ratchets. The same as double amplitude, or stroke.
+        nothing ratchets, with two directions the diameter of the orbit. The same as double amplitude, or
+        stroke.
     accumulated_slip : (n,)
         Σ|Δv| in contact per cycle, over P cycles and divided by P [length].
     p_min, p_max : (n,)
@@ -60,6 +62,9 @@ class NodeResults(Result):
         max |q| [force].
     pressure_min, pressure_max, shear_max : (n,)
         The same over the area [force/length²]; NaN where the node has none.
+    slip_range_of_directions, q_max_of_directions : (n, 2) or None
+        With two tangential directions: the range of either component of the slip, max − min [length], and
+        the largest size of either component of q [force]; columns of files end in ``_x`` and ``_y``.
     work : (n,)
         What friction takes per cycle, −∮ q dv / P in contact, jumps included [force × length].
     work_per_area : (n,)
@@ -102,6 +107,21 @@ class NodeResults(Result):
     work: FloatArray
     wear_coefficient: float
     wear_volume: FloatArray
+    slip_range_of_directions: FloatArray | None = None
+    q_max_of_directions: FloatArray | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The words of ``DOCUMENT``, and with two tangential directions the components."""
+        return super().to_dict() | {word: plain(values) for word, values in self._components().items()}
+
+    def _components(self) -> dict[str, FloatArray]:
+        """What there is of either direction, by column."""
+        both = {"slip_range": self.slip_range_of_directions, "q_max": self.q_max_of_directions}
+        return {
+            f"{word}_{axis}": values[:, k]
+            for word, values in both.items() if values is not None
+            for k, axis in enumerate("xy")
+        }  # fmt: skip
 
     @property
     def x(self) -> FloatArray:
@@ -153,8 +173,9 @@ class NodeResults(Result):
         """The unit of every column of a file, in letters that every program shows; empty where unknown."""
         force, length = self.force_unit, self.length_unit
         stress = stress_unit(force, length).replace("²", "^2")
-        lengths = dict.fromkeys(("x", "y", "z", "slip_range", "accumulated_slip", "wear_depth"), length)
-        forces = dict.fromkeys(("p_min", "p_max", "q_max"), force)
+        slips = ("slip_range", "slip_range_x", "slip_range_y", "accumulated_slip")
+        lengths = dict.fromkeys(("x", "y", "z", *slips, "wear_depth"), length)
+        forces = dict.fromkeys(("p_min", "p_max", "q_max", "q_max_x", "q_max_y"), force)
         stresses = dict.fromkeys(("pressure_min", "pressure_max", "shear_max"), stress)
         per_area = dict.fromkeys(
             ("work_per_area", "tau_delta"), f"{force}/{length}" if force and length else ""
@@ -188,9 +209,8 @@ class NodeResults(Result):
             raise UsageError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
         more = TRACTIONS if tractions or ending != ".csv" else ()
         worn = () if np.isnan(self.wear_coefficient) else ("wear_depth",)
-        columns = {
-            with_unit(word, self.units.get(word, "")): getattr(self, word) for word in (*TABLE, *more, *worn)
-        }
+        found = {word: getattr(self, word) for word in (*TABLE, *more, *worn)} | self._components()
+        columns = {with_unit(word, self.units.get(word, "")): values for word, values in found.items()}
         if ending == ".csv":
             write_csv(path, {word: list(column) for word, column in columns.items()})
         else:

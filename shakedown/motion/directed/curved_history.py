@@ -11,6 +11,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.motion.directed.sliding import DEGREE
 from shakedown.motion.event_history import SHORT, EventHistory, EventKind
 
+WITHIN = (0.0, 0.25, 0.5, 0.75)  # shares of a step at which its curve is looked at
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CurvedHistory(EventHistory):
@@ -81,6 +83,14 @@ class CurvedHistory(EventHistory):
             curve=np.zeros_like(self.curve[row]),
             reaction_curve=np.zeros_like(self.curve[row]),
         )
+
+    def refined(self) -> "CurvedHistory":
+        """The path with rows within every step, so many that straight lines between them follow it."""
+        lasts = self.duration > 0
+        row = np.repeat(np.arange(len(self)), np.where(lasts, len(WITHIN), 1))
+        first = np.cumsum(np.where(lasts, len(WITHIN), 1)) - np.where(lasts, len(WITHIN), 1)
+        share = np.array(WITHIN)[np.arange(len(row)) - first[row]]
+        return self.within(row, share)
 
     def at(self, cycle: FloatArray) -> "CurvedHistory":
         """The states at given times in cycles, on the curves between rows.

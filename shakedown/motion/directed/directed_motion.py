@@ -184,6 +184,11 @@ class DirectedMotion:
         self.sliding.u[:] = state.u
         self.sliding.contact[:] = state.contact
 
+    def enter_cycle(self, done: int) -> None:
+        """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
+        self.done, self.jumps, self._nudged = done, [], None
+        self.stop, self.left, self.slides = None, False, False
+
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
         layout = self.problem.layout

@@ -16,6 +16,7 @@ from shakedown.long_term.cycle_map import UNIT, CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import Search
@@ -240,6 +241,7 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
 def _one_more_period(state: LongTermState) -> CycleMap | None:
     """The map of the period after the one that has shown the long-term state."""
     motion = state.motion()
+    assert isinstance(motion, Evolution)
     walk(motion, state.period, record=True)
     return follow_period(motion, state.period)
 

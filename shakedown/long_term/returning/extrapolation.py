@@ -1,0 +1,64 @@
+"""Where a sequence of states goes that a smooth map makes one after the other: ahead, and in the end."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+
+INDEPENDENT = 1e-12  # of the largest: smaller singular values of the changes are round-off
+FARTHEST = 4096  # states ahead
+
+
+@dataclass(frozen=True)
+class Course:
+    """A sequence x_0, …, x_k that goes on as Δ_{j+1} = Σ c_i Δ_{j−r+i}, Δ_j = x_{j+1} − x_j.
+
+    Attributes
+    ----------
+    last : (N,)
+        x_k.
+    changes : (r, N)
+        The last changes, the newest last.
+    weights : (r,)
+        c.
+    """
+
+    last: FloatArray
+    changes: FloatArray
+    weights: FloatArray
+
+    def ahead(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """The state so many steps ahead, and the change that follows it."""
+        shares, total = np.eye(len(self.weights)), np.zeros(len(self.weights))
+        for _ in range(count):
+            newest = self.weights @ shares
+            shares, total = np.vstack([shares[1:], newest]), total + newest
+        return self.last + total @ self.changes, (self.weights @ shares) @ self.changes
+
+    @property
+    def limit(self) -> FloatArray:
+        """Where the sequence ends: x_k + Σ of all changes to come."""
+        left = 1.0 - self.weights.sum()
+        if left == 0.0:
+            return np.full_like(self.last, np.inf)
+        return np.asarray(self.last + np.cumsum(self.weights) @ self.changes / left)
+
+
+def course_of(states: FloatArray) -> Course:
+    """The course of states x_0, …, x_k, (k + 1, N), whose last change is the best sum of those before it.
+
+    Where the map is affine on the span of the changes, and the sequence has gone through all of it, it goes
+    on exactly so. What the map leaves alone (linear functions of the state that no cycle changes) is kept.
+
+    Examples
+    --------
+    >>> states = np.array([[1.0, 0.0], [0.5, 1.0], [0.25, 1.5], [0.125, 1.75]])
+    >>> course_of(states).limit.round(9), course_of(states).ahead(1)[0].round(9)
+    (array([0., 2.]), array([0.0625, 1.875 ]))
+    """
+    changes = np.diff(states, axis=0)
+    size = float(np.abs(changes).max()) or 1.0
+    before = changes[:-1] / size
+    weights = np.linalg.lstsq(before.T, changes[-1] / size, rcond=INDEPENDENT)[0]
+    return Course(states[-1], changes[1:], weights)

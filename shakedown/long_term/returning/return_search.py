@@ -1,0 +1,344 @@
+"""Cycle after cycle, with leaps to the limit of their states, until it is clear what a joint settles into."""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
+from shakedown.ground.status import Outcome
+from shakedown.long_term.returning.approach import Approach
+from shakedown.long_term.returning.extrapolation import FARTHEST, Course, course_of
+from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.motion.method import Motion
+
+WINDOW = 7  # states that a limit is worked out from, one period apart
+FEWEST = 4  # of them
+AGREE = 1e-3  # two limits in a row differ by at most this share of the leap
+SETTLED = 0.1  # the rate changes by at most this share of 1 − rate while the changes shrink to a third
+ALIKE = 0.1  # of a change ahead: by how much it may differ from the one that was foreseen
+CLEAR = 1e3  # a cycle slips, and drifts, this much more than it is uncertain by
+WAIT = 3  # cycles after a leap that led nowhere, doubled every time
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When a search ends, and what it takes for nothing.
+
+    Attributes
+    ----------
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    noise
+        How far one cycle may miss for errors of integration [length].
+    least_work
+        Dissipation per cycle that counts as none [force × length].
+    goal
+        Distance from the limit at which a state is the long-term state [length].
+    """
+
+    most_cycles: int
+    longest_period: int
+    noise: float
+    least_work: float
+    goal: float
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """What a search has found.
+
+    Attributes
+    ----------
+    outcome, reason
+        What, and what it rests on.
+    period
+        In cycles; 0 where undecided.
+    state, start
+        At the end of the last period, and at its beginning.
+    drift : (dn,)
+        Growth of the slip per period [length].
+    records
+        The cycles of the last period.
+    cycles, events
+        Followed in all.
+    contraction
+        Factor per cycle by which the distance to the long-term state shrinks; NaN where undecided.
+    return_error
+        How far the last period has missed its start, drift apart [length].
+    error
+        Estimated distance of the state from the long-term state [length].
+    stop
+        Why the motion ended before its time; None where it did not.
+    """
+
+    outcome: Outcome
+    reason: str
+    period: int
+    state: State
+    drift: FloatArray
+    records: tuple[CycleRecord, ...]
+    cycles: int
+    events: int
+    contraction: float
+    return_error: float
+    error: float
+    start: State
+    stop: Stop | None = None
+
+    @property
+    def signature(self) -> int:
+        """Identifies the contact states of one period, whichever of its cycles it begins with."""
+        return sum(record.signature for record in self.records) % 2**64
+
+
+@dataclass
+class _Memory:
+    """The states between cycles since the start or the last leap, and how they close in, by period."""
+
+    rules: Rules
+    states: deque[FloatArray] = field(init=False)
+    open_sets: deque[bytes] = field(init=False)
+    back: list[Approach] = field(init=False)
+    drifting: list[Approach] = field(init=False)
+
+    def __post_init__(self) -> None:
+        longest = self.rules.longest_period
+        self.states, self.open_sets = (deque(maxlen=(WINDOW + 2) * longest + 1) for _ in range(2))
+        self.back = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
+        self.drifting = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
+
+    def add(self, state: State) -> None:
+        """The state after one more cycle."""
+        self.states.append(state.u)
+        self.open_sets.append((state.contact == OPEN).tobytes())
+        known = len(self.states)
+        for approach, drifting in zip(self.back, self.drifting, strict=True):
+            p = approach.period
+            if known > p:
+                approach.add(float(np.abs(self.over(p)).max()))
+            if known > 2 * p:
+                drifting.add(
+                    float(np.abs(self.over(p) - (self.states[-1 - p] - self.states[-1 - 2 * p])).max())
+                )
+
+    def over(self, period: int) -> FloatArray:
+        """The change of the state over the last period."""
+        return np.asarray(self.states[-1] - self.states[-1 - period])
+
+    def window(self, period: int, skipped: int = 0) -> FloatArray | None:
+        """States one period apart up to so many periods ago, with the same nodes open; None if too few."""
+        ends = range(len(self.states) - 1 - skipped * period, -1, -period)
+        chosen = [k for k in list(ends)[:WINDOW] if self.open_sets[k] == self.open_sets[-1]]
+        return np.array([self.states[k] for k in reversed(chosen)]) if len(chosen) >= FEWEST else None
+
+
+class ReturnSearch:
+    """Search for the long-term state of a motion, from its present state.
+
+    Parameters
+    ----------
+    motion
+        The joint, at the start of a cycle.
+    rules
+        When to end.
+    """
+
+    def __init__(self, motion: Motion, rules: Rules) -> None:
+        self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
+        self.records: deque[CycleRecord] = deque(maxlen=FEWEST * rules.longest_period)
+        self.cycles = self.events = 0
+        self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
+        self.rate, self.unsure = np.nan, 0.0
+        self.wait, self.next_leap = WAIT, 0
+        self._start_anew()
+
+    def _start_anew(self) -> None:
+        self.memory = _Memory(self.rules)
+        self.memory.add(self.motion.state)
+
+    def settle(self) -> Settled:
+        """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
+        while self.cycles < self.rules.most_cycles:
+            if not self._cycle():
+                stop = self.motion.stop
+                return self._undecided(stop.reason if stop else "the motion cannot be followed")
+            found = self._at_rest() or self._periodic(self.rules.goal)
+            if found is not None:
+                return found
+            if self.cycles >= self.next_leap:
+                self._leap()
+        found = self._periodic(goal=np.inf)
+        return found or self._undecided(f"no periodic state within {cycles_in_words(self.rules.most_cycles)}")
+
+    def _cycle(self) -> bool:
+        record = self.motion.cycle()
+        if record is None:
+            return False
+        self.cycles, self.events = self.cycles + 1, self.events + record.events
+        self.gathered += record.error
+        self.records.append(record)
+        self.memory.add(self.motion.state)
+        return True
+
+    def _at_rest(self) -> Settled | None:
+        """Nothing slips any more: for one cycle exactly, or for two within the accuracy."""
+        last = list(self.records)[-2:]
+        slips = [float(record.slip.max()) for record in last]
+        exact = slips[-1] == 0.0 and self.memory.back[0].change == 0.0
+        if not exact and (len(last) < 2 or max(slips) > self.rules.noise):
+            return None
+        breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
+        if breathing.size:
+            nodes = nodes_in_words(breathing)
+            return self._found(
+                Outcome.SEPARATION, f"no frictional slip, but opening and closing every cycle: {nodes}", 1
+            )
+        return self._found(Outcome.SHAKEDOWN, f"no frictional slip {self._how_clear(exact)}{self._way()}", 1)
+
+    def _how_clear(self, exact: bool) -> str:
+        return "in the last cycle" if exact else "beyond the accuracy in the last two cycles"
+
+    def _way(self) -> str:
+        """What is known of the way to the last state."""
+        return "" if not self.unsure else ", at the limit of a geometric approach"
+
+    def _periodic(self, goal: float) -> Settled | None:
+        """Cyclic slip or ratchetting of the shortest period that is clear, and known so well."""
+        for back, drifting in zip(self.memory.back, self.memory.drifting, strict=True):
+            p = back.period
+            if len(self.records) < 2 * p or not back.known:
+                continue
+            records = list(self.records)
+            slips = np.sum([record.slip for record in records[-p:]], axis=0)
+            before = np.sum([record.slip for record in records[-2 * p : -p]], axis=0)
+            work = float(np.mean([record.dissipation for record in records[-p:]]))
+            error = max(back.left, self.rules.noise)
+            steady = CLEAR * max(error, float(np.abs(slips - before).max())) < slips.max()
+            shorter = any(other.change <= CLEAR * error for other in self.memory.back[: p - 1])
+            if work <= self.rules.least_work or shorter:
+                continue
+            if error <= goal and steady:
+                self._note(back)
+                return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {cycles_in_words(p)}", p)
+            if not drifting.known:
+                continue
+            error = max(drifting.left, self.rules.noise)
+            if error <= goal and back.change > CLEAR * max(error, self.rules.goal):
+                self._note(drifting)
+                return self._found(Outcome.RATCHETTING, f"the same drift every {cycles_in_words(p)}", p)
+        return None
+
+    def _note(self, approach: Approach) -> None:
+        """Keep the rate of an approach; after a leap, which leaves no approach to see, the one before it."""
+        if approach.rate > 0.0 or not np.isfinite(self.rate):
+            self.rate = approach.rate ** (1 / approach.period)
+
+    def _leap(self) -> None:
+        """Go on from where the last states lead, as far as cycles on the way there do what was foreseen."""
+        for approach in self.memory.back:
+            p = approach.period
+            window, before = self.memory.window(p), self.memory.window(p, 1)
+            if window is None or before is None or not self._worthwhile(approach):
+                continue
+            course = course_of(window)
+            limit, earlier = course.limit, course_of(before).limit
+            way, differ = np.abs(limit - window[-1]).max(), float(np.abs(limit - earlier).max())
+            if np.isfinite(way) and way > self.rules.noise and differ <= AGREE * way:
+                self._follow(course, p, approach.rate, differ + approach.bend * float(way))
+                return
+
+    def _worthwhile(self, approach: Approach) -> bool:
+        """Whether leaps, each twice as far as the last, are less work than period after period."""
+        if not 0.0 < approach.rate < 1.0 or approach.left <= self.rules.goal or approach.bend > SETTLED:
+            return False
+        periods = np.log(self.rules.goal / approach.left) / np.log(approach.rate)
+        return bool(periods > FEWEST + np.log2(periods + 1))
+
+    def _follow(self, course: Course, p: int, rate: float, unsure: float) -> None:
+        """Look at one period from the states 2, 4, 8, … periods ahead: the search goes on after the last."""
+        here, memory, records = self.motion.state, self.memory, list(self.records)
+        reached, count = None, 2
+        while count <= FARTHEST:
+            start, change = course.ahead(count)
+            size = float(np.abs(change).max())
+            if not self._goes_so(start, change, p, here):
+                break
+            reached = self.motion.state
+            if size <= self.rules.goal:
+                break
+            count *= 2
+        if reached is None:
+            self.motion.state, self.memory = here, memory
+            self.records = deque(records, maxlen=self.records.maxlen)
+            self.wait *= 2
+            self.next_leap = self.cycles + self.wait
+            return
+        self.motion.state = reached
+        self.unsure, self.rate, self.wait = self.unsure + unsure, rate ** (1 / p), WAIT
+        self._start_anew()
+        self.next_leap = self.cycles + FEWEST * p
+
+    def _goes_so(self, start: FloatArray, change: FloatArray, p: int, like: State) -> bool:
+        """Whether one period from a state, with the same nodes open as in another, changes it as foreseen."""
+        u = start.copy()
+        u[self.layout.gaps][like.contact != OPEN] = 0.0
+        self.motion.state = State(u, like.contact)
+        if not all(self._cycle() for _ in range(p)):
+            return False
+        off = float(np.abs(self.motion.state.u - u - change).max())
+        return off <= ALIKE * float(np.abs(change).max()) + self.rules.noise
+
+    def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
+        """The answer; of a cycle the period is followed once more from where the search has ended."""
+        left, back, start = 0.0, self.memory.back[period - 1], self.motion.state
+        if outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
+            left = back.left if outcome == Outcome.CYCLIC_SLIP else 0.0
+            if not all(self._cycle() for _ in range(period)):
+                stop = self.motion.stop
+                return self._undecided(f"{stop.reason if stop else 'no more cycles'}, after {reason}")
+        moved = self.memory.over(period)
+        drift = moved if outcome == Outcome.RATCHETTING else np.zeros_like(moved)
+        return Settled(
+            outcome=outcome,
+            reason=reason,
+            period=period,
+            state=self.motion.state,
+            drift=drift[self.layout.slips],
+            records=tuple(list(self.records)[-period:]),
+            cycles=self.cycles,
+            events=self.events,
+            contraction=self.rate if np.isfinite(self.rate) else 0.0 if back.rate == 1.0 else back.rate,
+            return_error=float(np.abs(moved - drift).max()),
+            error=max(left, self.rules.noise) + self.gathered + self.unsure,
+            start=start,
+        )
+
+    def _undecided(self, reason: str) -> Settled:
+        state = self.motion.state
+        return Settled(
+            outcome=Outcome.UNDECIDED,
+            reason=reason,
+            period=0,
+            state=state,
+            drift=np.full(self.layout.slip_size, np.nan),
+            records=(),
+            cycles=self.cycles,
+            events=self.events,
+            contraction=np.nan,
+            return_error=np.nan,
+            error=np.nan,
+            start=state,
+            stop=self.motion.stop,
+        )
+
+
+def opened_and_closed(records: tuple[CycleRecord, ...]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each node was open, and whether it was closed, for some time of these cycles."""
+    return (
+        np.any([record.opened for record in records], axis=0),
+        np.any([record.closed for record in records], axis=0),
+    )

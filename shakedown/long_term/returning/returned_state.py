@@ -1,0 +1,132 @@
+"""The long-term state of a motion that is known to an accuracy only, with the evidence for it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.long_term.limit_search import OUTCOMES
+from shakedown.long_term.passage import Passage
+from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
+from shakedown.long_term.settling.search import Answers
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.contact_law import Scales, scales
+from shakedown.motion.directed.directed_motion import DirectedMotion
+
+GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
+LEAST_WORK = 16.0  # times the accuracy, of force × length
+VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class ReturnedState(LongTermState):
+    """A long-term state found cycle by cycle, as it is with two tangential directions.
+
+    The numbers are those of one period followed from the state found, to the accuracy of the motion.
+
+    Attributes
+    ----------
+    error
+        Estimated distance of ``final_slip`` from where the motion really ends, largest entry [length]: from
+        the rate at which the cycles close in, and from what leaps ahead leave open. NaN where undecided.
+    """
+
+    DOCUMENT: ClassVar[str] = f"{LongTermState.DOCUMENT} error"
+
+    error: float
+
+
+class ReturnedStates:
+    """Search after search for long-term states over one motion, as :class:`LimitSearch` is in the plane.
+
+    Parameters
+    ----------
+    motion
+        The joint at a load factor.
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    """
+
+    def __init__(self, motion: DirectedMotion, most_cycles: int, longest_period: int) -> None:
+        self.motion, self.layout = motion, motion.problem.layout
+        self.rules = rules_of(motion.scale, motion.tolerances, most_cycles, longest_period)
+
+    def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
+        """Answer for one initial slip (s, 2n) after the other, until there is no more wish for it."""
+        for k, start in enumerate(starts):
+            if stopped():
+                return
+            self.motion.begin(self.motion.load_factor, start)
+            found = ReturnSearch(self.motion, self.rules).settle()
+            answers.final_slip[k] = found.state.u[self.layout.slips]
+            answers.verdict[k], answers.period[k] = VERDICTS[found.outcome], found.period
+            answers.cycles[k], answers.contraction[k] = found.cycles, found.contraction
+            if found.period:
+                answers.slip[k] = np.sum([record.slip for record in found.records], axis=0)
+                answers.dissipation[k] = np.mean([record.dissipation for record in found.records])
+                answers.signature[k] = found.signature
+
+
+def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> ReturnedState:
+    """What a joint settles into from where its motion begins.
+
+    Parameters
+    ----------
+    begun
+        The joint, its loading and where its motion begins.
+    most_cycles, longest_period
+        As for :func:`long_term_state`.
+    """
+    motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
+    start = motion.state.u[begun.problem.layout.slips].copy()
+    rules = rules_of(scale, begun.tolerances, most_cycles, longest_period)
+    found = ReturnSearch(motion, rules).settle()
+    return _state(begun, found, start, scale, most_cycles)
+
+
+def rules_of(scale: Scales, tolerances: Tolerances, most_cycles: int, longest_period: int) -> Rules:
+    """When a search over cycles of the accuracy of the tolerances ends."""
+    noise = tolerances.path * scale.length
+    least = LEAST_WORK * tolerances.path * scale.force * scale.length
+    return Rules(most_cycles, longest_period, noise, least, GOAL * noise)
+
+
+def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:
+    problem, period, records = begun.problem, found.period, found.records
+    nothing = np.full(problem.n, np.nan)
+    opened, closed = opened_and_closed(records) if period else (np.zeros(problem.n, dtype=bool),) * 2
+    return ReturnedState(
+        problem=problem,
+        load_factor=begun.load_factor,
+        initial_slip=start,
+        outcome=found.outcome,
+        reason=found.reason,
+        period=period,
+        final_slip=found.state.u[problem.layout.slips].copy(),
+        drift=found.drift,
+        slip_per_cycle=np.sum([each.slip for each in records], axis=0) if period else nothing,
+        friction_dissipation_per_cycle=_mean([each.friction_dissipation for each in records]),
+        jump_dissipation_per_cycle=_mean([each.jump_dissipation for each in records]),
+        jumps_per_cycle=_mean([float(len(each.jumps)) for each in records]),
+        open_nodes=tuple(np.flatnonzero(opened & ~closed).tolist()),
+        cycles_simulated=found.cycles,
+        slides_away=found.stop is not None and found.stop.slides_away,
+        dissipations=np.array([each.dissipation for each in records]),
+        opened=opened,
+        events=found.events,
+        contraction=found.contraction,
+        return_error=found.return_error / scale.length,
+        signature=found.signature,
+        stop=found.stop,
+        most_cycles=most,
+        begun=begun,
+        goal=found.start,
+        error=found.error,
+    )
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.mean(values)) if values else np.nan

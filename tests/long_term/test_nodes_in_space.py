@@ -1,0 +1,53 @@
+"""What nodes with two tangential directions go through."""
+
+import csv
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+
+
+def circling(radius: float = 1.3, limit: float = 0.5) -> Problem:
+    """One node whose welded reaction goes round a circle, fp = ``limit``, A = 2 I."""
+    t = 2 * np.pi * np.arange(720)[:, None] / 720
+    q_w = radius * np.hstack([np.cos(t), np.sin(t)])
+    return Problem(A=2 * np.eye(2), B=np.zeros((1, 2)), f=limit, q_w=q_w, p_w=np.ones((720, 1)))
+
+
+def test_a_node_that_goes_round_a_circle():
+    """It slips on a circle of radius √(Q² − (fp)²)/A."""
+    Q, limit = 1.3, 0.5
+    nodes = shakedown.node_results(shakedown.long_term_state(circling(Q, limit), 1.0))
+    radius = np.sqrt(Q**2 - limit**2) / 2
+    assert nodes.status == ("slip",)
+    assert nodes.slip_range[0] == pytest.approx(2 * radius, rel=1e-4)
+    np.testing.assert_allclose(nodes.to_dict()["slip_range_x"], 2 * radius, rtol=1e-4)
+    np.testing.assert_allclose(nodes.slip_range_of_directions, 2 * radius, rtol=1e-4)
+    assert nodes.accumulated_slip[0] == pytest.approx(2 * np.pi * radius, rel=1e-4)
+    assert nodes.work[0] == pytest.approx(2 * np.pi * radius * limit, rel=1e-4)
+    assert nodes.q_max[0] == pytest.approx(limit, rel=1e-9)
+
+
+def test_the_works_add_up_and_files_have_the_components(tmp_path):
+    problem = shakedown.example("four-node-3d")
+    state = shakedown.long_term_state(problem, 1.5)
+    nodes = shakedown.node_results(state)
+    assert nodes.work.sum() == pytest.approx(state.dissipation_per_cycle, rel=1e-9)
+    assert np.all(nodes.slip_range >= nodes.slip_range_of_directions.max(axis=1) * (1 - 1e-12))
+    assert np.all(2 * nodes.slip_range <= nodes.accumulated_slip * (1 + 1e-9) + 1e-6)
+    nodes.save(tmp_path / "nodes.csv")
+    with open(tmp_path / "nodes.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    np.testing.assert_allclose(
+        [float(row["slip_range_y"]) for row in rows], nodes.slip_range_of_directions[:, 1]
+    )
+    assert [row["status"] for row in rows] == list(nodes.status)
+
+
+def test_a_limit_on_the_slip():
+    problem = shakedown.example("two-node-3d")
+    run = shakedown.simulate(problem, 1.0, slip_below=1e-3)
+    assert run.slip_criterion.met is False
+    assert run.slip_criterion.largest == pytest.approx(shakedown.node_results(run).slip_range.max())

@@ -1,0 +1,102 @@
+"""Long-term states with two tangential directions."""
+
+import numpy as np
+import pytest
+from joints_in_space import embedded, in_units, turned
+
+import shakedown
+from shakedown import Outcome, Problem, Tolerances
+from shakedown.joint.loading import slip_reach
+from shakedown.motion.contact_law import scales
+
+CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])
+NAMES = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")
+
+
+@pytest.mark.parametrize("name", NAMES[::2])
+def test_what_the_bounds_say_comes_true(name):
+    problem = shakedown.example(name)
+    below = shakedown.long_term_state(problem, 0.99 * shakedown.energy_bound(problem).load_factor)
+    above = shakedown.long_term_state(problem, 1.02 * shakedown.upper_bound(problem).load_factor)
+    assert below.outcome == Outcome.SHAKEDOWN
+    assert below.proved
+    assert below.energy_margin > 0
+    assert above.outcome == Outcome.CYCLIC_SLIP
+    assert not above.proved
+    for state in (below, above):
+        assert state.residual < 1e-7
+        assert state.error < 1e-4 * scales(problem, state.load_factor).length
+
+
+@pytest.mark.parametrize("name", NAMES[:3])
+@pytest.mark.parametrize("share", [0.97, 1.1])
+def test_the_error_is_that_of_a_finer_path(name, share):
+    problem, rng = shakedown.example(name), np.random.default_rng(3)
+    load_factor = share * shakedown.upper_bound(problem).load_factor
+    start = 0.3 * rng.normal(size=2 * problem.n) * slip_reach(problem, load_factor)
+    found = shakedown.long_term_state(problem, load_factor, start)
+    fine = shakedown.long_term_state(problem, load_factor, start, tolerances=Tolerances(path=1e-11))
+    assert found.outcome == fine.outcome
+    assert np.abs(found.final_slip - fine.final_slip).max() <= 10 * found.error
+    assert found.dissipation_per_cycle == pytest.approx(fine.dissipation_per_cycle, rel=1e-5, abs=1e-7)
+
+
+def test_load_in_one_direction_is_the_plane():
+    plane = shakedown.example("two-node")
+    space = embedded(plane)
+    for load_factor in (0.6, 0.71, 0.8):
+        exact = shakedown.long_term_state(plane, load_factor)
+        found = shakedown.long_term_state(space, load_factor)
+        assert found.outcome == exact.outcome
+        size = np.abs(exact.final_slip).max()
+        np.testing.assert_allclose(found.final_slip[::2], exact.final_slip, atol=1e-6 * size)
+        np.testing.assert_array_equal(found.final_slip[1::2], 0.0)
+        assert found.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, rel=1e-6)
+
+
+def test_tangents_may_be_turned_and_units_changed():
+    problem = shakedown.example("four-node-3d")
+    load_factor = 1.05 * shakedown.upper_bound(problem).load_factor
+    one = shakedown.long_term_state(problem, load_factor)
+    other, T = turned(problem, np.array([0.7, 0.0, -1.2, 2.5]))
+    found = shakedown.long_term_state(other, load_factor)
+    np.testing.assert_allclose(T.T @ found.final_slip, one.final_slip, atol=one.error + found.error)
+    scaled = in_units(problem, 2.0**10, 2.0**-6)
+    same = shakedown.long_term_state(scaled, load_factor)
+    np.testing.assert_array_equal(same.final_slip, 2.0**-6 * one.final_slip)
+    assert same.dissipation_per_cycle == 2.0**4 * one.dissipation_per_cycle
+
+
+def test_many_states_are_those_one_by_one():
+    problem, rng = shakedown.example("four-node-3d"), np.random.default_rng(4)
+    load_factor = 1.1 * shakedown.upper_bound(problem).load_factor
+    starts = rng.normal(size=(5, 8)) * slip_reach(problem, load_factor)
+    many = shakedown.long_term_states(problem, load_factor, starts, threads=2)
+    for k, start in enumerate(starts):
+        one = shakedown.long_term_state(problem, load_factor, start)
+        assert many.outcome[k] == one.outcome
+        np.testing.assert_array_equal(many.final_slip[k], one.final_slip)
+        assert many.dissipation[k] == one.dissipation_per_cycle
+        assert many.signature[k] == one.signature
+
+
+def test_an_approach_like_a_power_of_time_is_no_drift():
+    """Node 0 slips less and less, 1/k^1.5 in cycle k, while node 1 cycles."""
+    problem = shakedown.example("four-node-3d")
+    load_factor = 1.3 * shakedown.upper_bound(problem).load_factor
+    start = CREEPING * slip_reach(problem, load_factor)
+    found = shakedown.long_term_state(problem, load_factor, start, max_cycles=1000)
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.contraction > 0.98
+    later = shakedown.long_term_state(problem, load_factor, start, max_cycles=1500)
+    assert np.abs(later.final_slip - found.final_slip).max() < found.error
+
+
+def test_a_body_that_nothing_holds_slides_away():
+    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    t = np.arange(8)[:, None] / 8
+    push = np.hstack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t)] * 2)
+    body = Problem(A=A, B=np.zeros((2, 4)), f=0.5, q_w=1.3 * push, p_w=np.full((8, 2), 2.0))
+    found = shakedown.long_term_state(body, 1.0)
+    assert found.outcome == Outcome.UNDECIDED
+    assert found.slides_away
