@@ -41,6 +41,7 @@ STUDIES: tuple[str, ...] = (
     "reports",
     "siconos_agreement",
     "slow_approach",
+    "space_upper",
     "smallest_cycles",
     "stability",
     "transient_limits",

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_limits import wishes, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
+from shakedown.bounds.discs.zone_limits import wishes, zone_limit
 from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray

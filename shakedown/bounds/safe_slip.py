@@ -8,9 +8,8 @@ from typing import Literal
 import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
-from shakedown.bounds.discs.disc_limits import safest
-from shakedown.bounds.discs.disc_program import basis_of
 from shakedown.bounds.discs.disc_rows import zone_rows
+from shakedown.bounds.discs.room import safest
 from shakedown.bounds.upper import check_transient, rows_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -132,7 +131,7 @@ def _in_space(zone: Zone, load_factor: float, transient: bool, tolerances: Toler
     if transient:
         check_transient(zone)
     rows = zone_rows(zone, transient)
-    found = safest(rows, basis_of(rows), load_factor, tolerances)
+    found = safest(rows, load_factor, tolerances)
     residual = rows.relative_excess(found.x, load_factor)
     status, margin, active, slip = (
         Status.OPTIMAL,

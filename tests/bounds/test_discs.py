@@ -150,24 +150,24 @@ def exact_room(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
 @pytest.mark.parametrize("seed", range(4))
 def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
-    from shakedown.bounds.discs import enclosure
-    from shakedown.bounds.discs.disc_limits import end_of
+    from shakedown.bounds.discs import enclosure, safe_proof
     from shakedown.bounds.discs.disc_program import basis_of, scaled_discs
     from shakedown.bounds.discs.disc_rows import disc_rows
+    from shakedown.bounds.discs.polish import end_of
     from shakedown.ground.tolerances import DEFAULT
 
     problem = random_joint(np.random.default_rng(seed), 3)
     rows = disc_rows(problem)
     best = end_of(scaled_discs(rows, basis_of(rows), -1.0), DEFAULT)
-    proof, (slips, _) = enclosure.proof_of(problem, rows), enclosure.inner_points(best)
-    low, slip = enclosure.proved_low(proof, best.x, best.load_factor, slips)
+    proof, (slips, _) = safe_proof.proof_of(problem, rows), enclosure.inner_points(best)
+    low, slip = safe_proof.proved_low(proof, best.x, best.load_factor, slips)
     assert low == pytest.approx(best.load_factor, rel=1e-10)
     assert exact_room(problem, slip, low)
     assert not exact_room(problem, slip, low * (1 + 1e-9))
 
 
 def test_sums_are_rounded_once():
-    from shakedown.bounds.discs.enclosure import exact_products
+    from shakedown.bounds.discs.rounded_once import exact_products
 
     rng = np.random.default_rng(0)
     M, x = rng.normal(size=(20, 30)) * 10.0 ** rng.integers(-8, 8, (20, 30)), rng.normal(size=30)
@@ -218,6 +218,25 @@ def test_explicit_means_that_are_not_safe_have_a_least_load_factor():
     upper = shakedown.upper_bound(problem)
     assert upper.status == Status.UNBOUNDED
     assert upper.least_load_factor == pytest.approx(0.5 / 1.5, rel=1e-9)  # 0.5 (−1 + 5 λ) = λ
+
+
+def test_a_node_without_friction_holds_nothing():
+    """Its reaction vanishes: with a load that changes only λ = 0 is left, else it is as if condensed."""
+    joint = replace(random_joint(np.random.default_rng(7), 3), f=[0.6, 0.0, 0.5])
+    upper = shakedown.upper_bound(joint)
+    assert (upper.load_factor, upper.certified) == (0.0, (0.0, 0.0))
+    q_w = joint.q_w.copy()
+    q_w[:, 2:4] = [0.3, -0.2]
+    still = replace(joint, q_w=q_w)
+    upper, second = shakedown.upper_bound(still), conic_upper_bound(still)
+    assert upper.load_factor == pytest.approx(second.load_factor, rel=1e-7)
+    assert upper.certified[1] - upper.certified[0] < 1e-9
+    np.testing.assert_allclose((q_w[0] + joint.A @ upper.slip)[2:4], 0.0, atol=1e-14)
+    y, rows = upper.multipliers, constraints(still)
+    np.testing.assert_allclose(y @ rows.G, 0.0, atol=1e-12 * np.abs(y).max())
+    assert y @ rows.g == pytest.approx(upper.load_factor, rel=1e-9)
+    smooth = shakedown.upper_bound(replace(still, f=0.0, q_w=np.tile(q_w[0], (12, 1))))
+    assert (smooth.status, smooth.exact) == (Status.UNBOUNDED, True)
 
 
 def test_a_floating_body_is_pinned():

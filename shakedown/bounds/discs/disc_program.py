@@ -4,15 +4,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, qr, solve_triangular
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.self_dual import SelfDualEnd, Solve, self_dual_end
+from shakedown.programs.interior.self_dual import SelfDualEnd, Solve
 from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
 
 SHIFTS = (0.0, 1e-14, 1e-12, 1e-10)  # of a matrix with ones in its diagonal, where it is not positive
+ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
+CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
 
 
@@ -79,7 +82,8 @@ class DiscProgram:
     @cached_property
     def flat(self) -> FloatArray:
         """Q as a matrix, (3n, K)."""
-        return self.Q.reshape(-1, self.Q.shape[-1])
+        nodes, triple, K = self.Q.shape
+        return self.Q.reshape(nodes * triple, K)
 
     def times(self, x: FloatArray) -> FloatArray:
         """What x takes from the slacks."""
@@ -143,7 +147,14 @@ class DiscEnd:
 
     @property
     def optimal(self) -> bool:
+        """Whether there is a solution."""
         return self.status == Status.OPTIMAL
+
+    @property
+    def carrying(self) -> NDArray[np.intp]:
+        """The discs that determine it: those with a multiplier, in numbers near 1."""
+        weights = self.scaled.program.cones.parts(self.end.multipliers)[1][:, 0]
+        return np.flatnonzero(weights > CARRIES * weights.max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,12 +250,6 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
         rows=rows,
     )
     return ScaledDiscs(program, weights, unit, load_unit, basis)
-
-
-def disc_end(scaled: ScaledDiscs) -> DiscEnd:
-    """The end of a program by interior points, in the units of the joint."""
-    end = self_dual_end(scaled.program)
-    return in_units(scaled, end)
 
 
 def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:

@@ -16,6 +16,7 @@ from shakedown.joint.loading import Loading, loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 
+Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest load of its direction: none is left
 
@@ -56,10 +57,18 @@ class DiscRows:
         shape = (len(self.stiffness), count)
         return sparse.csr_matrix((np.ones(count), (self.node, np.arange(count))), shape=shape)
 
+    @cached_property
+    def smooth(self) -> Mask:
+        """The discs (j,) of nodes that never have a limit above zero: their reactions must vanish."""
+        limited: Mask = np.logical_or.reduce(self.stiffness[:, 0] != 0, axis=1)
+        limited[self.node[(self.c[:, 0] != 0) | (self.e[:, 0] != 0)]] = True
+        return np.asarray(~limited[self.node])
+
     @property
     def flat(self) -> FloatArray:
         """N as a matrix, (3n, k)."""
-        return self.stiffness.reshape(-1, self.stiffness.shape[-1])
+        nodes, triple, k = self.stiffness.shape
+        return self.stiffness.reshape(nodes * triple, k)
 
     def room(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """f p − |q| of every disc, and what the half-spaces leave, at unknowns (k,) [force, length]."""

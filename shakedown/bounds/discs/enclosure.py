@@ -1,174 +1,33 @@
 """Two load factors with λ_max of the joint as stored between them: proved, with every rounding bounded.
 
-The two statements that it rests on stand in docs/space.md (U1, U2).
+The statements that it rests on stand in docs/space.md (U1, U2, U3).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import fsum, inf, nan, nextafter
+from math import fsum, inf, nextafter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_program import DiscEnd
-from shakedown.bounds.discs.disc_rows import DiscRows, triples
+from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
+from shakedown.bounds.discs.safe_proof import LOADS, ROUNDS, SPARE, Proof, only_at_zero, proof_of, proved_low
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.loading import loading
+from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.programs.interior.self_dual import balanced_multipliers, inner_point
 
-HALF_ULP = 0.5 * np.finfo(float).eps  # of a rounding, relative
-TINY = float(np.finfo(float).tiny)  # what an underflow may lose, at most, in a sum of products
-LOADS = 8 * HALF_ULP  # of a load in its parts, relative: a mean, a difference, a product
-SUMS = 16 * HALF_ULP  # of what is put together of few rounded parts, relative to them
-SPLITTER = 2.0**27 + 1.0
-REPAIRABLE = 0.25  # largest norm of I − R A for an approximate inverse R of A
-ROUNDS = 12  # of mixing more of an inner point, four times as much every time
 INNER_GAPS = (1e-4, 1e-2)  # of inner points
-SPARE = 2.0  # more room than is needed at first
 
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
-NO_ROOM = "no slip with room at every load step was found: where friction vanishes there is none"
+NO_ROOM = "no slip with room at every load step was found, so that none is proved to be safe"
 NO_INNER = "no multipliers with room were found"
+ROUND_OFF = "the slip is so large that the round-off of the stored stiffness makes the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
-
-
-@dataclass(frozen=True)
-class Loads:
-    """The loads of a problem as triples (f p, q_x, q_y), each to ``LOADS`` of its parts.
-
-    Attributes
-    ----------
-    c : (n, 3)
-        Constant part [force].
-    e : (m, n, 3)
-        Periodic part at load factor 1 [force].
-    left : (m, n, 3)
-        What the periodic part may be off, at most [force]; where nothing changes it is exactly zero.
-    """
-
-    c: FloatArray
-    e: FloatArray
-    left: FloatArray
-
-
-def loads(problem: Problem) -> Loads:
-    """The loads with means that are rounded once."""
-    loop, law = loading(problem), problem.law
-    parts = []
-    for samples, mean, periodic in (
-        (problem.q_w, problem.q_mean, loop.q1),
-        (problem.p_w, problem.p_mean, loop.p1),
-    ):
-        constant = mean
-        if constant is None:
-            constant = np.array([fsum(column) for column in samples.T.tolist()]) / len(samples)
-        moving = periodic.any(axis=0)
-        parts.append((constant, np.where(moving, samples - constant, 0.0), moving))
-    (q0, q1, of_q), (p0, p1, of_p) = parts
-
-    c, e = triples(law, q0, p0), triples(law, q1, p1)
-    moving = triples(law, of_q.astype(float), of_p.astype(float)) != 0
-    return Loads(c, e, np.where(moving, LOADS * (np.abs(e) + np.abs(c)), 0.0))
-
-
-def exact_products(matrix: FloatArray, x: FloatArray) -> FloatArray:
-    """M x with every entry rounded once: products split without error, their sums rounded once.
-
-    Examples
-    --------
-    >>> exact_products(np.array([[1e16, 1.0, -1e16]]), np.ones(3))
-    array([1.])
-    """
-    found = np.empty(len(matrix))
-    x_high = _high(x)
-    x_low = x - x_high
-    for i, row in enumerate(matrix):
-        high = _high(row)
-        low, product = row - high, row * x
-        rest = low * x_low - (((product - high * x_high) - low * x_high) - high * x_low)
-        found[i] = fsum(np.concatenate([product, rest]).tolist())
-    return found
-
-
-def _high(values: FloatArray) -> FloatArray:
-    """The first 26 bits."""
-    lifted = SPLITTER * values
-    return np.asarray(lifted - (lifted - values))
-
-
-@dataclass(frozen=True)
-class Proof:
-    """The joint as stored, and what its statements are proved with.
-
-    Attributes
-    ----------
-    problem, rows
-        The joint, with all nodes closed, and its limits.
-    loads
-        Its loads.
-    kept
-        The slips that are not pinned.
-    """
-
-    problem: Problem
-    rows: DiscRows
-    loads: Loads
-    kept: NDArray[np.intp]
-
-    def room(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
-        """What f p − |q| certainly is, at least, at every load step (m, n) [force].
-
-        At a slip x (2n,) and constant · c + load_factor · e.
-        """
-        law, held = self.problem.law, self.kept
-        q = exact_products(self.problem.A[:, held], x[held])
-        p = exact_products(self.problem.B[:, held], x[held])
-        u = np.concatenate([law.limit(p)[:, None], law.layout.by_node(q)], axis=-1)
-        c, e = constant * self.loads.c, load_factor * self.loads.e
-        s = c + e + u
-        size = np.abs(c) + np.abs(e) + np.abs(u)
-        left = SUMS * size + load_factor * self.loads.left * (1.0 + SUMS)
-        left += np.where(size > 0, TINY * x.size, 0.0)
-        return np.asarray(s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS))
-
-
-def proof_of(problem: Problem, rows: DiscRows) -> Proof:
-    """What statements about a joint are proved with."""
-    pinned = set(rigid_slips(problem).pinned)
-    kept = np.array([k for k in range(problem.layout.slip_size) if k not in pinned], dtype=np.intp)
-    return Proof(problem, rows, loads(problem), kept)
-
-
-def proved_low(
-    proof: Proof, x: FloatArray, load_factor: float, inner: list[tuple[FloatArray, float]]
-) -> tuple[float, FloatArray]:
-    """A load factor next to the one given at which a slip is proved to be safe, and it; NaN where none is.
-
-    ``inner`` has slips with room, and their load factors: as little of one of them is mixed in as it takes.
-    """
-    short = -proof.room(x, load_factor)
-    if short.max() <= 0:
-        return load_factor, x
-    best, share, lost = None, inf, inf
-    for slip, at in inner:
-        if not (at >= 0 and np.isfinite(slip).all()):
-            continue
-        room = proof.room(slip, at)
-        if room.min() > 0:
-            needed = float(np.max(short / (short + room), initial=0.0, where=short > 0))
-            if needed * (load_factor - at) < lost:
-                best, share, lost = (slip, at), needed, needed * (load_factor - at)
-    if best is None:
-        return nan, x
-    for _ in range(ROUNDS):
-        share = min(1.0, SPARE * share)
-        mixed, at = x + share * (best[0] - x), load_factor + share * (best[1] - load_factor)
-        if proof.room(mixed, at).min() >= 0:
-            return float(at), mixed
-    return float(best[1]), best[0]
 
 
 @dataclass(frozen=True)
@@ -191,27 +50,12 @@ class Balance:
 
 
 class Repair:
-    """The tangential stiffness of the slips that are kept, and an inverse proved to be near its own."""
+    """The balance of multipliers at the slips that are kept, and what makes up for what is missing."""
 
     def __init__(self, proof: Proof) -> None:
-        """Invert it, and bound what the inverse leaves."""
-        problem, self.kept = proof.problem, proof.kept
-        self.proof = proof
-        A = problem.A[np.ix_(self.kept, self.kept)]
-        diagonal = np.diag(A)
-        powers = -np.frexp(np.where(diagonal > 0, diagonal, 1.0))[1] // 2
-        self.lengths = np.ldexp(1.0, powers)
-        scaled = A * self.lengths * self.lengths[:, None]
-        size = len(A)
-        try:
-            self.inverse = np.linalg.inv(scaled)
-        except np.linalg.LinAlgError:
-            self.inverse = np.full((size, size), np.nan)
-        with np.errstate(all="ignore"):
-            rest = np.abs(np.eye(size) - self.inverse @ scaled).sum(axis=1)
-            rounding = np.abs(self.inverse) @ np.abs(scaled).sum(axis=1)
-            norm = np.max(rest + (size + 8) * 2 * HALF_ULP * (rounding + 1.0), initial=0.0)
-        self.norm = float(norm) if np.isfinite(norm) else inf
+        """Invert A there, and bound what the inverse leaves."""
+        problem, self.proof, self.kept = proof.problem, proof, proof.kept
+        self.inverse = Inverse(problem.A[np.ix_(self.kept, self.kept)])
         held = np.vstack([problem.A[:, self.kept], problem.B[:, self.kept]])
         self.columns = np.ascontiguousarray(held.T)
 
@@ -227,27 +71,17 @@ class Repair:
         error = count * 2 * HALF_ULP * (np.abs(self.columns) @ largest) + TINY * largest.size
         return found, error + SUMS * np.abs(found)
 
-    def solved(self, forces: FloatArray) -> FloatArray:
-        """A⁻¹ times forces, about."""
-        return np.asarray(self.lengths * (self.inverse @ (self.lengths * forces)))
-
-    def bound(self, forces: FloatArray) -> FloatArray:
-        """|A⁻¹ r| at most, for |r| ≤ forces."""
-        reach = np.abs(self.inverse) @ (self.lengths * forces) * (1.0 + len(forces) * 2 * HALF_ULP)
-        reach = reach + self.norm / (1.0 - self.norm) * reach.max(initial=0.0)
-        return np.asarray(self.lengths * reach * (1.0 + SUMS))
-
     def balanced(self, y: FloatArray) -> Balance:
         """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones."""
         rows, n = self.proof.rows, self.proof.problem.n
         y, disc = y.copy(), _roomiest(rows, y)
         for _ in range(2):
             change = np.zeros(2 * n)
-            change[self.kept] = self.solved(self.missing(y)[0])
+            change[self.kept] = self.inverse.solved(self.missing(y)[0])
             y[disc, 1:] -= change.reshape(-1, 2)
         found, error = self.missing(y)
         correction = np.zeros(2 * n)
-        correction[self.kept] = self.bound(np.abs(found) + error)
+        correction[self.kept] = self.inverse.bound(np.abs(found) + error)
         return Balance(y, disc, correction.reshape(-1, 2))
 
 
@@ -309,7 +143,9 @@ def _totals(proof: Proof, balance: Balance) -> tuple[float, float, float, float]
         value = fsum(terms.ravel().tolist())
         error = float(np.sum(SUMS * np.abs(terms) + 2.0 * np.abs(balance.y) * left))
         moved = balance.correction * (np.abs(load) + 2.0 * left)[balance.disc, 1:]
-        error = (error + float(moved.sum())) * (1.0 + terms.size * 2 * HALF_ULP) + TINY * terms.size
+        error = (error + float(moved.sum())) * (1.0 + terms.size * 2 * HALF_ULP) + TINY * np.count_nonzero(
+            terms
+        )
         error += SUMS * abs(value)
         found += [value - error, value + error]
     return found[0], found[1], found[2], found[3]
@@ -326,20 +162,16 @@ def proved_high(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, flo
     return nextafter(nextafter(max(most, 0.0) / -slope, inf), inf)
 
 
-def proved_infeasible(problem: Problem, rows: DiscRows, end: DiscEnd) -> bool:
-    """Whether multipliers prove that no slip is safe at any load factor ≥ 0."""
+def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[FloatArray]) -> bool:
+    """Whether one of some multipliers proves that no slip is safe at any load factor ≥ 0."""
     if rigid_slips(problem).doubt:
         return False
-    proof = proof_of(problem, rows)
-    repair = Repair(proof)
-    if repair.norm > REPAIRABLE:
-        return False
-    return any(_excludes(repair, y) for y in _on_the_way(end))
+    repair = Repair(proof_of(problem, rows))
+    return repair.inverse.proved and any(_excludes(repair, y) for y in candidates)
 
 
-def _on_the_way(end: DiscEnd) -> Iterator[FloatArray]:
-    """Multipliers of an infeasible program, and those with more room on the way to them."""
-    yield end.y
+def on_the_way(end: DiscEnd) -> Iterator[FloatArray]:
+    """Multipliers with more room on the way to those that exclude every slip."""
     for point in end.end.path[-2::-2]:
         y = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))[0]
         size = -float(np.vdot(y, end.scaled.program.rows.c))
@@ -356,29 +188,54 @@ def _excludes(repair: Repair, y: FloatArray) -> bool:
     return bool(most < 0 and slope <= 0)
 
 
-def proved_unbounded(
-    problem: Problem, rows: DiscRows, direction: FloatArray, safe: tuple[FloatArray, float]
-) -> bool:
-    """Whether a slip is proved to be safe, and to stay so along a direction at ever larger load factors."""
-    if rigid_slips(problem).doubt or not np.isfinite(direction).all():
-        return False
-    proof = proof_of(problem, rows)
-    return bool(proof.room(direction, 1.0, constant=0.0).min() >= 0 and proof.room(*safe).min() >= 0)
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """An optimum in floats, and points with room beside it.
+
+    Attributes
+    ----------
+    x : (k,)
+        Slips at the unknowns of programs [length].
+    load_factor
+        λ_max.
+    y : (j, 3)
+        Multipliers of the discs.
+    slips
+        Slips with room, and their load factors.
+    multipliers
+        Multipliers with room, and by how much each is worse than y.
+    """
+
+    x: FloatArray
+    load_factor: float
+    y: FloatArray
+    slips: list[tuple[FloatArray, float]]
+    multipliers: list[tuple[FloatArray, float]]
 
 
-def enclosed(problem: Problem, rows: DiscRows, best: DiscEnd) -> tuple[float, float] | Missing:
+def enclosed(
+    problem: Problem, rows: DiscRows, best: Optimum, tolerances: Tolerances
+) -> tuple[float, float] | Missing:
     """(low, high) with λ_max of the joint as stored between them, or why there are none."""
     doubt = rigid_slips(problem).doubt
     if doubt:
         return Missing(doubt)
-    proof, (slips, multipliers) = proof_of(problem, rows), inner_points(best)
-    low, _ = proved_low(proof, best.x, best.load_factor, slips)
+    terms, forces = (
+        np.abs(rows.flat) @ np.abs(best.x),
+        np.abs(rows.c).max() + best.load_factor * np.abs(rows.e).max(),
+    )
+    if np.finfo(float).eps * terms.max(initial=0.0) > tolerances.stored_digits * forces:
+        return Missing(ROUND_OFF)
+    proof = proof_of(problem, rows)
+    low, _ = proved_low(proof, best.x, best.load_factor, best.slips)
     if not np.isfinite(low):
         return Missing(NO_ROOM)
+    if low == 0 and only_at_zero(proof):
+        return 0.0, 0.0
     repair = Repair(proof)
-    if repair.norm > REPAIRABLE:
+    if not repair.inverse.proved:
         return Missing(TOO_SOFT)
-    high = proved_high(repair, best.y, multipliers)
+    high = proved_high(repair, best.y, best.multipliers)
     return (low, high) if np.isfinite(high) else Missing(NO_INNER)
 
 

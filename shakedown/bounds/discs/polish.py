@@ -1,4 +1,4 @@
-"""Newton's method on the discs that meet in an optimum: what interior points leave is taken away."""
+"""The end of a program: interior points, then Newton's method on the discs that meet in the optimum."""
 
 from dataclasses import dataclass, replace
 
@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from shakedown.bounds.discs.disc_program import DiscProgram
+from shakedown.bounds.discs.disc_program import ACCURATE, DiscEnd, DiscProgram, ScaledDiscs, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.self_dual import SelfDualEnd
+from shakedown.ground.tolerances import Tolerances
+from shakedown.programs.interior.self_dual import SelfDualEnd, self_dual_end
+from shakedown.programs.program import Program
+from shakedown.programs.solver import solve
 
 STEPS = 12
 SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1
@@ -27,6 +30,36 @@ class _Active:
     linear: NDArray[np.intp]
     edge: NDArray[np.intp]
     apex: NDArray[np.intp]
+
+
+def end_of(scaled: ScaledDiscs, tolerances: Tolerances) -> DiscEnd:
+    """The end of a program: by interior points of its own, else by those of :func:`solve`; polished.
+
+    Raises
+    ------
+    SolverError
+        If no road comes to an end.
+    """
+    end = self_dual_end(scaled.program)
+    if end.status == Status.UNDECIDED:
+        end = _second_road(scaled.program, tolerances)
+    return in_units(scaled, polished(scaled.program, end))
+
+
+def _second_road(program: DiscProgram, tolerances: Tolerances) -> SelfDualEnd:
+    """The end of the same program, as rows and cones."""
+    discs = np.concatenate([program.Q[program.rows.node], program.E[:, :, None]], axis=2)
+    matrix = np.vstack([program.linear, -discs.reshape(-1, len(program.cost))])
+    cones = (3,) * len(program.C)
+    found = solve(Program(matrix, program.right, program.cost, cones, tolerances=tolerances))
+    y, x = np.nan_to_num(found.multipliers), np.nan_to_num(found.x)
+    slack, accuracy = program.right - program.times(x), ACCURATE
+    if found.optimal:
+        accuracy = max(abs(each) for each in found.residuals)
+    if found.status == Status.UNBOUNDED:
+        x = x / -float(program.cost @ x)
+        slack = -program.times(x)
+    return SelfDualEnd(found.status, x, slack, y, accuracy, ())
 
 
 def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:

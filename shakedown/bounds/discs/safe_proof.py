@@ -1,0 +1,184 @@
+"""Slips that are proved to be safe, with every rounding bounded (docs/space.md, U1)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import fsum, inf, nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.discs.disc_rows import DiscRows, triples
+from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+
+LOADS = 8 * HALF_ULP  # of a load in its parts, relative: a mean, a difference, a product
+ROUNDS = 12  # of mixing more of an inner point, twice as much every time
+SPARE = 2.0  # more room than is needed at first
+
+
+@dataclass(frozen=True)
+class Loads:
+    """The loads of a problem as triples (f p, q_x, q_y), each to ``LOADS`` of its parts.
+
+    Attributes
+    ----------
+    c : (n, 3)
+        Constant part [force].
+    e : (m, n, 3)
+        Periodic part at load factor 1 [force].
+    left : (m, n, 3)
+        What the periodic part may be off, at most [force]; where nothing changes it is exactly zero.
+    """
+
+    c: FloatArray
+    e: FloatArray
+    left: FloatArray
+
+
+def loads(problem: Problem) -> Loads:
+    """The loads with means that are rounded once."""
+    loop, law = loading(problem), problem.law
+    parts = []
+    for samples, mean, periodic in (
+        (problem.q_w, problem.q_mean, loop.q1),
+        (problem.p_w, problem.p_mean, loop.p1),
+    ):
+        constant = mean
+        if constant is None:
+            constant = np.array([fsum(column) for column in samples.T.tolist()]) / len(samples)
+        moving = periodic.any(axis=0)
+        parts.append((constant, np.where(moving, samples - constant, 0.0), moving))
+    (q0, q1, of_q), (p0, p1, of_p) = parts
+
+    c, e = triples(law, q0, p0), triples(law, q1, p1)
+    moving = triples(law, of_q.astype(float), of_p.astype(float)) != 0
+    return Loads(c, e, np.where(moving, LOADS * (np.abs(e) + np.abs(c)), 0.0))
+
+
+@dataclass(frozen=True)
+class Proof:
+    """The joint as stored, and what its statements are proved with.
+
+    Attributes
+    ----------
+    problem, rows
+        The joint, with all nodes closed, and its limits.
+    loads
+        Its loads.
+    kept
+        The slips that are not pinned.
+    """
+
+    problem: Problem
+    rows: DiscRows
+    loads: Loads
+    kept: NDArray[np.intp]
+
+    def room(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
+        """What f p − |q| certainly is, at least, at every load step (m, n) [force].
+
+        At a slip x (2n,) and constant · c + load_factor · e.
+        """
+        law, held = self.problem.law, self.kept
+        q = exact_products(self.problem.A[:, held], x[held])
+        p = exact_products(self.problem.B[:, held], x[held])
+        u = np.concatenate([law.limit(p)[:, None], law.layout.by_node(q)], axis=-1)
+        c, e = constant * self.loads.c, load_factor * self.loads.e
+        s = c + e + u
+        size = np.abs(c) + np.abs(e) + np.abs(u)
+        left = SUMS * size + load_factor * self.loads.left * (1.0 + SUMS)
+        left += np.where(size > 0, TINY * x.size, 0.0)
+        if self.smooth.size:
+            left += self._moved(s, left, load_factor)
+        room = s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS)
+        room[:, self.smooth] = inf
+        return np.asarray(room)
+
+    @cached_property
+    def smooth(self) -> NDArray[np.intp]:
+        """The nodes that never have a limit above zero."""
+        return np.unique(self.rows.node[self.rows.smooth])
+
+    @cached_property
+    def _smooth_slips(self) -> tuple[NDArray[np.intp], "Inverse"]:
+        places = self.problem.layout.slips_of(self.smooth)
+        return places, Inverse(self.problem.A[np.ix_(places, places)])
+
+    def _moved(self, s: FloatArray, left: FloatArray, load_factor: float) -> FloatArray:
+        """By how much triples change (n, 3), at most, where smooth nodes move until they have no reaction.
+
+        Not at all clear, inf, where that is not proved: one slip must do for all load steps.
+        """
+        places, inverse = self._smooth_slips
+        loads = load_factor * self.loads.e[:, self.smooth, 1:]
+        pinned = np.setdiff1d(places, self.kept).size
+        if loads.any() or pinned or not inverse.proved:
+            return np.full(s.shape[1:], inf)
+        rest = (np.abs(s) + left)[:, self.smooth, 1:].max(axis=0)
+        change = inverse.bound(rest.ravel())
+        law = self.problem.law
+        of_limits, of_q = (
+            law.limit(np.abs(self.problem.B[:, places]) @ change),
+            np.abs(self.problem.A[:, places]) @ change,
+        )
+        moved = np.concatenate([of_limits[:, None], law.layout.by_node(of_q)], axis=-1)
+        return np.asarray(moved * (1.0 + len(s) * SUMS + places.size * SUMS))
+
+
+def proof_of(problem: Problem, rows: DiscRows) -> Proof:
+    """What statements about a joint are proved with."""
+    pinned = set(rigid_slips(problem).pinned)
+    kept = np.array([k for k in range(problem.layout.slip_size) if k not in pinned], dtype=np.intp)
+    return Proof(problem, rows, loads(problem), kept)
+
+
+def proved_low(
+    proof: Proof, x: FloatArray, load_factor: float, inner: list[tuple[FloatArray, float]]
+) -> tuple[float, FloatArray]:
+    """A load factor next to the one given at which a slip is proved to be safe, and it; NaN where none is.
+
+    ``inner`` has slips with room, and their load factors: as little of one of them is mixed in as it takes.
+    """
+    short = -proof.room(x, load_factor)
+    if short.max() <= 0:
+        return load_factor, x
+    best, share, lost = None, inf, inf
+    for slip, at in inner:
+        if not (at >= 0 and np.isfinite(slip).all()):
+            continue
+        room = proof.room(slip, at)
+        if room.min() > 0:
+            lacking = short > 0
+            part = short[lacking] / (short[lacking] + room[lacking])
+            needed = float(part.max(initial=0.0))
+            if needed * (load_factor - at) < lost:
+                best, share, lost = (slip, at), needed, needed * (load_factor - at)
+    if best is None:
+        return nan, x
+    for _ in range(ROUNDS):
+        share = min(1.0, SPARE * share)
+        mixed, at = x + share * (best[0] - x), load_factor + share * (best[1] - load_factor)
+        if proof.room(mixed, at).min() >= 0:
+            return float(at), mixed
+    return float(best[1]), best[0]
+
+
+def proved_unbounded(
+    problem: Problem, rows: DiscRows, direction: FloatArray, safe: tuple[FloatArray, float]
+) -> bool:
+    """Whether a slip is proved to be safe, and to stay so along a direction at ever larger load factors."""
+    if rigid_slips(problem).doubt or not np.isfinite(direction).all():
+        return False
+    proof = proof_of(problem, rows)
+    return bool(proof.room(direction, 1.0, constant=0.0).min() >= 0 and proof.room(*safe).min() >= 0)
+
+
+def only_at_zero(proof: Proof) -> bool:
+    """Whether the load of a node without friction changes through the period: no slip follows that."""
+    places = proof.problem.layout.slips_of(proof.smooth)
+    moving = loading(proof.problem).q1[:, places].any(axis=0)
+    q = proof.problem.q_w[:, places]
+    return bool(np.any(moving & (q != q[0]).any(axis=0)))

@@ -1,0 +1,79 @@
+"""Zones of a joint in space compared: their λ_max, and which of their nodes want to open or to close."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from shakedown.bounds.discs.disc_limits import largest_load_factor
+from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.room import safest
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+
+CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
+INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
+
+
+@dataclass(frozen=True, eq=False)
+class ZoneLimit:
+    """λ_max of a zone that is compared with others.
+
+    Attributes
+    ----------
+    load_factor
+        −inf where the zone has no safe slip, inf where nothing limits it.
+    x : (k,)
+        Where it is reached, at the unknowns of programs; empty without a limit.
+    multipliers : (3j + o,)
+        Of discs and gaps; empty where nothing limits it.
+    margin
+        By how much (negative) its limits exclude every slip under the mean load [length]; else 0.
+    """
+
+    load_factor: float
+    x: FloatArray
+    multipliers: FloatArray
+    margin: float = 0.0
+
+
+def zone_limit(rows: DiscRows, tolerances: Tolerances) -> ZoneLimit:
+    """λ_max of a zone, for a search among zones."""
+    nothing, found = np.zeros(0), largest_load_factor(rows, None, True, tolerances)
+    if found.status == Status.UNBOUNDED:
+        return ZoneLimit(inf, nothing, nothing)
+    if found.status == Status.OPTIMAL:
+        return ZoneLimit(found.load_factor, found.x, found.multipliers)
+    margin = safest(rows, 0.0, tolerances).margin
+    return ZoneLimit(-inf, nothing, found.multipliers, margin)
+
+
+def wishes(
+    rows: DiscRows, x: FloatArray, load_factor: float, multipliers: FloatArray, tolerances: Tolerances
+) -> dict[int, float]:
+    """How strongly limits ask for a node of the joint to be opened (at its apex) or closed (its gap presses).
+
+    Without a safe slip (an empty x) a node is at its apex where its multipliers point inside the cone.
+    """
+    y, gap_y = multipliers[: 3 * len(rows.c)].reshape(-1, 3), multipliers[3 * len(rows.c) :]
+    of_gaps = gap_y * np.maximum(np.abs(rows.gaps.G).max(axis=1, initial=0.0), np.abs(rows.gaps.d))
+    wish = {int(rows.gaps.node[k]): float(of_gaps[k]) for k in np.flatnonzero(of_gaps > 0)}
+    sizes = np.abs(rows.stiffness).max(axis=(1, 2))
+    shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
+    if x.size:
+        s = rows.c + load_factor * rows.e + (rows.flat @ x).reshape(-1, 3)[rows.node]
+        terms = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node] + np.abs(rows.c)
+        apex = (np.abs(s) <= tolerances.feasibility * terms.max(axis=1)[:, None]).all(axis=1)
+    else:
+        apex = y[:, 0] > INSIDE * np.hypot(y[:, 1], y[:, 2])
+        apex &= y[:, 0] > CARRIES * y[:, 0].max(initial=0.0)
+    for node in np.unique(rows.node[apex]).tolist():
+        wish[int(rows.names[node])] = float(shares[node])
+    return wish
+
+
+def _largest_load(rows: DiscRows) -> FloatArray:
+    found = np.zeros(len(rows.stiffness))
+    np.maximum.at(found, rows.node, np.abs(rows.e).max(axis=1))
+    return found
