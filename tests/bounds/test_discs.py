@@ -166,6 +166,49 @@ def test_what_is_proved_holds_in_rational_arithmetic(seed):
     assert not exact_room(problem, slip, low * (1 + 1e-9))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
+    """What U3 says is there, found in rational arithmetic: within its bound, in the cones, no higher."""
+    from flint import fmpq, fmpq_mat
+
+    from shakedown.bounds.discs import enclosure, safe_proof
+    from shakedown.bounds.discs.disc_program import basis_of, scaled_discs
+    from shakedown.bounds.discs.disc_rows import disc_rows
+    from shakedown.bounds.discs.polish import end_of
+    from shakedown.ground.tolerances import DEFAULT
+
+    def exact(values):
+        return [fmpq(*float(x).as_integer_ratio()) for x in np.ravel(values)]
+
+    problem = random_joint(np.random.default_rng(40 + seed), 2)
+    rows, k = disc_rows(problem), 2 * problem.n
+    best = end_of(scaled_discs(rows, basis_of(rows), -1.0), DEFAULT)
+    repair = enclosure.Repair(safe_proof.proof_of(problem, rows))
+    balance = enclosure.fitting(repair, best.y, enclosure.inner_points(best)[1])
+    totals = [[sum(exact(balance.y[rows.node == i, c]), fmpq(0)) for c in range(3)] for i in range(problem.n)]
+    A, B = (fmpq_mat(len(M), k, exact(M)) for M in (problem.A, problem.B))
+    Y = fmpq_mat(k, 1, [part for total in totals for part in total[1:]])
+    S = fmpq_mat(problem.n, 1, [f * total[0] for f, total in zip(exact(problem.f), totals, strict=True)])
+    delta = np.array([-float(x) for x in A.solve(A * Y + B.transpose() * S).entries()]).reshape(-1, 2)
+    assert np.all(np.abs(delta) <= balance.correction)
+    y = balance.y.copy()
+    y[balance.disc, 1:] += delta
+    assert np.all(y[:, 0] >= np.hypot(y[:, 1], y[:, 2]))
+    loads = safe_proof.loads(problem)
+    value = np.vdot(y, loads.c[rows.node]) / -np.vdot(y, loads.e[rows.step, rows.node])
+    high = enclosure.proved_high(repair, best.y, enclosure.inner_points(best)[1])
+    assert best.load_factor <= value * (1 + 1e-13)
+    assert value <= high <= value * (1 + 1e-10)
+
+
+def test_what_large_joints_take_is_said_beforehand(caplog, monkeypatch):
+    from shakedown.bounds.discs import disc_limits
+
+    monkeypatch.setattr(disc_limits, "LARGE", 2)
+    shakedown.upper_bound(shakedown.example("two-node-3d"))
+    assert "upper bound of 2 nodes: about 1 min and 0.0 GiB" in caplog.text
+
+
 def test_sums_are_rounded_once():
     from shakedown.bounds.discs.rounded_once import exact_products
 

@@ -88,7 +88,7 @@ def largest_load_factor(
         If no road comes to an end.
     """
     announce(rows)
-    taken = without_frictionless(rows)
+    taken = without_frictionless(rows, tolerances)
     if taken is None:
         found = _limit(rows, balanced, tolerances)
     else:

@@ -23,6 +23,8 @@ from shakedown.programs.interior.self_dual import balanced_multipliers, inner_po
 
 INNER_GAPS = (1e-4, 1e-2)  # of inner points
 
+ROUNDED_TWICE = 4 * HALF_ULP  # of f S, relative: a sum and a product, and what their bound is rounded by
+
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
 NO_ROOM = "no slip with room at every load step was found, so that none is proved to be safe"
 NO_INNER = "no multipliers with room were found"
@@ -61,15 +63,19 @@ class Repair:
 
     def missing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A Y + Bᵀ(f S) at the kept slips, and its rounding error at most."""
-        rows, problem = self.proof.rows, self.proof.problem
-        totals = rows.sums @ y
-        weights = np.concatenate([totals[:, 1:].ravel(), problem.law.limit(totals[:, 0])])
-        sizes = rows.sums @ np.abs(y)
-        largest = np.concatenate([sizes[:, 1:].ravel(), problem.law.limit(sizes[:, 0])])
-        count = int(np.bincount(rows.node).max()) + 4
+        totals, law = self._totals(y), self.proof.problem.law
+        weights = np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
         found = exact_products(self.columns, weights)
-        error = count * 2 * HALF_ULP * (np.abs(self.columns) @ largest) + TINY * largest.size
+        error = ROUNDED_TWICE * (np.abs(self.columns) @ np.abs(weights)) + TINY * weights.size
         return found, error + SUMS * np.abs(found)
+
+    def _totals(self, y: FloatArray) -> FloatArray:
+        """S and Y of every node, (n, 3), each sum rounded once."""
+        rows = self.proof.rows
+        order = np.argsort(rows.node, kind="stable")
+        ends = np.cumsum(np.bincount(rows.node, minlength=len(rows.stiffness)))[:-1]
+        parts = np.split(y[order], ends)
+        return np.array([[fsum(column) for column in part.T.tolist()] for part in parts])
 
     def balanced(self, y: FloatArray) -> Balance:
         """Multipliers with the correction that remains: bounded, but not yet known to fit into the cones."""

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_program import basis_of
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.rigid_slips import RigidSlips
 
 Mask = NDArray[np.bool_]
-SAME = 1e-11  # singular values, and what is left of the equations, relative: less is nothing
+SAME = 1e-11  # of a singular value, relative: less is round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +86,10 @@ class Frictionless:
         return found
 
 
-def without_frictionless(rows: DiscRows) -> Frictionless | None:
+def without_frictionless(rows: DiscRows, tolerances: Tolerances = DEFAULT) -> Frictionless | None:
     """The joint without its frictionless nodes; None where it has none.
+
+    ``feasibility`` decides whether their equations can hold.
 
     Examples
     --------
@@ -116,7 +119,7 @@ def without_frictionless(rows: DiscRows) -> Frictionless | None:
     x = V[:rank].T @ ((U[:, :rank].T @ (Q.T @ right)) / values[:rank])
     rest = right - matrix @ x
     against = np.zeros((0, 2))
-    if np.abs(rest).max() > SAME * max(np.abs(right).max(), np.abs(matrix @ x).max()):
+    if np.abs(rest).max() > tolerances.feasibility * max(np.abs(right).max(), np.abs(matrix @ x).max()):
         against = (-rest / sizes).reshape(-1, 2)
     free = V[rank:].T
     towards = free[K]

@@ -1,0 +1,74 @@
+"""Many small cones in one vector: their products, scalings and reaches are those of the cones one by one."""
+
+import numpy as np
+import pytest
+
+from shakedown.ground.status import Status
+from shakedown.programs.interior.self_dual import inner_point, self_dual_end
+from shakedown.programs.interior.small_cones import SmallCones
+from shakedown.programs.interior.symmetric_cone import SymmetricCone
+
+
+def inside(rng: np.random.Generator) -> np.ndarray:
+    """A point inside two numbers and four triples."""
+    triples = rng.normal(size=(4, 3))
+    triples[:, 0] = np.hypot(triples[:, 1], triples[:, 2]) + rng.uniform(1e-3, 2.0, 4)
+    return np.append(rng.uniform(0.1, 2.0, 2), triples.ravel())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_as_cones_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    cones, one = SmallCones(2, 4), SymmetricCone(0, 3)
+    s, z, step = inside(rng), inside(rng), rng.normal(size=14)
+    np.testing.assert_allclose(cones.product(s, cones.quotient(s, z)), z, rtol=1e-9)
+    scaling = cones.scaling(s, z)
+    np.testing.assert_allclose(scaling.times(z), scaling.point, rtol=1e-10)
+    np.testing.assert_allclose(scaling.divided(s), scaling.point, rtol=1e-10)
+    np.testing.assert_allclose(scaling.divided(scaling.times(step)), step, rtol=1e-9, atol=1e-12)
+    parts = [slice(2 + 3 * j, 5 + 3 * j) for j in range(4)]
+    for square, part in zip(scaling.inverse_squares(), parts, strict=True):
+        np.testing.assert_allclose(
+            square @ step[part], scaling.divided(scaling.divided(step))[part], rtol=1e-9
+        )
+    falling = step[:2] < 0
+    least = min([*(-s[:2][falling] / step[:2][falling]), *(one.reach(s[part], step[part]) for part in parts)])
+    assert cones.reach(s, step) == pytest.approx(least, rel=1e-9)
+    assert cones.margin(s) == pytest.approx(
+        min([*s[:2], *(one.margin(s[part]) for part in parts)]), rel=1e-12
+    )
+
+
+class Disc:
+    """Minimise −x_0 with |x| ≤ limit, and x_0 ≥ least."""
+
+    cones = SmallCones(1, 1)
+    cost = np.array([-1.0, 0.0])
+
+    def __init__(self, limit: float, least: float) -> None:
+        self.right = np.array([-least, limit, 0.0, 0.0])
+        self.matrix = np.array([[-1.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]])
+
+    def times(self, x):
+        return self.matrix @ x
+
+    def transposed(self, y):
+        return y @ self.matrix
+
+    def normal_equations(self, scaling):
+        scaled = np.column_stack([scaling.divided(column) for column in self.matrix.T])
+        return lambda right: np.linalg.solve(scaled.T @ scaled, right)
+
+
+def test_every_end_has_its_proof():
+    end = self_dual_end(Disc(2.0, 0.5))
+    assert end.status == Status.OPTIMAL
+    np.testing.assert_allclose(end.x, [2.0, 0.0], atol=1e-9)
+    inner = inner_point(Disc(2.0, 0.5), end)
+    assert Disc.cones.margin(inner.s) > 0 < Disc.cones.margin(inner.y)
+    np.testing.assert_allclose(Disc(2.0, 0.5).transposed(inner.y), -Disc.cost, atol=1e-12)
+    none = self_dual_end(Disc(1.0, 1.5))
+    assert none.status == Status.INFEASIBLE
+    assert Disc(1.0, 1.5).right @ none.multipliers == pytest.approx(-1.0)
+    np.testing.assert_allclose(Disc(1.0, 1.5).transposed(none.multipliers), 0.0, atol=1e-8)
+    assert Disc.cones.margin(none.multipliers) > -1e-12
