@@ -19,7 +19,8 @@ REACHED = 1e-10  # gap and residuals at which it stops
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PROVED = 1e-9  # what is left of a proof that there is no solution, or no end, relative to its size
 PATIENCE = 4  # iterations that gain nothing, where round-off ends it
-REFINEMENTS = 3  # of every solution of the normal equations
+REFINEMENTS = 3  # of every solution of the normal equations, at most
+SOLVED = 1e-13  # residual, relative, from where on there is nothing to refine
 STEP = 0.99  # share of the way to the boundary
 SHIFTS = (
     1e-15,
@@ -80,6 +81,11 @@ class DiscProgram:
         return np.flatnonzero(np.append(True, np.diff(self.node) > 0))
 
     @cached_property
+    def _flat(self) -> FloatArray:
+        """The blocks below each other, (3n, r)."""
+        return self.blocks.reshape(-1, self.rank)
+
+    @cached_property
     def cones(self) -> DiscCones:
         """Where the slacks are: the discs, the rows, the bound of the length."""
         return DiscCones(
@@ -100,7 +106,7 @@ class DiscProgram:
     def times(self, x: FloatArray) -> FloatArray:
         """Discs, rows and bound at x = (y, w)."""
         y, w = x[: self.rank], x[self.rank :]
-        discs = (self.blocks @ y)[self.node] + self.extra @ w
+        discs = (self._flat @ y).reshape(-1, SIZE)[self.node] + self.extra @ w
         tail = np.zeros(0) if self.norm is None else -np.append(self.norm @ w, y)
         return np.concatenate([discs.ravel(), self.rows @ y + self.rows_extra @ w, tail])
 
@@ -110,8 +116,8 @@ class DiscProgram:
         discs, rows, tail = np.split(z, [SIZE * K, SIZE * K + k])
         discs = discs.reshape(K, SIZE)
         of_nodes = np.add.reduceat(discs, self.starts)
-        y = np.einsum("ij,ijr->r", of_nodes, self.blocks, optimize=True) + rows @ self.rows
-        w = np.einsum("ij,ijp->p", discs, self.extra, optimize=True) + rows @ self.rows_extra
+        y = of_nodes.ravel() @ self._flat + rows @ self.rows
+        w = discs.ravel() @ self.extra.reshape(SIZE * K, -1) + rows @ self.rows_extra
         if self.norm is not None:
             y, w = y - tail[1:], w - tail[0] * self.norm
         return np.append(y, w)
@@ -126,11 +132,12 @@ class DiscProgram:
         stacked = np.vstack([(halves @ self.blocks).reshape(-1, rank), weighted])
         normal = np.zeros((len(self.costs), len(self.costs)), order="F")
         normal[:rank, :rank] = blas.dsyrk(1.0, stacked.T, lower=1)
-        mixed = np.add.reduceat(squares @ self.extra, self.starts)
-        across = np.einsum("ijp,ijr->pr", mixed, self.blocks, optimize=True)
+        weighed = squares @ self.extra
+        mixed = np.add.reduceat(weighed, self.starts)
+        across = mixed.reshape(-1, mixed.shape[2]).T @ self._flat
         loads = self.rows_extra / scaling.rest.diagonal[:, None]
         normal[rank:, :rank] = across + loads.T @ weighted
-        own = np.einsum("kip,kij,kjq->pq", self.extra, squares, self.extra, optimize=True)
+        own = np.tensordot(self.extra, weighed, axes=((0, 1), (0, 1)))
         normal[rank:, rank:] = own + loads.T @ loads
         if self.norm is not None:
             square = scaling.rest.inverse_square()
@@ -261,7 +268,10 @@ def _newton_equations(program: DiscProgram, scaling: DiscScaling) -> Solver:
         dx = np.asarray(factor(right), dtype=float)
         dz = inverse_square(program.times(dx) - second)
         for _ in range(REFINEMENTS):
-            more = factor(first - program.transposed(dz))
+            rest = first - program.transposed(dz)
+            if np.linalg.norm(rest) <= SOLVED * np.linalg.norm(right):
+                break
+            more = factor(rest)
             dx, dz = dx + more, dz + inverse_square(program.times(more))
         return dx, dz
 

@@ -292,7 +292,8 @@ def _largest_margin(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray
 def _largest_load(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray]:
     """The largest λ that the limits allow at y, with R = ‖y‖ + δ; NaN where none does.
 
-    The excess of a disc is convex in λ: Newton's method from above its last zero comes down to it.
+    The excess of a disc is convex in λ: the first step of Newton's method ends above its last zero, and the
+    others come down to it.
     """
     radius = float(np.linalg.norm(y)) + about.offset
     at_zero, need = about.discs_at(y, 0.0), radius * about.disc_s
@@ -317,16 +318,16 @@ def _last_zero(u: FloatArray, d: FloatArray, need: FloatArray) -> float:
     load = float(np.min(last[leaving], initial=inf))
     if load == inf:
         return load
-    for _ in range(NEWTON_STEPS):
+    for _ in range(NEWTON_STEPS):  # the root of a small difference may lack half the digits
         q, left = u[:, 1:] - load * d[:, 1:], h - load * d[:, 0]
         size = np.hypot(q[:, 0], q[:, 1])
-        excess = size - left
-        with np.errstate(all="ignore"):
-            slope = d[:, 0] - np.einsum("ij,ij->i", q, d[:, 1:]) / np.where(size > 0, size, 1.0)
-            step = np.where(
-                (excess > ROUND_OFF * np.maximum(size, np.abs(left))) & (slope > 0), excess / slope, 0.0
-            )
-        if not step.max(initial=0.0) > ROUND_OFF * abs(load):
+        along = np.einsum("ij,ij->i", q, d[:, 1:]) / np.where(size > 0, size, 1.0)
+        slope = d[:, 0] + np.where(size > 0, -along, fall)
+        rising = slope > 0
+        step = float(np.min((left - size)[rising] / slope[rising], initial=inf))
+        if step == inf:
             break
-        load -= float(step.max())
+        load += step
+        if abs(step) <= ROUND_OFF * abs(load):
+            break
     return load
