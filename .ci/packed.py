@@ -14,25 +14,39 @@ LEAKS = ("tests/", "benchmarks/", "docs/", "conftest.py", "__pycache__", ".nbi",
 def sources() -> set[str]:
     """Every source of the package, as a wheel names it."""
     package = {path.relative_to(ROOT).as_posix() for path in (ROOT / "shakedown").rglob("*.py")}
-    return package | {f"shakedown/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "cli").rglob("*.py")}
+    return package | {
+        f"shakedown/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "cli").rglob("*.py")
+    }
 
 
 def faults_of_wheel(names: set[str]) -> list[str]:
     """What a wheel lacks or should not hold."""
     missing = sources() - names
     missing |= {name for name in EXPECTED if f"shakedown/{name}" not in names}
-    strange = {name for name in names if not name.startswith("shakedown") or ".ci/" in name or any(word in name for word in LEAKS)}
-    return [*(f"missing: {name}" for name in sorted(missing)), *(f"leaks: {name}" for name in sorted(strange))]
+    strange = {
+        name
+        for name in names
+        if not name.startswith("shakedown") or ".ci/" in name or any(word in name for word in LEAKS)
+    }
+    return [
+        *(f"missing: {name}" for name in sorted(missing)),
+        *(f"leaks: {name}" for name in sorted(strange)),
+    ]
 
 
 def faults_of_sdist(names: set[str]) -> list[str]:
     """What a source distribution lacks or should not hold."""
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    folders = {name.replace("shakedown/cli", "cli") for name in (package.replace(".", "/") for package in listed)}
+    folders = {
+        name.replace("shakedown/cli", "cli") for name in (package.replace(".", "/") for package in listed)
+    }
     missing = {f"{folder}/__init__.py" for folder in folders} - names
     missing |= {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff"} - names
     strange = {name for name in names if any(word in name for word in LEAKS)}
-    return [*(f"missing: {name}" for name in sorted(missing)), *(f"leaks: {name}" for name in sorted(strange))]
+    return [
+        *(f"missing: {name}" for name in sorted(missing)),
+        *(f"leaks: {name}" for name in sorted(strange)),
+    ]
 
 
 def main(wheel: str, sdist: str) -> int:

@@ -43,6 +43,7 @@ STUDIES: tuple[str, ...] = (
     "slow_approach",
     "space_upper",
     "smallest_cycles",
+    "space_energy",
     "stability",
     "transient_limits",
     "universal_adversary",
