@@ -46,6 +46,8 @@ STUDIES: tuple[str, ...] = (
     "space_energy",
     "stability",
     "transient_limits",
+    "space_adversary",
+    "space_universal",
     "universal_adversary",
     "universal_cost",
     "worked_examples",
