@@ -77,7 +77,7 @@ def random_joint(n: int, seed: int) -> Problem:
 
 
 def tables(rows: list[dict]) -> str:
-    headers = ["joint", "n", "discs", "sectors", "how many", "discs, ms", "sectors, ms", "all, ms"]
+    headers = ["joint", "n", "discs", "best", "how many", "discs, ms", "best, ms", "all, ms"]
     return table([*headers, "cone programs, ms", "ratio", "difference"], [_line(row) for row in rows])
 
 

@@ -15,6 +15,7 @@ from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.space.disc_centres import Loops, disc_centres
+from shakedown.space.leaning_discs import leaning_discs
 from shakedown.space.least_pressures import LeastPressures, least_pressures
 from shakedown.space.scaled_joint import ScaledJoint, scaled_joint
 from shakedown.space.sector_rows import sector_rows
@@ -41,7 +42,7 @@ class LeastPressureBound(Result):
     lifts
         Whether it ends because that node could lift off.
     sectors
-        Into how many sectors the directions of slip of that node were divided; 1: none.
+        Into how many sectors the directions of slip of that node were divided; 1: a disc.
     reactions : (2n,)
         z = A v*: under the load factor λ itself |q_w,i + z_i| is less than f_i p_i in every slip of node i
         [force]; NaN where the bound is 0 or inf. For smaller load factors −q⁰ + (λ'/λ)(z + q⁰) will do.
@@ -99,8 +100,9 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     problem
         A joint with two tangential directions.
     sectors
-        How many sectors the directions of slip are divided into: 1 are discs. By default as many as raise the
-        bound by 1 % or more, and only at nodes that limit it.
+        How many sectors the directions of slip are divided into: 1 are discs. By default discs that lean the
+        way slip itself presses a node, and as many sectors as raise the bound by 1 % or more, only at nodes
+        that limit it.
 
     Raises
     ------
@@ -128,7 +130,7 @@ def least_pressure_bound(problem: Problem, *, sectors: int | None = None) -> Lea
     lift_off = _lift_off(joint, discs, pressures)
     if not (pressures > 0).all():
         return _nothing(int(pressures.argmin()), pressures / joint.lengths)
-    reach = _divided(joint, _of_discs(joint, discs, pressures), sectors)
+    reach = _divided(joint, _of_discs(joint, discs, pressures, lean=sectors is None), sectors)
     return _result(joint, reach, pressures, lift_off)
 
 
@@ -142,19 +144,25 @@ def _lift_off(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray) 
     return np.maximum(falling, 0.0) / np.where(pressures > 0, pressures, nan)
 
 
-def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray) -> _Reach:
-    """What every node needs with one sector; nodes without friction cannot bear any change of load."""
+def _of_discs(joint: ScaledJoint, discs: LeastPressures, pressures: FloatArray, *, lean: bool) -> _Reach:
+    """What every node needs with one disc, that leans or not; without friction it bears no change."""
     n, path = joint.n, joint.q1.reshape(len(joint.q1), -1, 2)
     varies = path.any(axis=(0, 2))
     inverse, centre = np.where(varies, inf, 0.0), np.zeros((n, 2))
     rough = np.flatnonzero(joint.f > 0)
     if len(rough):
-        growing = joint.f * discs.at(joint, joint.q1, joint.p1)
-        loops = Loops(
-            _whole(rough), path[:, rough], growing[:, rough, None], (joint.f * pressures)[rough, None]
+        growing, constant = joint.f * discs.at(joint, joint.q1, joint.p1), joint.f * pressures
+        found = disc_centres(
+            Loops(_whole(rough), path[:, rough], growing[:, rough, None], constant[rough, None])
         )
-        found = disc_centres(loops)
         inverse[rough], centre[rough] = found.above, found.centre
+    if len(rough) and lean:
+        shapes, regular = leaning_discs(joint, discs)
+        chosen = rough[regular[rough]]
+        own = Loops(shapes.part(chosen), path[:, chosen], growing[:, chosen, None], constant[chosen, None])
+        found = disc_centres(own)
+        better = found.above < inverse[chosen]
+        inverse[chosen[better]], centre[chosen[better]] = found.above[better], found.centre[better]
     smooth = joint.f == 0
     inverse[smooth] = np.maximum(inverse, _lift_off(joint, discs, pressures))[smooth]
     return _Reach(inverse, centre, np.ones(n, dtype=np.intp))

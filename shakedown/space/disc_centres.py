@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.space.leaning_discs import LeaningDiscs
 from shakedown.space.sectors import Sectors
 
 STEPS = 300  # of exchanging one of three touching points: 10 to 40 are taken
 WIDTH = 2.0**-44  # of what is left open, relative to the radius
-CORNERS = np.stack([np.cos(2 * np.pi * np.arange(3) / 3), np.sin(2 * np.pi * np.arange(3) / 3)], axis=1)
 NONE = 2.0**-40  # change of a weight that is round-off
 EPS = float(np.finfo(float).eps)
 
@@ -21,8 +21,9 @@ class Loops:
 
     Attributes
     ----------
-    sectors
-        As many for each node, one node after the other.
+    shapes
+        The directions in which a node may slip, as sectors, as many for each node, one node after the
+        other; or a disc of each node that leans.
     path : (m, k, 2)
         q¹ of these nodes at the load steps [force].
     growing : (m, k, s)
@@ -31,7 +32,7 @@ class Loops:
         f π⁰ > 0 under the mean load [force].
     """
 
-    sectors: Sectors
+    shapes: Sectors | LeaningDiscs
     path: FloatArray
     growing: FloatArray
     constant: FloatArray
@@ -40,8 +41,9 @@ class Loops:
         """Those of some of the nodes."""
         count = self.constant.shape[1]
         columns = (count * nodes[:, None] + np.arange(count)).ravel()
-        own = Sectors(self.sectors.node[columns], self.sectors.middle[columns], self.sectors.half)
-        return Loops(own, self.path[:, nodes], self.growing[:, nodes], self.constant[nodes])
+        return Loops(
+            self.shapes.part(columns), self.path[:, nodes], self.growing[:, nodes], self.constant[nodes]
+        )
 
     def needed(self, centre: FloatArray) -> FloatArray:
         """How large 1/λ must be for each load step and sector, (m, k, s), by centres (k, 2)."""
@@ -50,7 +52,7 @@ class Loops:
 
     def needed_above(self, centre: FloatArray) -> FloatArray:
         """The largest of :meth:`needed`, rounded up by more than its round-off, (k,)."""
-        terms = np.abs(self.path).sum(axis=2) + np.abs(centre).sum(axis=1)
+        terms = 2.0 * (np.abs(self.path).sum(axis=2) + np.abs(centre).sum(axis=1))
         loose = 8 * EPS * (terms[..., None] + np.abs(self.growing)) / self.constant
         worst = (self.needed(centre) + loose).max(axis=(0, 2))
         return np.asarray(worst + 8 * EPS * np.abs(worst))
@@ -68,24 +70,21 @@ class Loops:
             needed.transpose(1, 0, 2).reshape(len(centre), -1).argmax(axis=1), needed.shape[::2]
         )
         columns = self.constant.shape[1] * k + sector
-        chosen = Sectors(self.sectors.node[columns], self.sectors.middle[columns], self.sectors.half)
-        u = chosen.farthest(-(centre + self.path[step, k]))
+        u = self.shapes.part(columns).farthest(-(centre + self.path[step, k]))
         right = np.sum(u * self.path[step, k], axis=1) + self.growing[step, k, sector]
         return needed[step, k, sector], u, self.constant[k, sector], right
 
     def towards(self, corner: FloatArray) -> FloatArray:
         """The direction u nearest to a given one that a sector has, f π⁰, least u · q¹ + f π¹: (k, 4)."""
         k, count = np.arange(len(self.constant)), self.constant.shape[1]
-        sector = (self.sectors.middle.reshape(-1, count, 2) @ corner).argmax(axis=1)
-        columns = count * k + sector
-        chosen = Sectors(self.sectors.node[columns], self.sectors.middle[columns], self.sectors.half)
-        u = chosen.farthest(np.broadcast_to(corner, (len(k), 2)))
+        sector = self.shapes.nearest(corner, count)
+        u = self.shapes.part(count * k + sector).farthest(corner)
         right = (np.sum(self.path * u, axis=2) + self.growing[:, k, sector]).min(axis=0)
         return np.column_stack([u, self.constant[k, sector], right])
 
     def _reach(self, centre: FloatArray) -> FloatArray:
         count = self.constant.shape[1]
-        return self.sectors.reach(np.repeat(-(centre + self.path), count, axis=1)).reshape(self.growing.shape)
+        return self.shapes.reach(np.repeat(-(centre + self.path), count, axis=1)).reshape(self.growing.shape)
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,9 @@ def disc_centres(loops: Loops) -> DiscCentres:
 
 def _start(loops: Loops) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Three directions at equal angles."""
-    basis = np.stack([loops.towards(corner) for corner in CORNERS], axis=1)
+    basis = np.stack(
+        [loops.towards(corner) for corner in loops.shapes.corners(loops.constant.shape[1])], axis=1
+    )
     centre, below = _vertex(basis)
     return basis, centre, below
 

@@ -29,6 +29,10 @@ class Sectors:
     def __len__(self) -> int:
         return len(self.node)
 
+    def part(self, columns: NDArray[np.intp]) -> "Sectors":
+        """Some of them."""
+        return Sectors(self.node[columns], self.middle[columns], self.half)
+
     def reach(self, y: FloatArray) -> FloatArray:
         """The largest y · u over the directions of every sector, of vectors (…, c, 2): (…, c)."""
         if self.half == 0.0:
@@ -42,6 +46,17 @@ class Sectors:
         angle = np.clip(np.arctan2(across, along), -self.half, self.half)
         cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
         return np.asarray(cosine * self.middle + sine * turned(self.middle))
+
+    def corners(self, count: int) -> FloatArray:
+        """Three directions at equal angles, (3, c / count, 2)."""
+        angle = 2.0 * np.pi * np.arange(3) / 3
+        found = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return np.repeat(found[:, None], len(self) // count, axis=1)
+
+    def nearest(self, corner: FloatArray, count: int) -> NDArray[np.intp]:
+        """Which of the ``count`` sectors of every node is nearest to a direction (k, 2)."""
+        middle = self.middle.reshape(-1, count, 2)
+        return np.asarray(np.sum(middle * corner[:, None], axis=2).argmax(axis=1))
 
     def _beyond(self, y: FloatArray) -> FloatArray:
         along, across = self._in_frame(y)

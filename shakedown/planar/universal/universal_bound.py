@@ -111,8 +111,8 @@ def universal_bound(
     certify
         Whether to prove the swing bound in exact arithmetic; by default where that is quick.
     sectors
-        With two directions: how many sectors those of slip are divided into; 1 are discs. By default as
-        many as raise the bound by 1 % or more.
+        With two directions: how many sectors those of slip are divided into; 1 are discs. By default
+        discs that lean, and as many sectors as raise the bound by 1 % or more.
     tolerances
         What decides (:class:`Tolerances`).
 
