@@ -6,7 +6,9 @@ from shakedown.bounds.energy.discs.ball_limits import DiscLimits
 from shakedown.ground.float_array import FloatArray
 
 MOST = 0.99  # largest f |c|: the proof needs less than 1
+TIED = 1e-9  # relative: load steps that leave a node the same room but for round-off
 HALVINGS = 54
+NEARLY = 1.0 - 2.0**-30  # t next to its end: where γ vanishes there, both sides of the balance do
 
 
 def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
@@ -30,6 +32,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
     pressed, drawn, node = u[:, 0], np.hypot(u[:, 1], u[:, 2]), limits.node
     first = np.flatnonzero(np.append(True, np.diff(node) > 0))
     values, vectors = np.linalg.eigh(limits.stiffness)
+    values = np.maximum(values, 0.0)  # a stiffness that is singular has eigenvalues of round-off
     largest = values[:, -1]
     turned = np.einsum("ijk,ij->ik", vectors, limits.own)
 
@@ -47,12 +50,13 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         gamma = np.sqrt(limits.least**2 + np.einsum("ij,ij->i", off**2, values))
         taken = a[node] * drawn - pressed
         worst = np.maximum.reduceat(taken, first)
-        at = np.maximum.reduceat(np.where(taken >= worst[node], drawn, 0.0), first)
+        tied = taken >= worst[node] - TIED * (np.abs(pressed) + a[node] * drawn)
+        at = np.maximum.reduceat(np.where(tied, drawn, 0.0), first)
         balance = limits.f * at * gamma * t - radius * largest * (1.0 - t) * a
         return np.asarray((balance > 0) | (size > MOST))
 
     low, high = np.zeros(len(largest)), np.ones(len(largest))
-    whole = ~too_far(high)
+    whole = ~too_far(np.full(len(largest), NEARLY))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         beyond = too_far(middle)
