@@ -15,7 +15,7 @@ from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 CLOSE = 2e-12  # what Newton's method leaves of the equations, relative to the force scale
 TENSION = 16 * np.finfo(float).eps  # a closed node's p may be negative by that, relative to the force scale
 MOST_SWEEPS = 10_000
-TURNS = 30  # of sweeps and Newton's method, in a step
+TURNS = 60  # of sweeps and Newton's method, in a step
 WANDERING = 50  # sweeps that show whether a body that found no rest goes on
 
 

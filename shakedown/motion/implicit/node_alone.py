@@ -3,7 +3,8 @@
 With the node at the place where it touches its reactions are q_s, p_s; a slip s changes them to
 q = q_s + A s, p = p_s + b·s, A = (xx, xy, yy). It slips where q = −f p s/|s|, so that Alart and Curnier's map
 q − f p x/|x| with x = q − ρ s vanishes. Newton's method on it begins at the slip along −q_s; where it
-fails, directions are tried around the circle, each with the speed that its own equation gives.
+fails, directions are tried around the circle, each with the slip that its own equation gives: first those
+that the node is held in, and where it cannot open either, any.
 """
 
 import math
@@ -18,40 +19,43 @@ HALVINGS = 60
 
 
 @inner
-def speed_along(A, b, f, q, p, angle):  # type: ignore[no-untyped-def]
-    """The slip along a direction that brings the reaction along it to the limit, and what is left across."""
+def along(A, b, f, q, p, angle):  # type: ignore[no-untyped-def]
+    """Of slip in a direction: what drives it, what holds it per slip, and how far it is off across."""
     x, y = math.cos(angle), math.sin(angle)
     ahead = A[0] * x + A[1] * y, A[1] * x + A[2] * y
-    against = x * ahead[0] + y * ahead[1] + f * (b[0] * x + b[1] * y)
-    if not against > 0.0:
-        return -1.0, 0.0
-    speed = -(x * q[0] + y * q[1] + f * p) / against
-    return speed, (x * q[1] - y * q[0]) + speed * (x * ahead[1] - y * ahead[0])
+    holds = x * ahead[0] + y * ahead[1] + f * (b[0] * x + b[1] * y)
+    drives = -(x * q[0] + y * q[1] + f * p)
+    return drives, holds, (x * q[1] - y * q[0]) * holds + drives * (x * ahead[1] - y * ahead[0])
 
 
 @inner
-def slip_by_direction(A, b, f, q, p, tension):  # type: ignore[no-untyped-def]
-    """The slip of the admissible direction nearest to −q: whether there is one, and its components."""
+def slip_by_direction(A, b, f, q, p, tension, stable):  # type: ignore[no-untyped-def]
+    """The slip of the admissible direction nearest to −q: whether there is one, and its components.
+
+    ``stable``: only one that is held, so that a larger drive leads to more slip.
+    """
     first = math.atan2(-q[1], -q[0])
     width = 2.0 * math.pi / DIRECTIONS
     for step in range(DIRECTIONS):
         k = (step + 1) // 2 if step % 2 else -(step // 2)
         low, high = first + (k - 0.5) * width, first + (k + 0.5) * width
-        low_speed, low_side = speed_along(A, b, f, q, p, low)
-        high_speed, high_side = speed_along(A, b, f, q, p, high)
-        if not (low_speed > 0.0 and high_speed > 0.0) or low_side * high_side > 0.0:
+        _, _, low_side = along(A, b, f, q, p, low)
+        _, _, high_side = along(A, b, f, q, p, high)
+        if low_side * high_side > 0.0:
             continue
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            _, side = speed_along(A, b, f, q, p, middle)
+            _, _, side = along(A, b, f, q, p, middle)
             if side * low_side > 0.0:
                 low = middle
             else:
                 high = middle
-        speed, _ = speed_along(A, b, f, q, p, high)
-        x, y = speed * math.cos(high), speed * math.sin(high)
-        if speed > 0.0 and p + b[0] * x + b[1] * y >= -tension:
-            return True, x, y
+        drives, holds, _ = along(A, b, f, q, p, high)
+        if drives * holds > 0.0 and (holds > 0.0 or not stable):
+            speed = drives / holds
+            x, y = speed * math.cos(high), speed * math.sin(high)
+            if p + b[0] * x + b[1] * y >= -tension:
+                return True, x, y
     return False, 0.0, 0.0
 
 
@@ -60,8 +64,8 @@ def slip_by_newton(A, b, f, q, p, tension):  # type: ignore[no-untyped-def]
     """The slip from −q on: whether it was found, and its components."""
     weight = 0.5 * (A[0] + A[2])
     size = math.hypot(q[0], q[1])
-    along = max(size - f * p, 0.0) / weight
-    x, y = -along * q[0] / size, -along * q[1] / size
+    start = max(size - f * p, 0.0) / weight
+    x, y = -start * q[0] / size, -start * q[1] / size
     for _ in range(ROUNDS):
         qx, qy = q[0] + A[0] * x + A[1] * y, q[1] + A[1] * x + A[2] * y
         limit = f * (p + b[0] * x + b[1] * y)
@@ -104,7 +108,7 @@ def state_alone(K, P, f, separable, r, tension):  # type: ignore[no-untyped-def]
             found, x, y = slip_by_newton(A, b, f, q, p, tension)
             if found:
                 return SLIPS, x, y, 0.0
-        found, x, y = slip_by_direction(A, b, f, q, p, tension)
+        found, x, y = slip_by_direction(A, b, f, q, p, tension, True)
         if found:
             return SLIPS, x, y, 0.0
     if separable:
@@ -113,4 +117,7 @@ def state_alone(K, P, f, separable, r, tension):  # type: ignore[no-untyped-def]
             x = -(P[0, 0] * r[0] + P[0, 1] * r[1] + P[0, 2] * r[2])
             y = -(P[1, 0] * r[0] + P[1, 1] * r[1] + P[1, 2] * r[2])
             return OPENS, x, y, gap
+    found, x, y = slip_by_direction(A, b, f, q, p, tension, False)
+    if found:
+        return SLIPS, x, y, 0.0
     return NO_STATE, 0.0, 0.0, 0.0
