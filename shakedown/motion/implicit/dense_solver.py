@@ -1,20 +1,43 @@
-"""Linear equations in compiled loops by LAPACK's dgesv, at its address: nothing of it is compiled."""
+"""Linear equations in compiled loops by LAPACK, at its address: nothing of it is compiled."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import types
 from numba.extending import get_cython_function_address, intrinsic
+from numpy.typing import NDArray
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.named_state import inner
 
-ARGUMENTS = 8  # of dgesv, all of them addresses
+NO_TRANSPOSE = ord("N")
 
 
-def address_of_solver() -> int:
-    """Where SciPy's dgesv is."""
-    return int(get_cython_function_address("scipy.linalg.cython_lapack", "dgesv"))
+class Factors(NamedTuple):
+    """Equations of the slipping nodes, factorised, for as long as the same nodes slip and are open.
+
+    ``columns`` (2n, 2n): the columns of a matrix, then its factors; ``slipping`` (n,) the nodes, of which
+    ``known`` (2,) says how many there are and how often nodes had opened or closed, or −1 where there
+    are no factors. ``sizes`` and ``pivots`` are LAPACK's, ``routines`` the addresses of what factorises
+    and of what solves.
+    """
+
+    columns: FloatArray
+    slipping: NDArray[np.int64]
+    known: NDArray[np.int64]
+    sizes: NDArray[np.int32]
+    pivots: NDArray[np.int32]
+    routines: NDArray[np.int64]
+
+
+def no_factors(n: int) -> Factors:
+    """Room for the equations of n nodes."""
+    addresses = [get_cython_function_address("scipy.linalg.cython_lapack", f"dget{k}") for k in ("rf", "rs")]
+    return Factors(
+        np.empty((2 * n, 2 * n)), np.empty(n, dtype=np.int64), np.full(2, -1), np.zeros(5, dtype=np.int32),
+        np.empty(2 * n, dtype=np.int32), np.array(addresses),
+    )  # fmt: skip
 
 
 @intrinsic
@@ -22,32 +45,33 @@ def _call(typing: Any, address: Any, arguments: Any) -> Any:
     """Call the function at an address with other addresses; it returns nothing."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        pointer = ir.IntType(8).as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [pointer] * ARGUMENTS).as_pointer()
-        given = [builder.extract_value(values[1], k) for k in range(ARGUMENTS)]
-        builder.call(builder.inttoptr(values[0], kind), [builder.inttoptr(value, pointer) for value in given])
+        pointer, count = ir.IntType(8).as_pointer(), arguments.count
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * count).as_pointer()
+        given = [builder.inttoptr(builder.extract_value(values[1], k), pointer) for k in range(count)]
+        builder.call(builder.inttoptr(values[0], kind), given)
         return context.get_dummy_value()
 
-    return types.void(types.int64, types.UniTuple(types.uintp, ARGUMENTS)), generate
+    return types.void(types.int64, arguments), generate
 
 
 call: Any = _call
 
 
 @inner
-def solve_columns(address, columns, right):  # type: ignore[no-untyped-def]
-    """Solve M x = right in place, ``columns`` (n, n) the columns of M; False where M is singular.
-
-    Both are overwritten.
-    """
-    n = len(right)
-    sizes, pivots = np.empty(4, dtype=np.int32), np.empty(n, dtype=np.int32)
-    sizes[0], sizes[1], sizes[2], sizes[3] = (
-        n,
-        1,
-        n,
-        0,
-    )  # unknowns, right sides, their stride, what went wrong
-    at, matrix, order, found = sizes.ctypes.data, columns.ctypes.data, pivots.ctypes.data, right.ctypes.data
-    call(address, (at, at + 4, matrix, at + 8, order, found, at + 8, at + 12))
+def factorise(factors, n):  # type: ignore[no-untyped-def]
+    """Factorise the first n columns; False where they are singular."""
+    sizes = factors.sizes  # unknowns, room for a column, right sides, what went wrong, whether transposed
+    sizes[0], sizes[1], sizes[2], sizes[3], sizes[4] = n, len(factors.pivots), 1, 0, NO_TRANSPOSE
+    at, matrix, order = sizes.ctypes.data, factors.columns.ctypes.data, factors.pivots.ctypes.data
+    call(factors.routines[0], (at, at, matrix, at + 4, order, at + 12))
     return sizes[3] == 0
+
+
+@inner
+def solve(factors, right):  # type: ignore[no-untyped-def]
+    """Solve for a right side, in place, with the factors."""
+    at, matrix, order = factors.sizes.ctypes.data, factors.columns.ctypes.data, factors.pivots.ctypes.data
+    call(
+        factors.routines[1],
+        (at + 16, at, at + 8, matrix, at + 4, order, right.ctypes.data, at + 4, at + 12),
+    )

@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.motion.implicit.dense_solver import address_of_solver
+from shakedown.motion.implicit.dense_solver import no_factors
 from shakedown.motion.implicit.load_steps import follow
 from shakedown.motion.implicit.swept_stiffness import Body, Tableau
 
@@ -133,9 +133,10 @@ class ImplicitJoint:
         )
         self._tableau = Tableau(
             kappa.copy(), np.zeros(n, dtype=np.bool_), np.zeros(3 * n), np.zeros(3 * n), np.zeros(3 * n),
-            np.zeros(1, dtype=np.int64),
+            np.zeros(2, dtype=np.int64),
         )  # fmt: skip
-        self._state = np.zeros(3 * n)
+        self._factors = no_factors(n)
+        self._state, self._slips = np.zeros(3 * n), np.zeros(2 * n)
 
     @property
     def v(self) -> FloatArray:
@@ -153,8 +154,10 @@ class ImplicitJoint:
         self._state[:] = self._by_node(v, w)
         tableau.N[:] = self._body.kappa
         tableau.is_open[:] = False
-        tableau.updates[0] = 0
+        tableau.updates[0], tableau.updates[1] = 0, tableau.updates[1] + 1
         tableau.given[:] = self._state
+        np.dot(tableau.N, tableau.given, out=tableau.out)
+        self._slips[:] = 0.0
         tableau.r_w[:] = self._by_node(q_w, p_w)
 
     def forget(self) -> None:
@@ -186,8 +189,10 @@ class ImplicitJoint:
         """The compiled loop over load steps (k, 3n) node by node: what it fills, and what it returns."""
         n, k = self.n, len(loads)
         path = np.empty((k, 3 * n)), np.empty((k, 2 * n)), np.empty((k, n)), np.empty((k, n))
-        settings = (CLOSE * self.force, TENSION * self.force, self.turns, address_of_solver())
-        return path, follow(self._body, self._tableau, self._state, loads, parts, settings, sweeps_only, path)
+        settings = (CLOSE * self.force, TENSION * self.force, self.turns, self._factors)
+        return path, follow(
+            self._body, self._tableau, self._state, self._slips, loads, parts, settings, sweeps_only, path
+        )
 
     def _by_node(self, tangential: FloatArray, normal: FloatArray) -> FloatArray:
         both = np.concatenate([tangential, normal], axis=-1)

@@ -10,12 +10,13 @@ the next sweep opens it. Unknown are the slips of those that slip; the others go
 
 import numpy as np
 
-from shakedown.motion.implicit.dense_solver import solve_columns
+from shakedown.motion.implicit.dense_solver import factorise, solve
 from shakedown.motion.kernels.named_state import inner
 
 ROUNDS = 25
 HALVINGS = 8  # of one step
 FAR = 1e18  # of a slip's change in forces, relative to ``close``: its round-off alone is larger than that
+FAST = 1e-2  # what a step with old factors leaves of |F|² at most
 DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method foresees
 
 
@@ -45,7 +46,7 @@ def misfit(body, tableau, contact, F, direction):  # type: ignore[no-untyped-def
 
 
 @inner
-def factors(body, tableau, contact, i, direction):  # type: ignore[no-untyped-def]
+def weights(body, tableau, contact, i, direction):  # type: ignore[no-untyped-def]
     """Of a slipping node: I − βT (its three entries), f where it is pressed, ρβT; T = 1 − x xᵀ/|x|²."""
     j, k = 2 * i, 3 * i
     rho, p = body.tangential[i], tableau.r_w[k + 2] + tableau.out[k + 2]
@@ -59,33 +60,42 @@ def factors(body, tableau, contact, i, direction):  # type: ignore[no-untyped-de
 
 
 @inner
-def newton_step(body, tableau, contact, F, direction, change, close, solver):  # type: ignore[no-untyped-def]
-    """The change (2n,) of the slips by one step of Newton's method; False where they are singular."""
-    N, n = tableau.N, len(body.f)
-    slipping = np.empty(n, dtype=np.int64)
-    count = 0
-    moved = np.zeros(3 * n)  # by the nodes that go back to where they stick
-    for i in range(n):
-        j, k = 2 * i, 3 * i
-        change[j], change[j + 1] = 0.0, 0.0
-        if direction[j] != 0.0 or direction[j + 1] != 0.0:
-            slipping[count] = i
+def sorts(body, F, direction, nodes):  # type: ignore[no-untyped-def]
+    """The nodes that slip; returns how many, and whether one that sticks is not where it sticks."""
+    count, astray = 0, False
+    for i in range(len(body.f)):
+        if direction[2 * i] != 0.0 or direction[2 * i + 1] != 0.0:
+            nodes[count] = i
             count += 1
-        elif F[j] != 0.0 or F[j + 1] != 0.0:
-            change[j], change[j + 1] = contact[j] - tableau.given[k], contact[j + 1] - tableau.given[k + 1]
-            for a in range(3 * n):
-                moved[a] += N[k, a] * change[j] + N[k + 1, a] * change[j + 1]
-    if count == 0:
-        return True
-    columns, right = np.empty((2 * count, 2 * count)), np.empty(2 * count)
+        elif F[2 * i] != 0.0 or F[2 * i + 1] != 0.0:
+            astray = True
+    return count, astray
+
+
+@inner
+def are_known(tableau, factors, nodes, count):  # type: ignore[no-untyped-def]
+    """Whether the factors are those of these nodes, the same others open."""
+    if factors.known[0] != count or factors.known[1] != tableau.updates[1]:
+        return False
+    known = True
     for a in range(count):
-        i = slipping[a]
-        j, k = 2 * i, 3 * i
-        xx, xy, yy, f, rho = factors(body, tableau, contact, i, direction)
-        px, py = f * direction[j], f * direction[j + 1]
+        known = known and nodes[a] == factors.slipping[a]
+    return known
+
+
+@inner
+def equations(body, tableau, contact, direction, factors, nodes, count):  # type: ignore[no-untyped-def]
+    """The derivatives of F with respect to the slips, and their factors; False where they are singular."""
+    N, columns = tableau.N, factors.columns
+    for a in range(count):
+        i = nodes[a]
+        k = 3 * i
+        factors.slipping[a] = i
+        xx, xy, yy, f, rho = weights(body, tableau, contact, i, direction)
+        px, py = f * direction[2 * i], f * direction[2 * i + 1]
         for b in range(count):
             for c in range(2):
-                row = N[3 * slipping[b] + c]  # N is symmetric
+                row = N[3 * nodes[b] + c]  # N is symmetric
                 x, y, z = row[k], row[k + 1], row[k + 2]
                 columns[2 * b + c, 2 * a] = (1.0 - xx) * x - xy * y - px * z
                 columns[2 * b + c, 2 * a + 1] = (1.0 - yy) * y - xy * x - py * z
@@ -93,13 +103,42 @@ def newton_step(body, tableau, contact, F, direction, change, close, solver):  #
         columns[2 * a + 1, 2 * a] += rho * xy
         columns[2 * a, 2 * a + 1] += rho * xy
         columns[2 * a + 1, 2 * a + 1] += rho * yy
-        x, y, z = moved[k], moved[k + 1], moved[k + 2]
-        right[2 * a] = -F[j] - ((1.0 - xx) * x - xy * y - px * z)
-        right[2 * a + 1] = -F[j + 1] - ((1.0 - yy) * y - xy * x - py * z)
-    if not solve_columns(solver, columns, right):
-        return False
+    factors.known[0], factors.known[1] = count, tableau.updates[1]
+    return count == 0 or factorise(factors, 2 * count)
+
+
+@inner
+def goes_back(body, tableau, contact, F, direction, change, moved):  # type: ignore[no-untyped-def]
+    """The change of the slips (2n,) of nodes that stick, to where they do, and what it changes, (3n,)."""
+    for i in range(len(body.f)):
+        j, k = 2 * i, 3 * i
+        change[j], change[j + 1] = 0.0, 0.0
+        if direction[j] == 0.0 and direction[j + 1] == 0.0 and (F[j] != 0.0 or F[j + 1] != 0.0):
+            change[j], change[j + 1] = contact[j] - tableau.given[k], contact[j + 1] - tableau.given[k + 1]
+    move(tableau, change, moved)
+
+
+@inner
+def slips_on(body, tableau, contact, F, direction, factors, step, close):  # type: ignore[no-untyped-def]
+    """The change of the slips of those that slip, beside that of those that stick; False where it is too far.
+
+    step: (change (2n,), what the sticking nodes change (3n,), whether they do, room (2n,)).
+    """
+    change, moved, astray, right = step
+    count = factors.known[0]
     for a in range(count):
-        i, x, y = slipping[a], right[2 * a], right[2 * a + 1]
+        i = factors.slipping[a]
+        j, k = 2 * i, 3 * i
+        right[2 * a], right[2 * a + 1] = -F[j], -F[j + 1]
+        if astray:
+            xx, xy, yy, f, _ = weights(body, tableau, contact, i, direction)
+            x, y, z = moved[k], moved[k + 1], moved[k + 2]
+            right[2 * a] -= (1.0 - xx) * x - xy * y - f * direction[j] * z
+            right[2 * a + 1] -= (1.0 - yy) * y - xy * x - f * direction[j + 1] * z
+    if count:
+        solve(factors, right)
+    for a in range(count):
+        i, x, y = factors.slipping[a], right[2 * a], right[2 * a + 1]
         if not body.tangential[i] * max(abs(x), abs(y)) <= FAR * close:
             return False
         change[2 * i], change[2 * i + 1] = x, y
@@ -130,26 +169,40 @@ def go(tableau, change, moved, share):  # type: ignore[no-untyped-def]
 
 
 @inner
-def newton(body, tableau, contact, close, solver):  # type: ignore[no-untyped-def]
-    """Newton's method with line search until |F| ≤ close; returns (whether it is, steps)."""
+def newton(body, tableau, contact, close, factors):  # type: ignore[no-untyped-def]
+    """Newton's method until |F| ≤ close; returns (whether it is, steps).
+
+    The factors of an earlier step are taken again as long as the same nodes slip and |F| falls fast with
+    them; with new ones there is a line search.
+    """
     n = len(body.f)
-    F, direction, change, moved = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n), np.empty(3 * n)
+    F, direction, right, moved = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n), np.empty(3 * n)
+    change, nodes = np.empty(2 * n), np.empty(n, dtype=np.int64)
     total, largest = misfit(body, tableau, contact, F, direction)
     for step in range(ROUNDS):
         if largest <= close:
             return True, step
-        if not newton_step(body, tableau, contact, F, direction, change, close, solver):
+        count, astray = sorts(body, F, direction, nodes)
+        again = not astray and are_known(tableau, factors, nodes, count)
+        if not again and not equations(body, tableau, contact, direction, factors, nodes, count):
+            factors.known[0] = -1
+            return False, step
+        goes_back(body, tableau, contact, F, direction, change, moved)
+        if not slips_on(body, tableau, contact, F, direction, factors, (change, moved, astray, right), close):
+            factors.known[0] = -1
             return False, step
         move(tableau, change, moved)
         share, before = 1.0, total
         go(tableau, change, moved, share)
         total, largest = misfit(body, tableau, contact, F, direction)
+        if again and not total <= FAST * before:
+            factors.known[0] = -1
         for _ in range(HALVINGS):
             if total <= (1.0 - DECREASE * share) * before:
                 break
             go(tableau, change, moved, -0.5 * share)
             share *= 0.5
             total, largest = misfit(body, tableau, contact, F, direction)
-        if not total <= (1.0 - DECREASE * share) * before:
+        if not again and not total <= (1.0 - DECREASE * share) * before:
             return False, step
     return largest <= close, ROUNDS

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from shakedown.motion.implicit.newton_rounds import newton
+from shakedown.motion.implicit.newton_rounds import go, move, newton
 from shakedown.motion.implicit.sweeps import contact_position, sweep
-from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product
+from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product, shift
 from shakedown.motion.kernels.named_state import inner
 
 FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many after every stall
@@ -14,12 +14,17 @@ FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many afte
 def load(tableau, r_w):  # type: ignore[no-untyped-def]
     """Put new welded reactions on: closed nodes stay, open ones stay free of reactions."""
     for i in range(len(tableau.is_open)):
+        k = 3 * i
         if tableau.is_open[i]:
-            for a in range(3 * i, 3 * i + 3):
-                tableau.given[a] += r_w[a] - tableau.r_w[a]
+            shift(
+                tableau,
+                i,
+                r_w[k] - tableau.r_w[k],
+                r_w[k + 1] - tableau.r_w[k + 1],
+                r_w[k + 2] - tableau.r_w[k + 2],
+            )
     for a in range(len(r_w)):
         tableau.r_w[a] = r_w[a]
-    product(tableau.N, tableau.given, tableau.out)
 
 
 @inner
@@ -54,14 +59,15 @@ def renew(body, tableau):  # type: ignore[no-untyped-def]
 
 
 @inner
-def residual(body, tableau, u, contact):  # type: ignore[no-untyped-def]
-    """Largest departure of a state u from the law [force], its reactions from κ alone.
+def residual(body, tableau, contact, u, r):  # type: ignore[no-untyped-def]
+    """Largest departure of the present state from the law [force], its reactions from κ alone; fills u and r.
 
     That of r from its projection on what the law allows: p from max(p − c w, 0), q from the disc at
     q − ρ s.
     """
-    r, worst = np.empty(len(u)), 0.0
+    displacements(tableau, u)
     product(body.kappa, u, r)
+    worst = 0.0
     for i in range(len(body.f)):
         j, k = 2 * i, 3 * i
         for a in range(k, k + 3):
@@ -86,49 +92,71 @@ def touch(body, tableau, start, contact):  # type: ignore[no-untyped-def]
 
 
 @inner
-def solve_step(body, tableau, start, contact, u, settings):  # type: ignore[no-untyped-def]
-    """Solve one load step; returns (residual, sweeps, Newton steps, node without a state or −1).
-
-    ``start`` (3n,) is the state before; ``contact`` (2n,) is filled with where each node touches, ``u``
-    (3n,) with the state after it. It is solved where the residual is at most 2 ``close`` [force].
-    """
-    for i in range(len(body.f)):
-        contact[2 * i], contact[2 * i + 1] = start[3 * i], start[3 * i + 1]
-    sweeps, steps, ahead, unsolved, missed = 0, 0, FIRST_SWEEPS, -1, np.inf
-    close, tension, turns, solver = settings
-    for _ in range(turns):
-        for _ in range(ahead):
-            change, unsolved = sweep(body, tableau, start, contact, tension, True)
-            sweeps += 1
-            if change <= 0.1 * close and unsolved < 0:
-                break
-        done, used = newton(body, tableau, contact, close, solver)
-        steps += used
-        if done:
-            if tableau.updates[0] > MOST_UPDATES:
-                renew(body, tableau)
-            touch(body, tableau, start, contact)
-            displacements(tableau, u)
-            missed = residual(body, tableau, u, contact)
-            if missed <= 2.0 * close:
-                return missed, sweeps, steps, -1
-        else:
-            ahead = min(2 * ahead, MOST_SWEEPS)
-    displacements(tableau, u)
-    return residual(body, tableau, u, contact), sweeps, steps, unsolved
+def aim(tableau, start, guess, share, room):  # type: ignore[no-untyped-def]
+    """Put closed nodes to their start and a share of the guessed slips; False where they are there."""
+    change, moved = room
+    goes = False
+    for i in range(len(tableau.is_open)):
+        j, k = 2 * i, 3 * i
+        change[j], change[j + 1] = 0.0, 0.0
+        if not tableau.is_open[i]:
+            change[j] = start[k] + share * guess[j] - tableau.given[k]
+            change[j + 1] = start[k + 1] + share * guess[j + 1] - tableau.given[k + 1]
+            goes = goes or change[j] != 0.0 or change[j + 1] != 0.0
+    if goes:
+        move(tableau, change, moved)
+        go(tableau, change, moved, 1.0)
+    return goes
 
 
 @inner
-def sweep_step(body, tableau, start, contact, u, close, tension, most):  # type: ignore[no-untyped-def]
-    """As :func:`solve_step`, by sweeps alone, gaps and slips of open nodes among them."""
+def sweep_on(body, tableau, start, contact, settings, most, condense):  # type: ignore[no-untyped-def]
+    """At most so many sweeps, fewer where nothing changes any more; returns how many, and a node or −1."""
+    close, tension = settings[0], settings[1]
+    for count in range(1, most + 1):
+        change, unsolved = sweep(body, tableau, start, contact, tension, condense)
+        if change <= (0.1 * close if condense else close) and unsolved < 0:
+            return count, unsolved
+    return most, unsolved
+
+
+@inner
+def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_only):  # type: ignore[no-untyped-def]
+    """Solve one load step; returns (residual, sweeps, Newton steps, node without a state or −1).
+
+    ``start`` (3n,) is the state before, ``guess`` (2n,) the slips in the step before, which Newton's
+    method begins from if it can; ``contact`` (2n,) is filled with where each node touches, ``found``
+    (u, r) (3n,) with the state after it. It is solved where the residual is at most 2 ``close`` [force].
+    ``sweeps_only``: solve it by at most so many sweeps, gaps and slips of open nodes among them.
+    """
     for i in range(len(body.f)):
         contact[2 * i], contact[2 * i + 1] = start[3 * i], start[3 * i + 1]
-    unsolved, count = -1, 0
-    while count < most:
-        count += 1
-        change, unsolved = sweep(body, tableau, start, contact, tension, False)
-        if change <= close and unsolved < 0:
+    close, _, turns, factors = settings
+    u, r = found
+    room = np.empty(len(guess)), np.empty(len(start))
+    sweeps, steps, ahead, unsolved = 0, 0, FIRST_SWEEPS, -1
+    for turn in range(0 if sweeps_only > 0 else -1, turns):
+        if turn < 0 and not aim(tableau, start, guess, 1.0, room):
+            continue
+        if turn >= 0:
+            most = sweeps_only if sweeps_only > 0 else ahead
+            count, unsolved = sweep_on(body, tableau, start, contact, settings, most, sweeps_only == 0)
+            sweeps += count
+        if sweeps_only > 0:
             break
+        done, used = newton(body, tableau, contact, close, factors)
+        steps += used
+        if not done:
+            ahead = ahead if turn < 0 else min(2 * ahead, MOST_SWEEPS)
+            if turn < 0:
+                aim(tableau, start, guess, 0.0, room)
+            continue
+        if tableau.updates[0] > MOST_UPDATES:
+            renew(body, tableau)
+        touch(body, tableau, start, contact)
+        missed = residual(body, tableau, contact, u, r)
+        if missed <= 2.0 * close:
+            return missed, sweeps, steps, -1
+        product(tableau.N, tableau.given, tableau.out)
     touch(body, tableau, start, contact)
-    displacements(tableau, u)
-    return residual(body, tableau, u, contact), count, 0, unsolved
+    return residual(body, tableau, contact, u, r), sweeps, steps, unsolved

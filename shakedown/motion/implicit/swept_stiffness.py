@@ -39,7 +39,10 @@ class Body(NamedTuple):
 
 
 class Tableau(NamedTuple):
-    """N, which nodes are open in it, what is given, what follows, the welded reactions, updates so far."""
+    """N, which nodes are open in it, what is given, what follows, the welded reactions.
+
+    ``updates`` (2,): how often a node has opened or closed since N was made from κ, and in all.
+    """
 
     N: FloatArray
     is_open: NDArray[np.bool_]
@@ -115,4 +118,5 @@ def exchange(body, tableau, i):  # type: ignore[no-untyped-def]
         tableau.given[a], tableau.out[a] = sign * tableau.out[a], -sign * kept
     tableau.is_open[i] = not was_open
     tableau.updates[0] += 1
+    tableau.updates[1] += 1
     return True
