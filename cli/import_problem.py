@@ -15,7 +15,7 @@ from shakedown.joint.units import units_of
 
 from .claims import PICTURES, OutputFile, reads
 from .options import json_option, quiet_option
-from .output import echo_json, headline, length_unit, number, paragraph, say, table
+from .output import echo_json, headline, length_unit, number, paragraph, remark, say, table
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
@@ -71,7 +71,7 @@ def import_problem_command(
     if output is None and not check:
         raise click.UsageError("Missing option '-o' / '--output' (or --check)")
     reads(context, "CONFIG.toml", config)
-    made = shakedown.import_model(config, command=_command(config, output))
+    made = shakedown.import_model(config, command=_command(config, output), announce=remark)
     for source in made.sources:
         reads(context, f"{source}, which CONFIG.toml names", config.parent / source)
     if picture is not None:

@@ -1,5 +1,6 @@
 """From an elastic model with many degrees of freedom to the contact stiffness κ.
 
 Reading order: ``tangent_pairs``, ``contact_frame`` (contact nodes, normals, tangents), ``load_case``,
-``stiffness_checks``, ``loose_motion``, ``factorised_interior``, ``condense`` (the public functions).
+``stiffness_checks``, ``loose_motion``, ``dissection``, ``fronts``, ``expense`` (large solids),
+``factorised_interior``, ``condense`` (the public functions).
 """

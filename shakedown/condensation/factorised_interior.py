@@ -1,13 +1,18 @@
 """The interior of an elastic model: one sparse factorization, many right-hand sides."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import LinAlgError
 from scipy.sparse.linalg import ArpackError, SuperLU, splu
 
 from shakedown.condensation.contact_frame import ContactFrame
+from shakedown.condensation.dissection import dissection
+from shakedown.condensation.expense import announced
+from shakedown.condensation.fronts import Factors, elimination, factorised
 from shakedown.condensation.load_case import LoadCase
 from shakedown.condensation.loose_motion import Places, loose_motion
 from shakedown.ground.errors import ProblemError
@@ -15,6 +20,9 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 
 _COLUMNS = 64  # right-hand sides solved at a time: bounds the dense workspace to 64 vectors
+# Rows of a solid interior from which on it is cut up by where its nodes are: SuperLU, which does not know
+# that, has larger factors there, and a right side for every contact displacement.
+_LARGE = 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +38,7 @@ class Interior:
     held : (h,)
         Rows that are held.
     lu
-        Factors of K_ii = T_iᵀ K T_i; None where nothing is condensed.
+        Factors of K_ii = T_iᵀ K T_i, of a large solid with κ; None where nothing is condensed.
     """
 
     K: sparse.csr_array
@@ -38,10 +46,16 @@ class Interior:
     T_i: sparse.csr_array
     T_h: sparse.csr_array
     held: NDArray[np.intp]
-    lu: SuperLU | None
+    lu: SuperLU | Factors | None
 
     def schur(self) -> tuple[FloatArray, float]:
-        """κ, not yet made symmetric, and the largest relative force that is left on the interior."""
+        """κ, not yet made symmetric, and the largest relative force that is left on the interior.
+
+        Of a large solid as many unit displacements are looked at as right sides are solved for at a time;
+        by as much as κ differs from their reactions counts too.
+        """
+        if isinstance(self.lu, Factors):
+            return self.lu.schur, self._left_over(self.lu)
         K_cc = (self.T_c.T @ self.K @ self.T_c).toarray()
         if self.lu is None:
             return K_cc, 0.0
@@ -54,6 +68,17 @@ class Interior:
             residual = max(residual, float(np.abs(K_ii @ u - load).max()))
             K_cc[:, block] -= K_ic.T @ u
         return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
+
+    def _left_over(self, factors: Factors) -> float:
+        size = self.T_c.shape[1]
+        chosen = np.unique(np.linspace(0, size - 1, min(_COLUMNS, size)).astype(int))
+        moved = self.T_c[:, chosen]
+        load = (self.T_i.T @ self.K @ moved).toarray()
+        u = factors.solve(load)
+        left = np.abs(self.T_i.T @ (self.K @ (self.T_i @ u)) - load).max()
+        reaction = self.T_c.T @ (self.K @ (moved.toarray() - self.T_i @ u))
+        wrong = np.abs(factors.schur[:, chosen] - reaction).max()
+        return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
 
     def reactions(self, case: LoadCase) -> FloatArray:
         """Contact reactions T_cᵀ (K u − F) with slip and gap zero and the interior in equilibrium."""
@@ -84,19 +109,61 @@ def interior_of(
     held: NDArray[np.bool_],
     guided: NDArray[np.bool_],
     places: Places | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> Interior:
     """Split a model into contact, interior and held rows and factorise its interior.
+
+    What a large one takes is said to ``announce`` beforehand.
 
     Raises
     ------
     ProblemError
-        If the interior can move without resistance; the message says which nodes, and how.
+        If the interior can move without resistance; the message says which nodes, and how. If a large
+        one takes more memory than there is.
     """
     T_c, T_r, rest = frame.transformation(matrix.shape[0])
     T_c = T_c @ sparse.diags_array(np.concatenate([~guided, np.ones(frame.n, bool)]).astype(float))
     T_i, T_h = T_r[:, ~held[rest]], T_r[:, held[rest]]
-    lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), dofs[rest[~held[rest]]], places)
+    own, lu = dofs[rest[~held[rest]]], None
+    if frame.directions > 1 and len(own) >= _LARGE:
+        lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places, announce)
+    if lu is None:
+        lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), own, places)
     return Interior(matrix, T_c, T_i, T_h, rest[held[rest]], lu)
+
+
+def _by_fronts(
+    matrix: sparse.csr_array,
+    T: sparse.csr_array,
+    dofs: NDArray[np.intp],
+    places: Places | None,
+    announce: Callable[[str], None] | None,
+) -> Factors | None:
+    """Factors of the interior, the first rows of Tᵀ K T; None where it is not clearly positive definite."""
+    K, count = sparse.csr_array(T.T @ matrix @ T), len(dofs)
+    nodes, index = np.unique(dofs[:, 0], return_inverse=True)
+    of_node = sparse.csr_array((np.ones(count), (index, np.arange(count))))
+    graph = sparse.csr_array(of_node @ abs(K[:count, :count]) @ of_node.T)
+    pieces = dissection(graph, _known(nodes, places))
+    unknowns = np.split(np.argsort(index, kind="stable"), np.cumsum(np.bincount(index))[:-1])
+    plan = elimination(K, pieces, unknowns)
+    announced(plan, announce)
+    try:
+        factors = factorised(K, plan)
+    except LinAlgError:
+        return None
+    pivots = factors.pivots
+    return None if pivots.min() < DEFAULT.singular_pivot * pivots.max() else factors
+
+
+def _known(nodes: NDArray[np.intp], places: Places | None) -> FloatArray | None:
+    """Where nodes are, (k, 3); a few that nobody placed (rigid boundaries) are taken to be in the middle."""
+    found = [] if places is None else [places.get(node) for node in nodes.tolist()]
+    there = [place for place in found if place is not None]
+    if 2 * len(there) < len(nodes):
+        return None
+    middle = np.mean(there, axis=0)
+    return np.array([middle if place is None else place for place in found], dtype=float)
 
 
 def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> SuperLU | None:

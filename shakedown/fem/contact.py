@@ -191,8 +191,27 @@ def _assembled(
         ties = sparse.csr_array(sparse.block_diag([T for T, _ in of_bodies], format="csr"))
         dofs = np.vstack([own + (shift if k else 0) for k, (_, own) in enumerate(of_bodies)])
         K, fixed = ties.T @ K @ ties, np.flatnonzero(ties.T @ np.isin(np.arange(size), fixed))
-    reduced = condensed_stiffness(K, dofs, contact[kept], normals[kept], fixed=fixed, tangent=tangent)
+    reduced = condensed_stiffness(
+        K,
+        dofs,
+        contact[kept],
+        normals[kept],
+        fixed=fixed,
+        tangent=tangent,
+        places=_all_places(bodies) if body.dimension == 3 else None,
+    )
     return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, place[kept], numbers[kept], reduced)
+
+
+def _all_places(bodies: Sequence[ElasticBody]) -> dict[int, list[float]]:
+    """Where the nodes of all bodies are, by their labels in the common numbering."""
+    found: dict[int, list[float]] = {}
+    shift = 0
+    for body in bodies:
+        count = int(body.dofs[:, 0].max()) + 1
+        found |= dict(enumerate(body.positions(np.arange(count)).tolist(), start=shift))
+        shift += count + len(body.rigid)
+    return found
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:

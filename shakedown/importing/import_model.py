@@ -1,7 +1,7 @@
 """From the files of a finite-element code to a problem, steered by a TOML configuration."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -157,6 +157,7 @@ def import_model(
     command: str = "",
     changes: Mapping[str, float] | None = None,
     before: Import | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> Import:
     """Read finite-element output as a TOML configuration says, and condense it.
 
@@ -255,6 +256,8 @@ def import_model(
         The import of the same configuration as it stands: where the changes touch only
         friction, load steps, loads without prescribed displacements or the gap, the matrix is
         neither read nor condensed again.
+    announce
+        Is told, before it begins, what a condensation that takes long will take.
 
     Raises
     ------
@@ -292,7 +295,7 @@ def import_model(
     if kept is None:
         held = held_rows(sections["supports"], context, loads)
         with found_in(root.where):
-            reduced = _condensed(stiffness, contact, held, model.mesh)
+            reduced = _condensed(stiffness, contact, held, model.mesh, announce)
         difference = static_run(sections["check"], reduced, context, str(stiffness_file))
     else:
         reduced, difference = kept.condensation, kept.static_run
@@ -351,7 +354,11 @@ def _keeps_stiffness(key: str) -> bool:
 
 
 def _condensed(
-    stiffness: Stiffness, contact: ContactSection, held: NDArray[np.intp], mesh: Mesh | None
+    stiffness: Stiffness,
+    contact: ContactSection,
+    held: NDArray[np.intp],
+    mesh: Mesh | None,
+    announce: Callable[[str], None] | None,
 ) -> Condensation:
     return condensed_stiffness(
         stiffness.K,
@@ -366,6 +373,7 @@ def _condensed(
         places=None
         if mesh is None
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
+        announce=announce,
     )
 
 

@@ -1,0 +1,62 @@
+"""What the condensation of a large solid takes, said before it begins."""
+
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg.blas import dsyrk
+
+from shakedown.condensation.fronts import BYTES, Elimination
+from shakedown.ground.errors import ProblemError
+
+MATRICES = 8  # κ, the blocks of the problem and what the bounds make of them: of its size, at one time
+WORTH_SAYING = 20.0  # seconds
+LARGEST = 0.9  # share of the machine's memory that may be used
+SAMPLE = 400  # size of the product that tells how fast the machine is
+
+
+def announced(plan: Elimination, announce: Callable[[str], None] | None) -> None:
+    """Say what the elimination takes, if it takes long.
+
+    Raises
+    ------
+    ProblemError
+        If it takes more memory than the machine has.
+    """
+    kept = len(plan.order) - plan.count
+    needed = plan.memory + MATRICES * BYTES * float(kept) ** 2
+    seconds = plan.operations / speed()
+    what = (
+        f"condensing {plan.count} rows to {kept // 3} contact nodes takes about {needed / 2**30:.2g} GiB of "
+        f"memory and {_duration(seconds)}"
+    )
+    there = memory()
+    if needed > LARGEST * there:
+        raise ProblemError(
+            f"K: expected a model that fits into {there / 2**30:.3g} GiB of memory, found that {what}; take "
+            "fewer contact nodes or a coarser mesh"
+        )
+    if announce is not None and seconds > WORTH_SAYING:
+        announce(what)
+
+
+def memory() -> float:
+    """Memory of the machine [bytes]; infinite where it is not known."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return float("inf")
+
+
+def speed() -> float:
+    """Multiplications of dense matrices per second on this machine, about."""
+    a = np.ones((SAMPLE, SAMPLE), order="F")
+    dsyrk(1.0, a)
+    begin = time.perf_counter()
+    dsyrk(1.0, a)
+    return 0.5 * SAMPLE**3 / max(time.perf_counter() - begin, 1e-6)
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} minutes"
