@@ -19,6 +19,7 @@ def lines() -> list[str]:
         *_lower_bound(),
         *_upper_bound(),
         *_large_joints(),
+        *_solids(),
         *_enumeration(),
         *_hard_cases(),
         *_floating_joints(),
@@ -89,6 +90,18 @@ def _large_joints() -> list[str]:
         f"Joints of {largest} nodes: {times}, one core. HiGHS, given the whole program of λ_max of the largest "
         f"joint of each kind, takes {beside} times as long; below some 50 nodes the bare solvers are quicker, by a "
         "millisecond (`large_joints`)."
+    ]
+
+
+def _solids() -> list[str]:
+    measured = rows("solid_condensation")
+    largest, beside = measured[-1], [row for row in measured if "superlu" in row][-1]
+    return [
+        f"Two solid blocks of {largest['nodes']:,} nodes in all are condensed to {largest['pairs']} contact pairs in "
+        f"{largest['condensation']:.0f} s of one core after {largest['assembly']:.0f} s of assembly, with "
+        f"{largest['memory'] / 1024:.2g} GiB; of {beside['nodes']:,} nodes SuperLU takes "
+        f"{beside['superlu'] / beside['condensation']:.1f} times as long and finds κ to {beside['apart']:.0e} the same "
+        "(`solid_condensation`)."
     ]
 
 
