@@ -1,4 +1,4 @@
-"""What is in a wheel and a source distribution, held against the checkout: nothing is missing, nothing leaks."""
+"""What is in a wheel and a source distribution: nothing is missing, nothing leaks."""
 
 import sys
 import tarfile
@@ -13,40 +13,41 @@ LEAKS = ("tests/", "benchmarks/", "docs/", "conftest.py", "__pycache__", ".nbi",
 
 def sources() -> set[str]:
     """Every source of the package, as a wheel names it."""
-    package = {path.relative_to(ROOT).as_posix() for path in (ROOT / "shakedown").rglob("*.py")}
-    return package | {
-        f"shakedown/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "cli").rglob("*.py")
-    }
+    found = [
+        path.relative_to(ROOT).as_posix()
+        for wing in ("shakedown", "cli")
+        for path in (ROOT / wing).rglob("*.py")
+    ]
+    return {name if name.startswith("shakedown/") else f"shakedown/{name}" for name in found}
+
+
+def leaks(name: str) -> bool:
+    """Whether a file has no place in either."""
+    return any(word in name for word in LEAKS)
+
+
+def said(missing: set[str], strange: set[str]) -> list[str]:
+    """One line per fault."""
+    return [
+        *(f"missing: {name}" for name in sorted(missing)),
+        *(f"leaks: {name}" for name in sorted(strange)),
+    ]
 
 
 def faults_of_wheel(names: set[str]) -> list[str]:
     """What a wheel lacks or should not hold."""
     missing = sources() - names
     missing |= {name for name in EXPECTED if f"shakedown/{name}" not in names}
-    strange = {
-        name
-        for name in names
-        if not name.startswith("shakedown") or ".ci/" in name or any(word in name for word in LEAKS)
-    }
-    return [
-        *(f"missing: {name}" for name in sorted(missing)),
-        *(f"leaks: {name}" for name in sorted(strange)),
-    ]
+    return said(missing, {name for name in names if not name.startswith("shakedown") or leaks(name)})
 
 
 def faults_of_sdist(names: set[str]) -> list[str]:
     """What a source distribution lacks or should not hold."""
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
-    folders = {
-        name.replace("shakedown/cli", "cli") for name in (package.replace(".", "/") for package in listed)
-    }
+    folders = {package.replace("shakedown.cli", "cli").replace(".", "/") for package in listed}
     missing = {f"{folder}/__init__.py" for folder in folders} - names
     missing |= {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff"} - names
-    strange = {name for name in names if any(word in name for word in LEAKS)}
-    return [
-        *(f"missing: {name}" for name in sorted(missing)),
-        *(f"leaks: {name}" for name in sorted(strange)),
-    ]
+    return said(missing, {name for name in names if leaks(name)})
 
 
 def main(wheel: str, sdist: str) -> int:

@@ -1,4 +1,4 @@
-"""The build backend: setuptools, with the list of what else a source distribution holds kept beside this file."""
+"""The build backend: setuptools, with its list of what else a source distribution holds in this folder."""
 
 from setuptools import build_meta
 from setuptools.build_meta import *  # noqa: F403 - the hooks of a build backend
