@@ -16,7 +16,8 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.find_state import LongTermState, long_term_state
+from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.state import LongTermState
 
 if TYPE_CHECKING:
     from shakedown.bounds.upper import UpperBound

@@ -108,7 +108,8 @@ def same(one: Any, other: Any) -> bool:
 
 def _compares_itself(value: Any) -> bool:
     """Whether its class says what is equal, and can do so where arrays are in it."""
-    return type(value).__eq__ is not object.__eq__ and hasattr(value, "to_dict")
+    own: object = type(value).__eq__
+    return own is not object.__eq__ and hasattr(value, "to_dict")
 
 
 def _same_arrays(one: NDArray[Any], other: NDArray[Any]) -> bool:
@@ -142,7 +143,8 @@ def short(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"{len(value)} entries"
     text = str(value)
-    own = type(value).__repr__ is object.__repr__ or len(text) > 2 * LONGEST_VALUE or "\n" in text
+    shown: object = type(value).__repr__
+    own = shown is object.__repr__ or len(text) > 2 * LONGEST_VALUE or "\n" in text
     return f"<{type(value).__name__}>" if own else text
 
 

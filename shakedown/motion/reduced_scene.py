@@ -11,8 +11,9 @@ starting from all nodes and leaving out those that can move, until nothing
 changes. Jumps are not covered: their states are not in equilibrium.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,7 +64,7 @@ class Scene(Result):
     clearance: FloatArray
     normal: FloatArray
 
-    def spread(self, values: NDArray, rest: ArrayLike) -> NDArray:
+    def spread(self, values: NDArray[Any], rest: ArrayLike) -> NDArray[Any]:
         """Values of the moving nodes (last axis) in the order of all nodes, ``rest`` at the others."""
         out = np.empty((*values.shape[:-1], len(self.moving)), dtype=values.dtype)
         out[...] = rest
@@ -142,7 +143,13 @@ class _States:
         """Distances of node i from its two limits as rows of costs."""
         return self.sides[i]
 
-    def least(self, closed: NDArray, fixed: NDArray, nodes: NDArray, costs) -> FloatArray:  # type: ignore[no-untyped-def]
+    def least(
+        self,
+        closed: NDArray[np.bool_],
+        fixed: NDArray[np.bool_],
+        nodes: NDArray[np.bool_],
+        costs: Callable[[Any], FloatArray],
+    ) -> FloatArray:
         """Least value of the costs of each of the nodes; −inf where there is none."""
         n, m, start = self.n, len(self.loads), self.start / self.scale.length
         lower = np.concatenate([np.where(fixed, start, -INF), np.zeros(n), np.zeros(m)])
@@ -170,7 +177,7 @@ class _States:
         return out
 
 
-def _reduced(problem: Problem, moving: NDArray, separable: bool, start: FloatArray) -> Problem:
+def _reduced(problem: Problem, moving: NDArray[np.bool_], separable: bool, start: FloatArray) -> Problem:
     """The problem of the moving nodes, the others at their initial slips."""
     locked = np.where(moving, 0.0, start)
     q, p = (problem.A @ locked)[moving], (problem.B @ locked)[moving]

@@ -1,6 +1,7 @@
 """Stick, slip and open zones over position and time."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -88,7 +89,7 @@ def zones(
     return axes
 
 
-def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray) -> list:
+def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray) -> list[Any]:
     """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
     limit = problem.law.limit(path.p)
     noise = AT_THE_LIMIT * float(np.abs(limit).max())

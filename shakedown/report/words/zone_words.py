@@ -11,7 +11,7 @@ from shakedown.report.node_words import open_in_words as open_in_words
 from shakedown.report.node_words import pinned_in_words
 
 if TYPE_CHECKING:
-    from shakedown.assessment.shakedown_bounds import UpperBound
+    from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
 
 
