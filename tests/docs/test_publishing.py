@@ -56,3 +56,16 @@ def test_the_workflow_calls_commands_that_are_there():
     ]
     assert all((ROOT / ".ci" / command.split()[0]).is_file() for command in commands)
     assert f'["{PROJECT["requires-python"].removeprefix(">=")}", ' in WORKFLOW
+
+
+def test_the_paper_cites_what_is_listed_and_claims_what_was_measured():
+    folder = ROOT / "docs" / "paper"
+    paper = (folder / "paper.md").read_text(encoding="utf-8")
+    keys = re.findall(r"^@\w+\{(\w+),", (folder / "paper.bib").read_text(encoding="utf-8"), re.M)
+    assert set(re.findall(r"@(\w+\d{4})", paper)) == set(keys)
+    assert len(keys) == len(set(keys))
+    figures = re.findall(r"!\[[^\]]+\]\(([^)]+)\)", paper)
+    assert figures
+    assert all((folder / figure).is_file() for figure in figures)
+    results = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    assert all(number in results for number in re.findall(r"\b\d+(?:,\d{3})+\b", paper))
