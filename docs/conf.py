@@ -61,11 +61,11 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "abort_on_example_error": False,
     "show_memory": False,
-    "min_reported_time": 5,
+    "min_reported_time": 60,
     "remove_config_comments": True,
     "download_all_examples": False,
     "show_signature": False,
-    "capture_repr": ("_repr_html_", "__repr__"),
+    "capture_repr": (),
 }
 
 linkcheck_ignore = [r"http://127\.0\.0\.1.*", r"tcp://.*"]

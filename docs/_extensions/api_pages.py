@@ -20,6 +20,7 @@ GROUPS = {  # heading: the wings whose names stand below it
     "Prediction against simulation": ("verification",),
     "Many states, many designs": ("studies",),
     "Errors, statuses, tolerances": ("ground",),
+    "Others": (),
 }
 
 
@@ -47,9 +48,11 @@ def top() -> str:
         if inspect.ismodule(thing):
             continue
         wing = thing.__module__.split(".")[1]
-        heading = next(heading for heading, wings in GROUPS.items() if wing in wings)
+        heading = next((heading for heading, wings in GROUPS.items() if wing in wings), "Others")
         found[heading].append(("shakedown", name))
-    return "\n".join(chapter(heading, sorted(named, key=_class_last)) for heading, named in found.items())
+    return "\n".join(
+        chapter(heading, sorted(named, key=_class_last)) for heading, named in found.items() if named
+    )
 
 
 def _class_last(named: tuple[str, str]) -> tuple[bool, str]:

@@ -1,8 +1,8 @@
 """
-A block that slips at its corners
-=================================
+A block above its limit
+=======================
 
-An elastic block, pressed on a rigid base and pushed to and fro, a little above its limit.
+An elastic block, pressed on a rigid base and pushed to and fro, at 1.1 times its λ_max.
 """
 
 import matplotlib.pyplot as plt
@@ -20,18 +20,21 @@ block = ElasticBody(
     ],
 )
 joint = contact_problem(block, "bottom", f=0.4, steps=24)
-shakedown.plot.contact(joint)
+_, axes = plt.subplots(figsize=(8, 4), layout="constrained")
+shakedown.plot.contact(joint, ax=axes)
 
 # %%
 # Nodes with their normals, and the welded reactions on them.
 
 run = shakedown.simulate(joint, 3.6, record=True)
 print(run.outcome.value)
-shakedown.plot.hysteresis(run, nodes=[0, 8])
+_, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
+shakedown.plot.hysteresis(run, joint, nodes=[0, 8], ax=axes)
 
 # %%
-# Tangential reaction over slip: the corner node goes around a loop whose area is the work of friction in one
-# period, the node in the middle sticks.
+# Tangential reaction over slip; the area of a loop is the work of friction in one period. The node in the middle goes
+# around a rectangle: its pressure hardly changes. At the corner the pressure falls to nothing and the node opens, so that
+# its reaction is zero on the way back.
 
 _, panels = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
 shakedown.plot.pressure(run, joint, ax=panels[0])
@@ -40,7 +43,8 @@ shakedown.plot.slip_range(run, joint, ax=panels[1])
 # %%
 # Pressure along the contact at the load steps of the last cycle, and the slip range of every node.
 
-shakedown.plot.zones(run, joint)
+_, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
+shakedown.plot.zones(run, joint, ax=axes)
 
 # %%
 # Where and when the contact sticks and slips.

@@ -5,11 +5,14 @@ All limits on one scale
 Green is proved, red is impossible; between them the initial state decides.
 """
 
+import matplotlib.pyplot as plt
+
 import shakedown
 
 joint = shakedown.example("two-node")
 found = shakedown.assess(joint)
 limits = found.details
+_, axes = plt.subplots(figsize=(9, 2.4), layout="constrained")
 shakedown.plot.load_factor_scale(
     {
         "λ_1": limits.lower.load_factor,
@@ -21,6 +24,7 @@ shakedown.plot.load_factor_scale(
         "proved": (0.0, found.proved_from_this_state),
         "impossible": (found.impossible_above, 1.2),
     },
+    ax=axes,
 )
 
 # %%

@@ -6,11 +6,14 @@ Between the bounds the slip that is locked in at assembly decides. A map follows
 long-term state.
 """
 
+import matplotlib.pyplot as plt
+
 import shakedown
 
 joint = shakedown.example("two-node")
 found = shakedown.initial_state_map(joint, 0.7, sampler="grid", coordinates=(0, 1), states=64 * 64)
-shakedown.plot.basin(found)
+_, axes = plt.subplots(figsize=(8, 6), layout="constrained")
+shakedown.plot.basin(found, ax=axes)
 
 # %%
 # Beyond the line through the apex of node 1 the two limits of that node have crossed: it slips to and fro, the
