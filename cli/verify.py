@@ -12,9 +12,8 @@ from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
 from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.limit_sentences import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
 
@@ -132,11 +131,11 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines += [""]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
-    lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
+    lines += [paragraph(sentence) for sentence in limits_in_sentences(limits)]
     lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient, problem))]
     if result.slip_limit is not None:
         lines += [paragraph(slip_limit_in_words(result.slip_limit, problem))]
-    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
+    lines += [paragraph(sentence) for sentence in thresholds_in_sentences(limits)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [
         [

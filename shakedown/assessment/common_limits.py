@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from numpy.typing import ArrayLike
 
@@ -17,6 +17,10 @@ from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
+
+if TYPE_CHECKING:
+    from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.assessment.transient_limit import TransientLimit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +94,34 @@ class CommonLimits(Result):
             open_nodes=self.open_nodes,
             certify=self.certify,
             tolerances=self.tolerances,
+        )
+
+    @cached_property
+    def transient(self) -> "TransientLimit | Missing | None":
+        """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
+        from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
+
+        end = scan_end(self.upper)
+        if end is None:
+            return None
+        return sought(
+            transient_limit,
+            self.problem,
+            self.initial_slip,
+            largest=end,
+            accuracy=self.accuracy,
+            tolerances=self.tolerances,
+        )
+
+    def slip(self, below: float) -> "SlipLimit | Missing":
+        """Up to where every slip range of this history stays below a length."""
+        from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
+        from shakedown.assessment.transient_limit import scan_end
+
+        upper = sought(lambda: self.upper)
+        end = None if isinstance(upper, Missing) else scan_end(upper)
+        return sought(
+            slip_limit, self.problem, below, self.initial_slip, largest=end or 1.0, tolerances=self.tolerances
         )
 
     @property

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -26,11 +26,6 @@ from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.friction.thresholds import FrictionThresholds, friction_thresholds
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
-
-if TYPE_CHECKING:
-    from shakedown.assessment.slip_limit import SlipLimit
-    from shakedown.assessment.transient_limit import TransientLimit
-
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
 
@@ -91,34 +86,6 @@ class JointLimits(CommonLimits):
             name: sought(sensitivities, self.problem, bound, one_sided=few, tolerances=self.tolerances)
             for name, bound in bounds.items()
         }
-
-    @cached_property
-    def transient(self) -> "TransientLimit | Missing | None":
-        """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
-        from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
-
-        end = scan_end(self.upper)
-        if end is None:
-            return None
-        return sought(
-            transient_limit,
-            self.problem,
-            self.initial_slip,
-            largest=end,
-            accuracy=self.accuracy,
-            tolerances=self.tolerances,
-        )
-
-    def slip(self, below: float) -> "SlipLimit | Missing":
-        """Up to where every slip range of this history stays below a length."""
-        from shakedown.assessment.slip_limit import slip_limit  # loads compiled code
-        from shakedown.assessment.transient_limit import scan_end
-
-        upper = sought(lambda: self.upper)
-        end = None if isinstance(upper, Missing) else scan_end(upper)
-        return sought(
-            slip_limit, self.problem, below, self.initial_slip, largest=end or 1.0, tolerances=self.tolerances
-        )
 
     def curve(
         self, radii: Sequence[float], centre: FloatArray | None = None

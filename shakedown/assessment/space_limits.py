@@ -22,7 +22,6 @@ class SpaceLimits(CommonLimits):
     lower = SpaceBounds.lower
     box = Missing(in_the_plane_only("box bound", NO_SIDES))
     friction = Missing(in_the_plane_only("friction thresholds", NO_SIGNS))
-    transient = Missing(in_the_plane_only("transient limit"))
 
     @cached_property
     def bounds(self) -> SpaceBounds:
@@ -37,14 +36,10 @@ class SpaceLimits(CommonLimits):
     @property
     def why_missing(self) -> dict[str, str]:
         """Why what joints in the plane have is null in documents, by its word there."""
-        words = {"lower": self.lower, "box": self.box, "friction": self.friction, "transient": self.transient}
+        words = {"lower": self.lower, "box": self.box, "friction": self.friction}
         more = {"sensitivities": self.sensitivities["upper"], "guarantee_curve": self.curve(())}
         return {word: found.reason for word, found in (words | more).items()}
 
     def curve(self, radii: Sequence[float], centre: FloatArray | None = None) -> Missing:
         """Missing: the guarantee curve is one of λ_1."""
         return Missing(in_the_plane_only("guarantee curve", NO_SIDES))
-
-    def slip(self, below: float) -> Missing:
-        """Missing, so far: it asks for what becomes of the joint."""
-        return Missing(in_the_plane_only("slip limit"))

@@ -21,6 +21,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
+from shakedown.motion.contact_law import law_resolution
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.method import Walk, cycles_of, walk
@@ -209,7 +210,7 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
         return state
     begun = state.begun
     met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
-    if met <= begun.tolerances.friction_law:
+    if met <= law_resolution(begun.problem, begun.tolerances):
         return replace(state, met=met)
     n = len(state.final_slip)
     return replace(

@@ -49,6 +49,11 @@ def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
     return tolerances.periodicity if problem.directions == 1 else 10.0 * tolerances.path
 
 
+def law_resolution(problem: Problem, tolerances: Tolerances) -> float:
+    """Largest relative violation of the law that a path may have: in space what its accuracy leaves."""
+    return max(tolerances.friction_law, 0.0 if problem.directions == 1 else 10.0 * tolerances.path)
+
+
 def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
     """Force and length scale of a problem under these welded reactions."""
     force = max(float(np.abs(path).max(initial=0.0)) for path in paths) or 1.0

@@ -9,6 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.nodes.node_table import STATUSES
+from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import Table, transient_is_proved
 from shakedown.report.words.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
@@ -103,7 +104,7 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
         what = f"λ_T: it shakes down from this state up to there, simulated{proved}"
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down), what])
     collapse = v.limits.lower
-    if np.isfinite(collapse.load_factor):
+    if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
         where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
         what = f"λ_1: below it no node can cycle alone{where}"
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])

@@ -11,11 +11,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from shakedown.assessment.every_limit import JointLimits
 from shakedown.files.atomic_write import atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
+from shakedown.joint.arguments import NO_SUBSETS
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.planar.enumeration.critical import subset_count
@@ -52,9 +54,8 @@ from shakedown.report.verification_figures import (
 )
 from shakedown.report.words.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.limit_sentences import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words
 from shakedown.report.words.sensitivity_words import sensitivities_in_words
@@ -168,7 +169,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "scale": scale_picture(v),
         "problem_pictures": problem_pictures(problem),
         "stiffness": Table(
-            ["checked", "found", "result"], stiffness_rows(problem, v.limits.lower.coupling_ratio), (0, 1, 2)
+            ["checked", "found", "result"], stiffness_rows(problem, _coupling_ratio(v)), (0, 1, 2)
         ),
         "loading": Table(["loading", ""], loading_rows(problem), (0, 1)),
         "loads": Table(node_load_head(problem), node_load_rows(problem), (), printed_nodes(v)),
@@ -178,7 +179,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "bounds": bounds_table(v),
         "meaning": [
             certain,
-            *bounds_in_words(v.limits),
+            *limits_in_sentences(v.limits),
             *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
@@ -186,7 +187,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "slips": slip_picture(v),
         "limited": sensitivities_in_words(v.limits),
         "sensitivity": sensitivity_picture(v),
-        "friction": friction_in_words(v.problem, v.limits.friction),
+        "friction": thresholds_in_sentences(v.limits),
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,
         "run_pictures": run_pictures(v),
@@ -195,10 +196,22 @@ def _context(v: Verification) -> dict[str, Any]:
         "nodes": nodes_table(v),
         "worst": worst_table(v),
         "nodes_note": nodes_note(v),
-        "critical": critical_in_words(v.critical, subset_count(problem.n), v.limits.bounds),
+        "critical": _critical(v),
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
     }
+
+
+def _coupling_ratio(v: Verification) -> float:
+    """ρ*, where there is one."""
+    return v.limits.lower.coupling_ratio if isinstance(v.limits, JointLimits) else np.nan
+
+
+def _critical(v: Verification) -> list[str]:
+    """What the enumeration has found, or why there is none."""
+    if isinstance(v.limits, JointLimits):
+        return critical_in_words(v.critical, subset_count(v.problem.n), v.limits.bounds)
+    return [f"There is no enumeration of critical load factors: {NO_SUBSETS}."]
 
 
 def _steps(problem: Problem) -> str:

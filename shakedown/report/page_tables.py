@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.bounds.upper import UpperBound
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
@@ -12,6 +14,8 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.simulation import Simulation
+from shakedown.planar.collapse.box_bound import BoxBound
+from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.run_words import start_in_words
 from shakedown.verification.runs import Run
@@ -37,17 +41,17 @@ def bounds_table(v: Verification) -> Table:
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
     begins = v.limits.energy.least_load_factor
     least = f" from {up(begins, 4)} on" if begins > 0 else ""
-    pairs = (
-        ("λ_1, lower bound: first collapse", v.limits.lower.load_factor, v.second.lower.load_factor),
-        (_name_of_largest(v), upper, v.second.upper.load_factor),
-    )
+    pairs = [(_name_of_largest(v), upper, v.second.upper.load_factor)]
+    lower, again = v.limits.lower, v.second.lower
+    if isinstance(lower, LowerBound) and again is not None:
+        pairs.insert(0, ("λ_1, lower bound: first collapse", lower.load_factor, again.load_factor))
     proved = [
         (
             "λ_U, proved whatever slip is locked in, all nodes closed" + _over(v),
             _bound(v.limits.universal.load_factor),
         ),
         (f"λ_E, proved from this state{least}", _bound(v.limits.energy.load_factor)),
-        ("λ_box, proved from this state by a box", _bound(v.limits.box.load_factor)),
+        *_box_row(v),
         (
             "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(transient.load_factor),
@@ -58,6 +62,16 @@ def bounds_table(v: Verification) -> Table:
         rounded = up if name.startswith("λ_max") else down
         rows.append([name, _bound(one, rounded), _bound(two, rounded), _difference(one, two, scale)])
     return Table(["", "load factor", "second road (Clarabel)", "relative difference"], rows)
+
+
+def _box_row(v: Verification) -> list[tuple[str, str]]:
+    """λ_box, where there is one."""
+    box = v.limits.box
+    return (
+        [("λ_box, proved from this state by a box", _bound(box.load_factor))]
+        if isinstance(box, BoxBound)
+        else []
+    )
 
 
 def _over(v: Verification) -> str:
@@ -101,8 +115,9 @@ def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
         v.limits.from_state.symbol: v.limits.from_state.load_factor,
         "λ_T": np.nan if v.transient is None else v.transient.load_factor,
         "λ_U": v.limits.universal.load_factor,
-        "λ_1": v.limits.lower.load_factor,
     }
+    if isinstance(v.limits.lower, LowerBound):
+        others["λ_1"] = v.limits.lower.load_factor
     down_to = {name: float(down(value, digits)) for name, value in others.items()}
     return down_to | {name: float(up(value, digits)) for name, value in largest.items()}
 
@@ -156,30 +171,36 @@ def remarks(run: Simulation) -> str:
 
 def nodes_table(v: Verification) -> Table:
     """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
-    problem, upper, lower = v.problem, v.limits.upper, v.limits.lower
+    problem, limits = v.problem, v.limits
     force, length = units_of(problem)
     run, none = v.as_given.simulation, resolution(problem, 1.0)
     slips = without_round_off(run.slip_per_cycle, none[0])
     works = without_round_off(run.period * run.settled.work_per_cycle, none[1])
-    labels = [] if problem.label is None else ["FE label"]
-    head = [
-        "node", *labels, with_unit("safe slip at λ_max", length), with_unit("witness at λ_1", length),
-        "limits reached at λ_max", "friction threshold",
-        with_unit("slip per period at λ = 1", length),
-        with_unit("friction work per period at λ = 1", work_unit(force, length)),
-    ]  # fmt: skip
-    rows = []
-    for j in range(problem.n):
-        active = " and ".join(SIDE_NAMES[side] for node, side in upper.active if node == j) or "–"
-        rows.append(
-            [
-                str(j),
-                *([] if problem.label is None else [problem.label[j]]),
-                *(number(upper.slip[j]), number(lower.slip[j]), active),
-                *(number(v.limits.friction.single_node[j], 5), number(slips[j], 4), number(works[j], 4)),
-            ]
-        )
-    return Table(head, rows, (*range(1, 1 + len(labels)), 3 + len(labels)), printed_nodes(v))
+    columns: dict[str, Sequence[str]] = {"node": list(map(str, range(problem.n)))}
+    columns |= {} if problem.label is None else {"FE label": problem.label}
+    safe = problem.layout.by_node(limits.upper.slip).T
+    names = ("",) if problem.directions == 1 else (" x", " y")
+    for name, part in zip(names, safe, strict=True):
+        columns[with_unit(f"safe slip{name} at λ_max", length)] = list(map(number, part))
+    if isinstance(limits, JointLimits):
+        columns[with_unit("witness at λ_1", length)] = list(map(number, limits.lower.slip))
+    columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
+    if isinstance(limits, JointLimits):
+        columns["friction threshold"] = [number(f, 5) for f in limits.friction.single_node]
+    columns[with_unit("slip per period at λ = 1", length)] = [number(slip, 4) for slip in slips]
+    work = with_unit("friction work per period at λ = 1", work_unit(force, length))
+    columns[work] = [number(each, 4) for each in works]
+    words = [k for k, name in enumerate(columns) if name in ("FE label", "limits reached at λ_max")]
+    return Table(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
+
+
+def _limits_reached(problem: Problem, upper: UpperBound) -> list[str]:
+    """Sides of every node, or with two directions load steps."""
+    if problem.directions > 1:
+        steps = [[str(step) for node, step in upper.active if node == j] for j in range(problem.n)]
+        return [f"load step{'s' * (len(each) > 1)} {', '.join(each)}" if each else "–" for each in steps]
+    sides = [[SIDE_NAMES[side] for node, side in upper.active if node == j] for j in range(problem.n)]
+    return [" and ".join(each) or "–" for each in sides]
 
 
 def printed_nodes(v: Verification) -> frozenset[int] | None:

@@ -2,22 +2,23 @@
 
 import numpy as np
 
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.space_limits import SpaceLimits
 from shakedown.ground.status import Status
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
-PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted
+PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted, and in space, which has none
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 
 
-def predicted_below(limits: JointLimits) -> tuple[float, str]:
-    """Up to where every closed state is expected to shake down: λ_1, of a load domain λ_U."""
-    if limits.problem.is_domain:
+def predicted_below(limits: Limits) -> tuple[float, str]:
+    """Up to where every closed state is expected to shake down: λ_1, of a load domain and in space λ_U."""
+    if isinstance(limits, SpaceLimits) or limits.problem.is_domain:
         return limits.universal.load_factor, PROVED
     return limits.lower.load_factor, BELOW
 
 
-def default_load_factors(limits: JointLimits) -> list[float]:
+def default_load_factors(limits: Limits) -> list[float]:
     """One load factor a little inside every region that exists.
 
     Examples
@@ -49,7 +50,7 @@ def default_load_factors(limits: JointLimits) -> list[float]:
     return [*factors, 1.05 * last or 1.0]
 
 
-def region_of(load_factor: float, limits: JointLimits) -> str:
+def region_of(load_factor: float, limits: Limits) -> str:
     """The region that a load factor lies in."""
     upper = limits.upper
     first, below = predicted_below(limits)

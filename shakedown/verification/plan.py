@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits
 from shakedown.assessment.from_state import BOX
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.safe_slip import safe_slip
@@ -97,7 +97,7 @@ class _SafeStart(NamedTuple):
 
 
 def planned_cases(
-    limits: JointLimits, load_factors: Sequence[float] | None, random_states: int, seed: int
+    limits: Limits, load_factors: Sequence[float] | None, random_states: int, seed: int
 ) -> Iterator[Case]:
     """Every simulation that a verification asks for, load factor by load factor."""
     for case in _cases(limits, load_factors, random_states, seed):
@@ -105,16 +105,18 @@ def planned_cases(
 
 
 def _cases(
-    limits: JointLimits, load_factors: Sequence[float] | None, random_states: int, seed: int
+    limits: Limits, load_factors: Sequence[float] | None, random_states: int, seed: int
 ) -> Iterator[Case]:
     problem, slip = limits.problem, limits.upper.slip
-    randoms = np.random.default_rng(seed).uniform(-1.0, 1.0, (random_states, problem.n))
-    centre = np.zeros(problem.n) if np.isnan(slip).any() else slip
+    size = problem.layout.slip_size
+    randoms = np.random.default_rng(seed).uniform(-1.0, 1.0, (random_states, size))
+    centre = np.zeros(size) if np.isnan(slip).any() else slip
     chosen = default_load_factors(limits) if load_factors is None else load_factors
     for load_factor in chosen:
         at = _At(limits, load_factor)
         half_width = slip_reach(problem, load_factor)
-        states = {"zero": np.zeros(problem.n), "safe": at.safe.slip, "witness": limits.lower.slip}
+        states = {"zero": np.zeros(size), "safe": at.safe.slip}
+        states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
         states |= given_states(problem)
         states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
         states |= at.on_surface(seed)
@@ -122,9 +124,10 @@ def _cases(
             if not np.isnan(state).any():
                 yield at.case(name, state)
     alone = [AS_GIVEN] if AS_GIVEN not in chosen else []
-    if load_factors is None and limits.from_state.symbol == BOX and limits.box.load_factor < np.inf:
-        alone.append(JUST_BELOW * limits.box.load_factor)
-    name, state = next(iter(({**given_states(problem), "zero": np.zeros(problem.n)}).items()))
+    here = limits.from_state
+    if load_factors is None and here.symbol == BOX and here.load_factor < np.inf:
+        alone.append(JUST_BELOW * here.load_factor)
+    name, state = next(iter(({**given_states(problem), "zero": np.zeros(size)}).items()))
     for load_factor in alone:
         yield _At(limits, load_factor).case(name, state)
 
@@ -132,7 +135,7 @@ def _cases(
 class _At:
     """What is known at one load factor: its region, a safe slip, the largest energy ball."""
 
-    def __init__(self, limits: JointLimits, load_factor: float) -> None:
+    def __init__(self, limits: Limits, load_factor: float) -> None:
         self.limits, self.load_factor = limits, load_factor
         self.region = region_of(load_factor, limits)
         self.ball = sought(energy_ball, limits.problem, load_factor, tolerances=limits.tolerances)
@@ -181,7 +184,7 @@ class _At:
         problem, upper, tolerances = self.limits.problem, self.limits.upper, self.limits.tolerances
         opened = upper.open_nodes
         if self.region not in (BELOW, PROVED, BETWEEN, IN_ZONE):
-            return _SafeStart(np.full(problem.n, np.nan) if opened else upper.slip, (), False)
+            return _SafeStart(np.full(problem.layout.slip_size, np.nan) if opened else upper.slip, (), False)
         before = len(transient_path(problem)) > 0
         if before and not opened:
             lasting = safe_slip(problem, self.load_factor, transient=True, tolerances=tolerances)
@@ -191,8 +194,10 @@ class _At:
         return _SafeStart(safe.slip, opened, before)
 
 
-def _in_box(case: Case, box: BoxBound) -> bool:
+def _in_box(case: Case, box: BoxBound | Missing) -> bool:
     """Whether a case begins at the state of the box, below what that proves."""
+    if isinstance(box, Missing):
+        return False
     here = not case.after_transient and np.array_equal(case.start, box.initial_slip)
     return here and not case.open_nodes and case.load_factor < box.load_factor
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import plain, short
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import Tolerances
@@ -101,7 +102,7 @@ def _agreement(predicted: str, run: Simulation, open_nodes: tuple[int, ...] = ()
     return kept == (predicted == "shakedown")
 
 
-def disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
+def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
     """One sentence for each run that does not do what is predicted."""
     for run in runs:
         if run.agrees is not False:
@@ -110,7 +111,8 @@ def disagreements(runs: Sequence[Run], lower: LowerBound) -> Iterator[str]:
             f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
-        if run.region == BELOW and lower.guarantee != Guarantee.PROVED:
+        below = run.region == BELOW
+        if below and isinstance(lower, LowerBound) and lower.guarantee != Guarantee.PROVED:
             text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
         yield text
 

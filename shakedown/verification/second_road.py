@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shakedown.assessment.shakedown_bounds import ShakedownBounds
+from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
 from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.bounds.upper import UpperBound
+from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
@@ -17,21 +19,22 @@ FIRST_NODES = 8  # of larger joints those that collapse first
 
 
 class SecondRoad(NamedTuple):
-    """λ_1 and λ_max by an interior-point method, and how many nodes λ_1 was sought at."""
+    """λ_1, where there is one, and λ_max by another solver, and how many nodes λ_1 was sought at."""
 
-    lower: ConicBound
+    lower: ConicBound | None
     upper: ConicBound
     nodes: int
 
 
-def second_road(problem: Problem, bounds: ShakedownBounds, tolerances: Tolerances) -> SecondRoad:
-    """Both bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
+def second_road(
+    problem: Problem, bounds: ShakedownBounds | SpaceBounds, tolerances: Tolerances
+) -> SecondRoad:
+    """The bounds by Clarabel; λ_1 of a large joint at the nodes alone that collapse first by HiGHS."""
+    upper = conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances)
+    if isinstance(bounds, SpaceBounds):
+        return SecondRoad(None, upper, 0)
     nodes = nodes_asked(bounds.lower)
-    return SecondRoad(
-        conic_lower_bound(problem, nodes=nodes, tolerances=tolerances),
-        conic_upper_bound(problem, open_nodes=bounds.upper.open_nodes, tolerances=tolerances),
-        len(nodes),
-    )
+    return SecondRoad(conic_lower_bound(problem, nodes=nodes, tolerances=tolerances), upper, len(nodes))
 
 
 def nodes_asked(lower: LowerBound) -> list[int]:
@@ -44,25 +47,31 @@ def nodes_asked(lower: LowerBound) -> list[int]:
 
 
 def road_findings(
-    bounds: ShakedownBounds, second: SecondRoad, tolerances: Tolerances
+    bounds: ShakedownBounds | SpaceBounds, second: SecondRoad, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
     """(False, what differs) or (None, what the second road leaves open) for each bound."""
     # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
-    pairs = (("λ_1", bounds.lower, second.lower), ("λ_max", bounds.upper, second.upper))
+    lower = bounds.lower
+    pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
+    if second.lower is not None and not isinstance(lower, Missing):
+        pairs.insert(0, ("λ_1", lower, second.lower))
+    road = "linear programming" if second.lower is not None else "the cone program"
     for name, first, other in pairs:
         one, two = first.load_factor, other.load_factor
         if other.status == Status.UNDECIDED:
-            left = "the value rests on linear programming alone"
+            left = f"the value rests on {road} alone"
             yield None, f"{name}: the second road ({other.solver}) stopped without an answer; {left}"
         elif first.status != other.status:
-            yield False, f"{name}: {first.status} by linear programming, {other.status} on the second road"
+            yield False, f"{name}: {first.status} by {road}, {other.status} on the second road"
         elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):
-            yield False, f"{name}: {one:.10g} by linear programming, {two:.10g} on the second road"
+            yield False, f"{name}: {one:.10g} by {road}, {two:.10g} on the second road"
         elif first.reduced_accuracy:
-            yield None, f"{name}: by linear programming only to reduced accuracy (1e-7)"
-    n = bounds.lower.problem.n
-    if second.nodes < n and bounds.lower.load_factor > tolerances.feasibility:
+            yield None, f"{name}: by {road} only to reduced accuracy (1e-7)"
+    if isinstance(lower, Missing):
+        return
+    n = lower.problem.n
+    if second.nodes < n and lower.load_factor > tolerances.feasibility:
         yield (
             None,
             f"λ_1: on the second road sought at {second.nodes} of {n} nodes, those that collapse first",

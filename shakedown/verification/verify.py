@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import JointLimits, Limits
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.ground.argument_kinds import check_seed
@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, checked, require_plane
+from shakedown.joint.arguments import MANY, check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.nodes.node_results import node_results
@@ -100,11 +100,12 @@ class Verification(Result):
         """The document that ``shakedown-bounds verify --json`` writes."""
         limits, counted = self.limits, {} if self.critical is None else self.critical.to_dict()
         second = {"lower": self.second.lower, "upper": self.second.upper}
+        subsets = subset_count(self.problem.n) if self.problem.directions == 1 else None
         document = {
             "problem": self.problem,
             **limits.bounds.to_dict(),
             "energy": limits.energy,
-            "box": limits.box,
+            "box": present(limits.box),
             **limits.universal.document(),
             "agrees": self.agrees,
             "disagreements": self.disagreements,
@@ -112,10 +113,13 @@ class Verification(Result):
             "notes": self.notes,
             "second_road": {
                 "solver": self.second.upper.solver,
-                **{k: {"status": v.status, "load_factor": v.load_factor} for k, v in second.items()},
+                **{
+                    k: None if v is None else {"status": v.status, "load_factor": v.load_factor}
+                    for k, v in second.items()
+                },
             },
-            "critical": {"total": subset_count(self.problem.n), **counted},
-            "friction": limits.friction,
+            "critical": None if subsets is None else {"total": subsets, **counted},
+            "friction": present(limits.friction),
             "transient": self.transient,
             "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
             "guarantee_curve": self.curve,
@@ -143,9 +147,9 @@ class Verification(Result):
         return self.assessment.problem
 
     @property
-    def limits(self) -> JointLimits:
+    def limits(self) -> Limits:
         """Every limit of the joint."""
-        return in_the_plane(self.assessment)
+        return self.assessment.details
 
     @property
     def transient(self) -> TransientLimit | None:
@@ -239,7 +243,7 @@ def verify(
     >>> report.agrees, len(report.runs)
     (True, 18)
     """
-    require_plane("verification", problem)
+    require_problem(problem)
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)
@@ -247,7 +251,7 @@ def verify(
         check_slip_below(slip_below)
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=open_nodes, tolerances=tolerances)
-    limits = in_the_plane(found)
+    limits = found.details
     cases = list(planned_cases(limits, load_factors, random_states, seed))
     simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
     work = _Work(len(cases) + len(_Beside._fields), progress)
@@ -280,7 +284,7 @@ class _Beside(NamedTuple):
     second: SecondRoad
     curve: GuaranteeCurve | Missing | None
     critical: CriticalLoadFactors | None
-    friction: FrictionThresholds
+    friction: FrictionThresholds | None
     transient: TransientLimit | Missing | None
     slip: SlipLimit | Missing | None
 
@@ -292,23 +296,17 @@ class _Beside(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def _beside(limits: JointLimits, budget: int, slip_below: float | None, work: "_Work") -> _Beside:
+def _beside(limits: Limits, budget: int, slip_below: float | None, work: "_Work") -> _Beside:
     problem = limits.problem
-    few = subset_count(problem.n) <= budget
+    few = problem.directions == 1 and subset_count(problem.n) <= budget
     return _Beside(
         second=work.done(second_road(problem, limits.bounds, limits.tolerances)),
-        curve=work.done(limits.curve(CURVE_RADII)),
+        curve=work.done(limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None),
         critical=work.done(critical_load_factors(problem) if few else None),
-        friction=work.done(limits.friction),
+        friction=work.done(present(limits.friction)),
         transient=work.done(limits.transient),
         slip=work.done(None if slip_below is None else limits.slip(slip_below)),
     )
-
-
-def in_the_plane(found: Assessment) -> JointLimits:
-    """The limits of a joint in the plane, which a verification is about."""
-    assert isinstance(found.details, JointLimits)
-    return found.details
 
 
 def _check(random_states: int, seed: int) -> None:

@@ -375,6 +375,7 @@ ANSWERS = {
     "transient_limit",
     "path_resolution",
     # assessment and studies
+    "verify",
     "assess",
     "shakedown_bounds",
     "sweep",
@@ -388,7 +389,6 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
-    "verify",
     "map --load-factor 0.5",
     "sweep --vary friction=0.5:1:3 --load-factor 1",
     "adversary",

@@ -1,7 +1,7 @@
 """Cycle after cycle, with leaps to the limit of their states, until it is clear what a joint settles into."""
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,6 +88,14 @@ class Settled:
     error: float
     start: State
     stop: Stop | None = None
+
+    def undecided(self, reason: str) -> "Settled":
+        """The same, of which nothing can be said."""
+        nothing = np.full_like(self.drift, np.nan)
+        return replace(
+            self, outcome=Outcome.UNDECIDED, reason=reason, period=0, drift=nothing, records=(),
+            contraction=np.nan, return_error=np.nan, error=np.nan,
+        )  # fmt: skip
 
     @property
     def signature(self) -> int:

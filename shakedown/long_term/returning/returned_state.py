@@ -13,8 +13,10 @@ from shakedown.long_term.passage import Passage
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import Scales, scales
+from shakedown.motion.contact_law import Scales, law_resolution, scales
 from shakedown.motion.directed.directed_motion import DirectedMotion
+from shakedown.motion.method import walk
+from shakedown.motion.violation import path_violation
 
 GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
 LEAST_WORK = 16.0  # times the accuracy, of force × length
@@ -60,7 +62,7 @@ class ReturnedStates:
             if stopped():
                 return
             self.motion.begin(self.motion.load_factor, start)
-            found = ReturnSearch(self.motion, self.rules).settle()
+            found = settled(self.motion, self.rules)
             answers.final_slip[k] = found.state.u[self.layout.slips]
             answers.verdict[k], answers.period[k] = VERDICTS[found.outcome], found.period
             answers.cycles[k], answers.contraction[k] = found.cycles, found.contraction
@@ -81,10 +83,31 @@ def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> Ret
         As for :func:`long_term_state`.
     """
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
+    assert isinstance(motion, DirectedMotion)
     start = motion.state.u[begun.problem.layout.slips].copy()
     rules = rules_of(scale, begun.tolerances, most_cycles, longest_period)
-    found = ReturnSearch(motion, rules).settle()
+    found = settled(motion, rules)
     return _state(begun, found, start, scale, most_cycles)
+
+
+def settled(motion: DirectedMotion, rules: Rules) -> Settled:
+    """What a motion settles into, undecided where the period found breaks the friction law."""
+    found = ReturnSearch(motion, rules).settle()
+    if not found.period:
+        return found
+    motion.forget()
+    motion.state = found.start
+    motion.enter_cycle(max(found.cycles - found.period, 1))
+    path = walk(motion, found.period, record=True).history
+    violation = (
+        np.inf
+        if path is None
+        else path_violation(motion.problem, motion.load_factor, motion.tolerances, path)
+    )
+    if violation <= law_resolution(motion.problem, motion.tolerances):
+        return found
+    reason = f"the friction law is violated by {violation:.1e} in the period found ({found.reason})"
+    return found.undecided(reason)
 
 
 def rules_of(scale: Scales, tolerances: Tolerances, most_cycles: int, longest_period: int) -> Rules:

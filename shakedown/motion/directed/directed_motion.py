@@ -189,6 +189,10 @@ class DirectedMotion:
         self.done, self.jumps, self._nudged = done, [], None
         self.stop, self.left, self.slides = None, False, False
 
+    def forget(self) -> None:
+        """Keep nothing of what has been recorded."""
+        self._pieces = []
+
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
         layout = self.problem.layout
