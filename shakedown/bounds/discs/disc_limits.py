@@ -8,7 +8,7 @@ from math import inf, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_program import ACCURATE, Basis, DiscEnd, basis_of, scaled_discs
+from shakedown.bounds.discs.disc_program import ACCURATE, NOTHING, Basis, DiscEnd, basis_of, scaled_discs
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.enclosure import (
     UNPROVED,
@@ -29,7 +29,6 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 
 LOGGER = logging.getLogger("shakedown")
-NOTHING = 1e-14  # of a load factor, in numbers near 1: it is round-off
 LARGE = 1000  # nodes, from where on time and memory are announced
 SECONDS, BYTES = 4e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
@@ -49,7 +48,7 @@ class DiscLimit:
     end
         The program that it is the end of; None where there was none to solve.
     safe
-        Of an unbounded load factor a slip with room, and its load factor.
+        Where there is no end of a program: slips that may have room, and their load factors.
     """
 
     status: Status
@@ -66,7 +65,7 @@ class DiscLimit:
     missing: tuple[str, ...] = ()
     reduced_accuracy: bool = False
     end: DiscEnd | None = None
-    safe: tuple[FloatArray, float] | None = None
+    safe: tuple[tuple[FloatArray, float], ...] = ()
 
     @property
     def multipliers(self) -> FloatArray:
@@ -175,11 +174,12 @@ def _imbalance(rows: DiscRows, y: FloatArray, gap_y: FloatArray) -> float:
 
 def _unbounded(rows: DiscRows, direction: FloatArray, start: DiscEnd, tolerances: Tolerances) -> DiscLimit:
     beyond = start.load_factor + start.scaled.load_unit
+    safe = [safest(rows, beyond, tolerances).x, start.x + start.scaled.load_unit * direction]
     return DiscLimit(
         Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.gaps.g), _no_discs(),
         residual=_excess_along(rows, direction),
         least_load_factor=_least_of(rows, start, tolerances),
-        safe=(safest(rows, beyond, tolerances).x, beyond),
+        safe=(*((each, beyond) for each in safe), (np.zeros_like(direction), 0.0)),
     )  # fmt: skip
 
 
@@ -208,7 +208,15 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     if fixed.relative_excess(safe.x, 0.0) > tolerances.feasibility:
         return _infeasible(fixed, end_of(scaled_discs(fixed, basis_of(fixed), +1.0), tolerances))
     return DiscLimit(
-        Status.OPTIMAL, at, safe.x, none, no_gaps, _no_discs(), 0.0, least_load_factor=at, safe=(safe.x, at)
+        Status.OPTIMAL,
+        at,
+        safe.x,
+        none,
+        no_gaps,
+        _no_discs(),
+        0.0,
+        least_load_factor=at,
+        safe=((safe.x, at),),
     )
 
 
@@ -251,9 +259,7 @@ def _certified(
     if found.status == Status.INFEASIBLE:
         proved = proved_infeasible(problem, rows, _exclusions(taken, found))
     else:
-        assert found.safe is not None
-        slip, at = found.safe
-        safe = (slip if taken is None else taken.slips(slip, at), at)
+        safe = [(slip if taken is None else taken.slips(slip, at), at) for slip, at in found.safe]
         proved = proved_unbounded(problem, rows, found.x, safe)
     certified = (inf, inf) if proved and found.status == Status.UNBOUNDED else None
     return replace(found, certified=certified, exact=proved, uncertified="" if proved else UNPROVED)
@@ -268,9 +274,7 @@ def _with_enclosure(found: DiscLimit, enclosure: tuple[float, float] | Missing) 
 
 def _optimum(taken: Frictionless | None, found: DiscLimit) -> Optimum:
     """What an enclosure begins with, in the unknowns of all nodes."""
-    slips, multipliers = ([], []) if found.end is None else inner_points(found.end)
-    if found.safe is not None:
-        slips = [found.safe]
+    slips, multipliers = (list(found.safe), []) if found.end is None else inner_points(found.end)
     if taken is not None:
         no_gaps = found.gap_y
         slips = [(taken.slips(slip, at), at) for slip, at in slips]

@@ -16,6 +16,7 @@ from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
 SHIFTS = (0.0, 1e-14, 1e-12, 1e-10)  # of a matrix with ones in its diagonal, where it is not positive
 ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
 CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
+NOTHING = 1e-14  # of an unknown, in numbers near 1: it is round-off
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
 
 
@@ -182,8 +183,10 @@ class ScaledDiscs:
     basis: Basis
 
     def slips(self, x: FloatArray) -> FloatArray:
-        """Unknowns (…, k) [length] from points (…, K + 1) of the program."""
-        return np.asarray(self.unit * (x[..., :-1] @ self.basis.to_slips.T))
+        """Unknowns (k,) [length] from a point (K + 1,) of the program; none where all of it is round-off."""
+        if np.abs(x[:-1]).max(initial=0.0) <= NOTHING:
+            return np.zeros(len(self.basis.to_slips))
+        return np.asarray(self.unit * (self.basis.to_slips @ x[:-1]))
 
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Multipliers of the discs and of the half-spaces, from those of the program."""

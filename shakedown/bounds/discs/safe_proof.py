@@ -167,13 +167,15 @@ def proved_low(
 
 
 def proved_unbounded(
-    problem: Problem, rows: DiscRows, direction: FloatArray, safe: tuple[FloatArray, float]
+    problem: Problem, rows: DiscRows, direction: FloatArray, safe: list[tuple[FloatArray, float]]
 ) -> bool:
-    """Whether a slip is proved to be safe, and to stay so along a direction at ever larger load factors."""
+    """Whether one of some slips is proved to be safe, and to stay so along a direction as loads grow."""
     if rigid_slips(problem).doubt or not np.isfinite(direction).all():
         return False
     proof = proof_of(problem, rows)
-    return bool(proof.room(direction, 1.0, constant=0.0).min() >= 0 and proof.room(*safe).min() >= 0)
+    if not proof.room(direction, 1.0, constant=0.0).min() >= 0:
+        return False
+    return any(proof.room(*each).min() >= 0 for each in safe)
 
 
 def only_at_zero(proof: Proof) -> bool:
