@@ -42,7 +42,7 @@ def end_of(scaled: ScaledDiscs, tolerances: Tolerances) -> DiscEnd:
     """
     end = self_dual_end(scaled.program)
     if end.status == Status.UNDECIDED:
-        end = _second_road(scaled.program, tolerances)
+        end = replace(_second_road(scaled.program, tolerances), path=end.path)
     return in_units(scaled, polished(scaled.program, end))
 
 
