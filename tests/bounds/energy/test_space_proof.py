@@ -59,7 +59,7 @@ def test_the_lemmas_hold_state_by_state(seed, split):
     assert np.all(p[size <= f * p] > 0)  # what is within its limit bears pressure
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_no_share_leaves_more_room(seed):
     problem, rng = space_joint(seed, 4, friction=0.9), np.random.default_rng(seed)
     limits = disc_limits(contact_zone(problem, ()))
@@ -106,19 +106,23 @@ def test_open_nodes_keep_their_gap():
 def test_transient_steps_are_further_ones_without_load_factor():
     problem = space_joint(2, 3)
     middle = energy_ball(problem, 0.0).slip
-    plain = energy_bound(problem, middle)
+    plain = energy_bound(problem, middle, split=False, certify=False)
     loop = loading(problem)
     harmless = replace(problem, q_transient=loop.q0[None], p_transient=loop.p0[None])
-    assert energy_bound(harmless, middle).load_factor == pytest.approx(plain.load_factor, rel=1e-9)
+    assert energy_bound(harmless, middle, split=False, certify=False).load_factor == pytest.approx(
+        plain.load_factor, rel=1e-9
+    )
     late = 0.9 * plain.load_factor
     q, p = loop.at(late)
     hard = replace(problem, q_transient=q, p_transient=p)
-    assert energy_bound(hard, middle).load_factor == pytest.approx(plain.load_factor, rel=1e-9)
+    assert energy_bound(hard, middle, split=False, certify=False).load_factor == pytest.approx(
+        plain.load_factor, rel=1e-9
+    )
     q, p = loop.at(1.1 * plain.load_factor)
-    harder = energy_bound(replace(problem, q_transient=q, p_transient=p), middle)
+    harder = energy_bound(replace(problem, q_transient=q, p_transient=p), middle, split=False, certify=False)
     assert harder.status == "infeasible" or harder.load_factor < plain.load_factor
-    ball = energy_ball(replace(problem, q_transient=q, p_transient=p), 0.1, transient=False)
-    assert ball.radius == pytest.approx(energy_ball(problem, 0.1).radius, rel=1e-9)
+    ball = energy_ball(replace(problem, q_transient=q, p_transient=p), 0.1, transient=False, split=False)
+    assert ball.radius == pytest.approx(energy_ball(problem, 0.1, split=False).radius, rel=1e-9)
 
 
 def test_the_good_load_factors_are_an_interval():
@@ -147,7 +151,7 @@ def test_order_of_the_load_steps_and_steps_between_do_not_matter():
         p_mean=loading(problem).p0,
     )
     middle = energy_ball(problem, 0.0).slip
-    one, same = energy_bound(problem, middle), energy_bound(between, middle)
+    one, same = (energy_bound(each, middle, certify=False) for each in (problem, between))
     assert same.load_factor == pytest.approx(one.load_factor, rel=1e-10)
 
 

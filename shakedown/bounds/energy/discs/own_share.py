@@ -46,13 +46,18 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         """Whether the room falls with t already, or f |c| is too large."""
         c = on_curve(t)
         size = limits.f * np.hypot(c[:, 0], c[:, 1])
-        a, off = np.sqrt(1.0 + size**2), c - turned
-        gamma = np.sqrt(limits.least**2 + np.einsum("ij,ij->i", off**2, values))
+        a = np.sqrt(1.0 + size**2)
+        # c(t) − c_i is 1 − t times a vector, of which this is the length in the metric of γ.
+        whole = t[:, None] * values + ((1.0 - t) * largest)[:, None]
+        away = np.divide(largest[:, None] * turned, whole, out=np.zeros_like(whole), where=whole > 0)
+        steep = np.sqrt(np.einsum("ij,ij->i", away**2, values))
         taken = a[node] * drawn - pressed
         worst = np.maximum.reduceat(taken, first)
         tied = taken >= worst[node] - TIED * (np.abs(pressed) + a[node] * drawn)
         at = np.maximum.reduceat(np.where(tied, drawn, 0.0), first)
-        balance = limits.f * at * gamma * t - radius * largest * (1.0 - t) * a
+        left = np.where(limits.least > 0, 1.0 - t, 1.0)  # where γ itself vanishes 1 − t is divided out
+        gamma = np.where(limits.least > 0, np.hypot(limits.least, left * steep), steep)
+        balance = limits.f * at * gamma * t - radius * largest * left * a
         return np.asarray((balance > 0) | (size > MOST))
 
     low, high = np.zeros(len(largest)), np.ones(len(largest))

@@ -20,6 +20,7 @@ from shakedown.programs.interior.node_cones import solved
 from shakedown.programs.scaling import typical_size
 
 ROUNDS = 4
+HALF = 0.5
 GAIN = 1e-4  # relative: less than this, and no further round is made
 NEWTON_STEPS = 30  # towards the largest load factor at a centre; each ends nearer
 ROUND_OFF = 4 * np.finfo(float).eps
@@ -185,13 +186,7 @@ def holding(
     def value(found: Found) -> float:
         return found.end.value * found.about.length
 
-    found = _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor)
-    if found.status == Status.OPTIMAL and not value(found) > 0 and split:
-        begun = sought(one, limits.shared(0.5 * full_share(limits)))
-        if not isinstance(begun, Missing) and begun.status == Status.OPTIMAL:
-            other = _turns(begun, one, value, load_factor)
-            return other if value(other) > value(found) else found
-    return found
+    return _by_turns(limits, one, value, None, tolerances, split=split, load_factor=load_factor)
 
 
 def widest(limits: DiscLimits, load_factor: float) -> tuple[FloatArray, float]:
@@ -219,19 +214,20 @@ def _by_turns(
     split: bool,
     load_factor: float | None = None,
 ) -> Found:
-    """Shares zero first; then by turns the best shares for the centre, the best centre for the shares.
+    """Shares zero, and half of those at which γ is least; from the better on by turns.
 
-    Every turn starts with what the one before allows, so that none is worse. Where shares zero have no
-    solution, the turns begin with half of those at which γ is least.
+    The turns: the best shares for the centre, the best centre for the shares. Each starts with what the one
+    before allows, so that none is worse. Where neither has a solution, the one with most room goes on.
     """
     found = one(limits)
-    if not split or not limits.own.any():
+    if not split or not limits.own.any() or found.status == Status.UNBOUNDED:
         return found
-    if found.status == Status.INFEASIBLE and room is not None:
-        begun = _first_solution(limits, one, room, tolerances)
-        if begun is None:
-            return found
-        found = begun
+    half = sought(one, limits.shared(HALF * full_share(limits)))
+    if not isinstance(half, Missing) and half.status != Status.INFEASIBLE:
+        worse = found.status == Status.INFEASIBLE or half.status == Status.UNBOUNDED
+        found = half if worse or value(half) > value(found) else found
+    elif found.status == Status.INFEASIBLE and room is not None:
+        found = _first_solution(limits, one, room, tolerances) or found
     return _turns(found, one, value, load_factor)
 
 
@@ -261,7 +257,7 @@ def _first_solution(
     tolerances: Tolerances,
 ) -> Found | None:
     """A solution with shares other than zero, None where none is found."""
-    each = limits.shared(0.5 * full_share(limits))
+    each = limits.shared(HALF * full_share(limits))
     for _ in range(ROUNDS):
         margin, slip, load_factor, radius = room(each)
         if margin > tolerances.feasibility:
