@@ -8,7 +8,6 @@ from shakedown.ground.float_array import FloatArray
 MOST = 0.99  # largest f |c|: the proof needs less than 1
 TIED = 1e-9  # relative: load steps that leave a node the same room but for round-off
 HALVINGS = 54
-NEARLY = 1.0 - 2.0**-30  # t next to its end: where γ vanishes there, both sides of the balance do
 
 
 def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius: float) -> FloatArray:
@@ -61,7 +60,7 @@ def best_share(limits: DiscLimits, slip: FloatArray, load_factor: float, radius:
         return np.asarray((balance > 0) | (size > MOST))
 
     low, high = np.zeros(len(largest)), np.ones(len(largest))
-    whole = ~too_far(np.full(len(largest), NEARLY))
+    whole = ~too_far(high)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         beyond = too_far(middle)
