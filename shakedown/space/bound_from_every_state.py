@@ -49,7 +49,7 @@ class LeastPressureBound(Result):
     pressures : (n,)
         The least pressures under the mean load, over all slips [force]; NaN where no multipliers were found.
     lift_off_bound
-        Up to here they stay positive at every load step.
+        Up to here no slip lifts a node off: they stay positive at every load step, or those of sectors do.
     """
 
     status: Status
@@ -236,7 +236,7 @@ def _result(
         sectors=int(reach.sectors[node]),
         reactions=z / np.repeat(joint.lengths, 2),
         pressures=pressures / joint.lengths,
-        lift_off_bound=inf if lifted <= 0.0 else 1.0 / lifted,
+        lift_off_bound=max(load_factor, inf if lifted <= 0.0 else 1.0 / lifted),
     )
 
 

@@ -61,6 +61,7 @@ def test_reference_joints(name):
     )
     best = universal_bound(problem)
     assert 0.99 * by_directions < best.load_factor < by_directions
+    assert best.lift_off_bound >= best.load_factor
     count = best.pressures.sectors
     assert best.argument == ("least pressures" if count == 1 else f"least pressures, {count} sectors")
     fine = universal_bound(problem, sectors=384)
