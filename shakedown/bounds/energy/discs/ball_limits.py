@@ -167,6 +167,9 @@ def _known_limits(problem: Problem) -> dict[tuple[bool, Tolerances], DiscLimits]
 def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> DiscLimits:
     law, loop, rigid, n = problem.law, loading(problem), rigid_slips(problem), problem.n
     metric = energy_metric(problem.A, problem.B, rigid, tolerances=tolerances)
+    if not metric.inverse.shape[1]:  # no slip has an energy: one that is nothing stands for all
+        nothing = np.zeros((1, 2 * n))
+        metric = replace(metric, root=nothing, inverse=nothing.T)
     node, step = _extreme_steps(law, loop.q1, loop.p1)
     d = law.against(loop.q1, loop.p1).reshape(-1, n, CONE)[step, node]
     g = law.cone(loop.q0, loop.p0).reshape(n, CONE)[node]
