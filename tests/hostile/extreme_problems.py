@@ -6,27 +6,28 @@ BEYOND = [5e-324, 1e-310, 1e-200, 1e150, 1e200, 1e300, 1.7e308]
 SIZES = [10.0**k for k in (-99, -75, -40, -28, -16, -12, -8, 8, 12, 16, 28, 40, 75, 99)]
 
 
-def joint_arrays(rng: np.random.Generator) -> dict[str, np.ndarray]:
+def joint_arrays(rng: np.random.Generator, directions: int = 1) -> dict[str, np.ndarray]:
     """A joint of one to three nodes: κ positive definite, singular, sparse, of whole numbers or zero."""
     n, m = int(rng.integers(1, 4)), int(rng.integers(1, 6))
+    slips, size = directions * n, (directions + 1) * n
     kind = rng.integers(5)
-    root = rng.normal(size=(2 * n, 2 * n)) if kind < 3 else rng.integers(-2, 3, (2 * n, 2 * n)).astype(float)
+    root = rng.normal(size=(size, size)) if kind < 3 else rng.integers(-2, 3, (size, size)).astype(float)
     if kind == 1:
-        root[:, rng.integers(2 * n)] = 0.0
-        root[rng.random((2 * n, 2 * n)) < 0.4] = 0.0
+        root[:, rng.integers(size)] = 0.0
+        root[rng.random((size, size)) < 0.4] = 0.0
     kappa = root @ root.T
     if kind == 2:  # rank one
         kappa = np.outer(root[0], root[0])
     if kind == 4 and rng.random() < 0.5:
-        kappa = np.zeros((2 * n, 2 * n))
+        kappa = np.zeros((size, size))
     arrays = {
-        "A": kappa[:n, :n],
-        "B": kappa[n:, :n],
-        "C": kappa[n:, n:],
+        "A": kappa[:slips, :slips],
+        "B": kappa[slips:, :slips],
+        "C": kappa[slips:, slips:],
         "f": rng.choice([0.0, 0.3, 2.0, 50.0], n),
-        "q_w": rng.normal(size=(m, n)),
+        "q_w": rng.normal(size=(m, slips)),
         "p_w": rng.normal(size=(m, n)) + 3.0,
-        "initial_slip": rng.normal(size=n),
+        "initial_slip": rng.normal(size=slips),
     }
     if rng.random() < 0.2:
         del arrays["C"]
@@ -57,9 +58,11 @@ def extreme(arrays: dict[str, np.ndarray], rng: np.random.Generator) -> dict[str
                 key = rng.choice(["f", "q_w", "p_w", *(["initial_slip"] if "initial_slip" in arrays else [])])
                 arrays[key].flat[rng.integers(arrays[key].size)] = size
             else:  # one node in units of its own
-                j = rng.integers(len(arrays["A"]))
-                for key in ("A", "B", "C"):
+                j, n = rng.integers(len(arrays["f"])), len(arrays["f"])
+                slips = np.arange(len(arrays["A"])) * n // len(arrays["A"]) == j
+                units = {"A": np.where(slips, size, 1.0), "C": np.where(np.arange(n) == j, size, 1.0)}
+                for key, rows, columns in (("A", "A", "A"), ("B", "C", "A"), ("C", "C", "C")):
                     if key in arrays:
-                        arrays[key][j] *= size
-                        arrays[key][:, j] *= size
+                        arrays[key] *= units[rows][:, None]
+                        arrays[key] *= units[columns]
     return arrays

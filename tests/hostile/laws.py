@@ -23,15 +23,34 @@ def other_lengths(problem: Problem, rng: np.random.Generator) -> Problem:
 def other_labels(problem: Problem, rng: np.random.Generator) -> Problem:
     """The nodes in another order."""
     at = rng.permutation(problem.n)
-    square = {key: getattr(problem, key)[np.ix_(at, at)] for key in _present(problem, "A", "B", "C")}
-    rows = {key: getattr(problem, key)[..., at] for key in _present(problem, "f", *LOADS)}
-    return replace(problem, **square, **rows)
+    slips = problem.layout.slips_of(at)
+    places = {"A": (slips, slips), "B": (at, slips), "C": (at, at)}
+    square = {key: getattr(problem, key)[np.ix_(*places[key])] for key in _present(problem, *places)}
+    rows = {key: getattr(problem, key)[..., at] for key in _present(problem, "f", *NORMAL)}
+    slipping = {key: getattr(problem, key)[..., slips] for key in _present(problem, *TANGENTIAL)}
+    return replace(problem, **square, **rows, **slipping)
 
 
 def other_direction(problem: Problem, _: np.random.Generator) -> Problem:
     """Slip and tangential force counted the other way."""
-    tangential = {key: -getattr(problem, key) for key in _present(problem, "q_w", "q_mean")}
-    return replace(problem, B=-problem.B, **tangential)
+    return replace(
+        problem, B=-problem.B, **{key: -getattr(problem, key) for key in _present(problem, *TANGENTIAL)}
+    )
+
+
+def other_tangents(problem: Problem, rng: np.random.Generator) -> Problem:
+    """The two tangents of every node turned by an angle of its own, and one in two mirrored."""
+    turn = np.zeros((2 * problem.n, 2 * problem.n))
+    for node in range(problem.n):
+        angle, side = rng.uniform(0, 2 * np.pi), rng.choice([-1.0, 1.0])
+        place = problem.layout.slips_of([node])
+        turn[np.ix_(place, place)] = [
+            [np.cos(angle), np.sin(angle)],
+            [-side * np.sin(angle), side * np.cos(angle)],
+        ]
+    slipping = {key: getattr(problem, key) @ turn.T for key in _present(problem, *TANGENTIAL)}
+    A = turn @ problem.A @ turn.T
+    return replace(problem, A=(A + A.T) / 2, B=problem.B @ turn.T, tangents=None, **slipping)
 
 
 def other_start(problem: Problem, rng: np.random.Generator) -> Problem:
@@ -45,7 +64,9 @@ def backwards(problem: Problem, _: np.random.Generator) -> Problem:
     return replace(problem, q_w=problem.q_w[::-1], p_w=problem.p_w[::-1])
 
 
-LOADS = ("q_w", "p_w", "q_mean", "p_mean")
+TANGENTIAL = ("q_w", "q_mean", "q_transient", "initial_slip")
+NORMAL = ("p_w", "p_mean", "p_transient")
+LOADS = ("q_w", "p_w", "q_mean", "p_mean", "q_transient", "p_transient")
 SAME_EVOLUTION: Mapping[str, Change] = {
     change.__name__: change for change in (other_forces, other_lengths, other_labels, other_direction)
 }
@@ -53,13 +74,17 @@ SAME_BOUNDS: Mapping[str, Change] = SAME_EVOLUTION | {
     change.__name__: change for change in (other_start, backwards)
 }
 EXACT = ("other_forces", "other_lengths")  # powers of two change no mantissa
+SAME_IN_SPACE: Mapping[str, Change] = {
+    change.__name__: change
+    for change in (other_forces, other_lengths, other_labels, other_tangents, backwards)
+}
 
 
 def _scaled(problem: Problem, *, stiffness: float, force: float) -> Problem:
     matrices = {key: stiffness * getattr(problem, key) for key in _present(problem, "A", "B", "C")}
-    return replace(
-        problem, **matrices, **{key: force * getattr(problem, key) for key in _present(problem, *LOADS)}
-    )
+    slips = {key: force / stiffness * getattr(problem, key) for key in _present(problem, "initial_slip")}
+    loads = {key: force * getattr(problem, key) for key in _present(problem, *LOADS)}
+    return replace(problem, **matrices, **slips, **loads)
 
 
 def _present(problem: Problem, *keys: str) -> list[str]:

@@ -10,12 +10,18 @@ from shakedown import Problem, ProblemError
 FEW = 200
 
 
-def arrays() -> dict[str, np.ndarray]:
-    """Two nodes with every optional key."""
-    problem = shakedown.example("two-node")
-    keys = ("A", "B", "C", "f", "q_w", "p_w")
-    more = {"q_mean": np.ones(2), "p_mean": np.ones(2), "initial_slip": np.zeros((2, 2)), "x": np.arange(2.0)}
-    places = {"coordinates": np.ones((2, 3)), "normal": np.eye(3)[:2], "node_area": np.ones(2)}
+JOINTS = ("two-node", "two-node-3d")
+
+
+def arrays(number: int = 0) -> dict[str, np.ndarray]:
+    """Two nodes with every optional key, in the plane and in space by turns."""
+    problem = shakedown.example(JOINTS[number % 2])
+    keys, slips = ("A", "B", "C", "f", "q_w", "p_w"), 2 * problem.directions
+    more = {"q_mean": np.ones(slips), "p_mean": np.ones(2), "x": np.arange(2.0)}
+    more |= {"initial_slip": np.zeros((2, slips))}
+    more |= {"tangents": np.tile(np.eye(3)[:2], (2, 1, 1))} if problem.directions > 1 else {}
+    normal = np.eye(3)[[2, 2]]
+    places = {"coordinates": np.ones((2, 3)), "normal": normal, "node_area": np.ones(2)}
     texts = {"name": np.array("joint"), "units": np.array("N, mm"), "schema": np.array("shakedown/1")}
     names = {"label": np.array(["7/8", "9/10"]), "load_names": np.array(["top"]), "source": np.array("{}")}
     loads = {"load_mean": np.ones(1), "load_amplitude": np.ones(1), "load_units": np.array(["kN"])}
@@ -39,7 +45,7 @@ def test_damaged_problem_files(tmp_path):
     loaded = 0
     for number in numbers(FEW):
         rng = np.random.default_rng([1, number])
-        path.write_bytes(damaged_npz(arrays(), rng))
+        path.write_bytes(damaged_npz(arrays(number), rng))
         with named(number, "damaged_npz"):
             loaded += isinstance(read(shakedown.load_problem, path), Problem)
     assert loaded, "every file was refused: the damage is too coarse to test what is behind the border"
@@ -61,5 +67,5 @@ def test_damaged_initial_states(tmp_path):
 def test_damaged_files_at_the_command_line(tmp_path):
     for number in numbers(30):
         rng = np.random.default_rng([3, number])
-        (tmp_path / "p.npz").write_bytes(damaged_npz(arrays(), rng))
+        (tmp_path / "p.npz").write_bytes(damaged_npz(arrays(number), rng))
         judge(number, ["solve", "p.npz"], str(tmp_path))

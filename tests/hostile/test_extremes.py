@@ -52,6 +52,13 @@ def test_an_initial_slip_without_reactions_is_refused(slip):
             call(problem, 0.5, [slip, 0.0])
 
 
+def test_extreme_joints_in_space_at_the_command_line(tmp_path):
+    for number in numbers(20):
+        rng = np.random.default_rng([6, number])
+        np.savez(tmp_path / "p.npz", **extreme(joint_arrays(rng, 2), rng))
+        judge(number, ["solve", "p.npz", *rng.choice(["--json", "--quick", "-q"], 1).tolist()], str(tmp_path))
+
+
 def test_extreme_joints_at_the_command_line(tmp_path):
     for number in numbers(20):
         rng = np.random.default_rng([5, number])

@@ -10,19 +10,23 @@ import shakedown
 FEW = 100
 COMMANDS = ["solve", "critical", "simulate", "simulate", "example", "import", "verify"]
 OPTIONS = {
-    "solve": ["--json", "-q"],
+    "solve": ["--json", "-q", "--quick", "--open", "--initial", "--distance", "--require"],
     "critical": ["--json", "-q", "--all", "--budget"],
     "simulate": ["--json", "-q", "--load-factor", "--initial", "--cycles", "--method", "-o"],
     "example": ["--json", "-q", "-o"],
     "import": ["--json", "-q", "-o"],
     "verify": ["--json", "-q", "-o", "--load-factor", "--random", "--seed", "--cycles", "--method"],
 }
-WITH_VALUE = {"--budget", "--load-factor", "--initial", "--cycles", "--method", "-o", "--random", "--seed"}
+WITH_VALUE = {
+    "--budget", "--load-factor", "--initial", "--cycles", "--method", "-o", "--random", "--seed", "--open",
+    "--distance", "--require",
+}  # fmt: skip
 FILES = [
     "p.npz",
     "v.npy",
     "one-node",
     "uncoupled",
+    "s.npz",
     "text",
     "",
     ".",
@@ -71,6 +75,7 @@ def odd_words(rng: np.random.Generator) -> list[str]:
 def furnish(folder) -> None:
     """The files that the words may name."""
     shakedown.save_problem(folder / "p.npz", shakedown.example("three-node"))
+    shakedown.save_problem(folder / "s.npz", shakedown.example("two-node-3d"))
     np.save(folder / "v.npy", np.zeros(1))
     np.save(folder / "w.npy", np.full(3, 1e200))
     (folder / "text").write_text("\x1b[31mnothing\n")

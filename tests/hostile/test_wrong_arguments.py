@@ -227,3 +227,21 @@ def test_the_message_names_argument_and_kind():
 def test_a_load_case_takes_no_number_beyond_all_floats():
     with pytest.raises(ShakedownError, match="expected real numbers"):
         shakedown.LoadCase(history=HUGE, force=[1.0])
+
+
+SPACE = shakedown.example("two-node-3d")
+IN_SPACE = {
+    "problem": SPACE,
+    "joint": SPACE,
+    "initial_slips": np.zeros((2, 4)),
+    "q_w": SPACE.q_w[0],
+    "p_w": SPACE.p_w[0],
+}
+
+
+@pytest.mark.parametrize("value", ["nan", "text", "ragged", "huge", "infinite", "nothing at all"])
+def test_odd_values_beside_a_joint_in_space_are_answered_or_refused_in_one_line(value):
+    for name, argument in ANY:
+        given = arguments_of(name)
+        given |= {key: there for key, there in IN_SPACE.items() if key in given}
+        line_of(FUNCTIONS[name], given | {argument: ODD[value]})
