@@ -5,8 +5,10 @@ v̇ = μ u, a smooth differential equation (:mod:`.speeds`), which steps of orde
 accuracy; while nothing slips everything is linear. Events are found on the polynomial of a step and the
 step is taken again up to them. The rates after an event are those of :mod:`.rate_choice`.
 
-The error estimate is the sum of those of the steps, each the difference of the two members of the pair.
-Of it every step may use a share in proportion to its length, and a small one besides.
+The error estimate is the sum of those of the steps. The difference of the two members of the pair is the
+error of the lower order; that of the higher, which is followed, is taken to be smaller by the ratio by which
+errors have fallen from order to order so far, (difference / slip)^(1/5). Of the sum every step may use a
+share in proportion to its length, and a small one besides.
 """
 
 from functools import cache
@@ -14,9 +16,17 @@ from functools import cache
 import numpy as np
 from numba import types
 
-from shakedown.motion.directed.event_search import NEVER, distance, end_of_step, first_event, margin
+from shakedown.motion.directed.event_search import (
+    NEVER,
+    distance,
+    end_of_step,
+    expected,
+    first_event,
+    margin,
+    step_out,
+)
 from shakedown.motion.directed.exchange import MOST_EXCHANGES, arrange, compute_out, move
-from shakedown.motion.directed.explicit_step import WEIGHTS, explicit_step, find_curve
+from shakedown.motion.directed.explicit_step import BETWEEN, WEIGHTS, explicit_step, find_curve, stop_within
 from shakedown.motion.directed.rate_choice import choose_rates
 from shakedown.motion.directed.sliding import (
     CURVE_RECORD,
@@ -35,11 +45,14 @@ from shakedown.motion.kernels.named_state import address_of, handed_on, inner, s
 
 DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED, AT_EVENT = range(8)
 EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
+AHEAD = 1.05  # how far to go, relative to the time at which the next event is expected
 SHORTEST = 1e-13  # of a load step: steps that would have to be shorter have no rates before them
 BESIDE = 0.002  # of the error of a passage, that a step may use whatever its length
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step, relative to the last
+ORDER = 1 / 6  # power with which a step grows with the error that it may have
 MOST_REFINED = 8  # steps taken again up to one event
 MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
+CLOSE = 1e-3  # share of a step by which an event may be missed to be met on the polynomial of the step
 STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
@@ -98,7 +111,7 @@ def load_step(sl: Sliding, rec: CurveRecord) -> int:
         status = smooth_path(sl, rec)
     if status == DONE:
         sl.step, sl.time, sl.crowd, sl.entered = sl.step + 1, 0.0, 0, False
-        sl.kind, sl.event_node = LOAD_STEP, -1
+        sl.kind, sl.event_node, sl.came_kind, sl.came_node = LOAD_STEP, -1, LOAD_STEP, -1
     return status
 
 
@@ -118,39 +131,78 @@ def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
         if rec.room > 0 and rec.rows == rec.room:
             return RECORD_FULL
         rest = 1.0 - sl.time
-        h = rest if sl.s == 0 or sl.h > 0.9 * rest else min(sl.h, 0.55 * rest) if sl.h > 0.5 * rest else sl.h
-        error = explicit_step(sl, h)
-        sl.taken += 1
-        sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
-        allowed = sl.accuracy * sl.length_scale * (h / sl.steps + BESIDE)
-        change = MOST
-        if not 0.0 <= error <= allowed:
-            change = SAFETY * (allowed / error) ** 0.2 if error > 0.0 else LEAST
-            sl.h = h * max(LEAST, min(change, SAFETY))
+        h = next_length(sl, rest)
+        error = take_step(sl, h)
+        allowed = allowed_error(sl, h)
+        better = better_error(sl, error)
+        if not 0.0 <= better <= allowed:
+            sl.h = h * (
+                max(LEAST, min(SAFETY, SAFETY * (allowed / better) ** ORDER)) if better > 0.0 else LEAST
+            )
             if not sl.h > SHORTEST:
                 return NO_RATES
             continue
-        if error > 0.0:
-            change = min(MOST, max(LEAST, SAFETY * (allowed / error) ** 0.2))
-        end_of_step(sl, h)
         share = share_to_apex(sl)
         if share < 1.0 and h * share > SHORTEST:
             sl.h = h * share
             continue
+        change = min(MOST, max(LEAST, SAFETY * (allowed / better) ** ORDER)) if better > 0.0 else MOST
+        sl.h = max(h * change, sl.h) if h == rest else h * change
         share = first_event(sl, h)
         if share < NEVER:
-            sl.h = max(h * change, sl.h) if h == rest else h * change
-            meet_event(sl, rec, share * h, h)
+            meet_event(sl, rec, share, h, error)
             return AT_EVENT
-        sl.h = max(h * change, sl.h) if h == rest else h * change
-        commit(sl, rec, h, error)
+        if rec.room > 0:
+            find_curve(sl, h)
+        commit(sl, rec, h, better)
         if h == rest:
             sl.time = 1.0
         keep_rates(sl)
-        sl.kind, sl.event_node = CURVES, -1
+        sl.kind, sl.event_node, sl.came_kind, sl.came_node = CURVES, -1, CURVES, -1
         if sl.effort > sl.allowed and sl.time < 1.0:
             return PAUSED
     return DONE
+
+
+@inner
+def next_length(sl: Sliding, rest: float) -> float:
+    """The step to try: not far beyond the next event at present rates, and so that no short one is left."""
+    if sl.s == 0:
+        return rest
+    h = AHEAD * expected(sl)
+    if h < min(sl.h, 0.9 * rest):
+        return max(h, LEAST * min(sl.h, rest))
+    if sl.h > 0.9 * rest:
+        return rest
+    return 0.5 * rest if sl.h > 0.5 * rest else sl.h
+
+
+@inner
+def take_step(sl: Sliding, h: float) -> float:
+    """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
+    error = explicit_step(sl, h)
+    if error >= 0.0:
+        end_of_step(sl, h)
+    sl.taken += 1
+    sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
+    return error
+
+
+@inner
+def allowed_error(sl: Sliding, h: float) -> float:
+    """The error that a step of this length may have [length]."""
+    return sl.accuracy * sl.length_scale * (h / sl.steps + BESIDE)
+
+
+@inner
+def better_error(sl: Sliding, error: float) -> float:
+    """The error of the higher order from that of the lower: errors fall from order to order by one ratio."""
+    longest = 0.0
+    for c in range(2 * sl.s):
+        longest = max(longest, abs(sl.slip[c]))
+    if not 0.0 < error < longest:
+        return error
+    return error * (error / longest) ** 0.2
 
 
 @inner
@@ -184,9 +236,45 @@ def beyond(sl: Sliding) -> float:
 
 
 @inner
-def meet_event(sl: Sliding, rec: CurveRecord, guess: float, far: float) -> None:
-    """Take the step again up to the event, correcting its length, and pass the event."""
-    kind, i = sl.kind, sl.event_node
+def meet_event(sl: Sliding, rec: CurveRecord, share: float, far: float, error: float) -> None:
+    """Go to the event at a share of the step just taken, of this length and error, and pass it.
+
+    On the polynomial where that is accurate enough; else the step is taken again, as often as it takes.
+    """
+    kind, i, h = sl.kind, sl.event_node, share * far
+    if h <= SHORTEST:
+        stay(sl, rec)
+    elif error <= allowed_error(sl, h):
+        stop_within(sl, far, share)
+        step_out(sl, h)
+        commit_within(sl, rec, h, share, error)
+    else:
+        h, error, share = refined_length(sl, h, far)
+        if h <= SHORTEST:
+            stay(sl, rec)
+        elif share == 1.0:
+            commit(sl, rec, h, max(error, 0.0))
+        else:
+            commit_within(sl, rec, h, share, max(error, 0.0))
+    sl.kind, sl.event_node, sl.came_kind, sl.came_node = kind, i, kind, i
+    pass_event(sl, i, kind)
+
+
+@inner
+def stay(sl: Sliding, rec: CurveRecord) -> None:
+    """Record a state that an event leaves at once."""
+    for c in range(DEGREE * 2 * sl.n):
+        sl.curve[c] = 0.0
+    note(sl, rec, 0.0)
+
+
+@inner
+def refined_length(sl: Sliding, guess: float, far: float) -> tuple[float, float, float]:
+    """Length of a step to the event, its error, and the share of the step last taken at which it ends.
+
+    A step that comes close ends on its polynomial a little before its end, or beyond.
+    """
+    kind = sl.kind
     near = sl.near * sl.length_scale / sl.force_scale if kind == CLOSES else sl.near
     met = STOPPED if kind == STOPS else MET * near
     low, at_low, high, at_high, h, error = 0.0, 0.0, far, 0.0, guess, 0.0
@@ -194,13 +282,17 @@ def meet_event(sl: Sliding, rec: CurveRecord, guess: float, far: float) -> None:
     for _ in range(MOST_REFINED):
         if h <= SHORTEST:
             break
-        error = explicit_step(sl, h)
-        sl.taken += 1
-        sl.effort += 6 * (sl.s * sl.s * sl.s + 20 * sl.s * sl.s) + 12 * sl.n * sl.s + 500
-        end_of_step(sl, h)
+        error = take_step(sl, h)
         value = beyond(sl)
         if abs(value) <= met:
             break
+        rate = rate_beyond(sl)
+        if rate < 0.0 and abs(value) < -CLOSE * h * rate and h - value / rate < far:
+            share = 1.0 - value / (rate * h)
+            find_curve(sl, h)
+            stop_within(sl, h, share)
+            step_out(sl, share * h)
+            return share * h, better_error(sl, error), share
         if value > 0.0:
             low, at_low, known_low = h, value, True
         else:
@@ -208,16 +300,12 @@ def meet_event(sl: Sliding, rec: CurveRecord, guess: float, far: float) -> None:
         if known_low and known_high:
             h = low + (high - low) * at_low / (at_low - at_high)
         else:
-            rate = rate_beyond(sl)
             h = h - value / rate if rate < 0.0 else 0.5 * (low + high)
         if not low < h < high:
             h = 0.5 * (low + high)
     if h > SHORTEST:
-        commit(sl, rec, h, max(error, 0.0))
-    else:
-        note(sl, rec, 0.0)
-    sl.kind, sl.event_node = kind, i
-    pass_event(sl, i, kind)
+        find_curve(sl, h)
+    return h, better_error(sl, error), 1.0
 
 
 @inner
@@ -250,16 +338,43 @@ def pass_event(sl: Sliding, i: int, kind: int) -> None:
 
 @summing
 def commit(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
-    """Take the step: slips, reactions, and what is counted."""
-    n, s = sl.n, sl.s
-    note(sl, rec, h)
-    for a in range(s):
-        i, path, work = sl.node[a], 0.0, 0.0
+    """Take the whole step: what is counted, and then the state."""
+    n = sl.n
+    for a in range(sl.s):
+        way, work = 0.0, 0.0
         for j in range(STAGES - 1):
-            path += WEIGHTS[STAGES - 1, j] * sl.mu[j * n + a]
+            way += WEIGHTS[STAGES - 1, j] * sl.mu[j * n + a]
             work += WEIGHTS[STAGES - 1, j] * sl.heat[j * n + a]
-        sl.slipped[i] += h * path
-        sl.work[i] += h * work
+        sl.slipped[sl.node[a]] += h * way
+        sl.work[sl.node[a]] += h * work
+    pass_on(sl, rec, h, error)
+
+
+@summing
+def commit_within(sl: Sliding, rec: CurveRecord, h: float, share: float, error: float) -> None:
+    """Take the step up to a share of it, where it now ends: what is counted, and then the state."""
+    n, far = sl.n, h / share
+    for a in range(sl.s):
+        way, work = 0.0, 0.0
+        for j in range(STAGES):
+            weight, power = 0.0, 1.0
+            for m in range(DEGREE):
+                power *= share
+                weight += power * BETWEEN[j, m]
+            way += weight * sl.mu[j * n + a]
+            work += weight * sl.heat[j * n + a]
+        sl.slipped[sl.node[a]] += far * way
+        sl.work[sl.node[a]] += far * work
+    pass_on(sl, rec, h, error)
+
+
+@inner
+def pass_on(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
+    """Record the step and go to its end."""
+    n = sl.n
+    note(sl, rec, h)
+    for a in range(sl.s):
+        i = sl.node[a]
         for c in range(2):
             sl.u[2 * i + c] += sl.slip[2 * a + c]
             sl.q[2 * a + c] = sl.stage_q[2 * a + c]
@@ -298,8 +413,6 @@ def note(sl: Sliding, rec: CurveRecord, h: float) -> None:
         rec.u[row * N + k] = sl.u[k]
     for i in range(n):
         rec.contact[row * n + i] = sl.contact[i]
-    if h > 0.0:
-        find_curve(sl, h)
     for m in range(DEGREE):
         start = (row * DEGREE + m) * N
         if h > 0.0:
@@ -312,7 +425,7 @@ def note(sl: Sliding, rec: CurveRecord, h: float) -> None:
                 if h > 0.0:
                     rec.curve[start + 2 * sl.node[a] + c] = sl.curve[m * 2 * n + 2 * a + c]
     rec.time[row], rec.duration[row] = sl.first + sl.step + sl.time, h
-    rec.node[row], rec.kind[row] = sl.event_node, sl.kind
+    rec.node[row], rec.kind[row] = sl.came_node, sl.came_kind
     rec.rows = row + 1
 
 

@@ -20,12 +20,19 @@ NEVER = 2.0  # in shares of a step
 
 
 @inner
-def end_of_step(sl: Sliding, h: float) -> None:
-    """Outputs and their rates at the end of the step."""
+def step_out(sl: Sliding, h: float) -> None:
+    """Outputs at the end of the step."""
     move(sl, sl.slip, 0, sl.next_out)
-    move(sl, sl.k, 6 * 2 * sl.n, sl.next_rate)
     for i in range(3 * sl.n):
         sl.next_out[i] += sl.out[i] + h * sl.base[i]
+
+
+@inner
+def end_of_step(sl: Sliding, h: float) -> None:
+    """Outputs and their rates at the end of the step."""
+    step_out(sl, h)
+    move(sl, sl.k, 6 * 2 * sl.n, sl.next_rate)
+    for i in range(3 * sl.n):
         sl.next_rate[i] += sl.base[i]
 
 
@@ -82,6 +89,19 @@ def first_event(sl: Sliding, h: float) -> float:
             share = share_of_stop(sl, a, first)
             if share < first:
                 first, sl.event_node, sl.kind = share, sl.node[a], STOPS
+    return first
+
+
+@inner
+def expected(sl: Sliding) -> float:
+    """When the first event happens at the present rates, speeds apart; infinite where none does."""
+    first = np.inf
+    for i in range(sl.n):
+        kind = kind_of(sl, i)
+        left = distance(sl, i, kind, sl.out[2 * i], sl.out[2 * i + 1], sl.out[2 * sl.n + i])
+        rate = distance_rate(sl, i, kind, 0)
+        if left > sl.near and rate < 0.0:
+            first = min(first, left / -rate)
     return first
 
 

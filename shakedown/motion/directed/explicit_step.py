@@ -7,8 +7,8 @@ are Shampine's (L. F. Shampine, Math. Comp. 46, 1986).
 import numpy as np
 
 from shakedown.motion.directed.sliding import DEGREE, STAGES, Sliding
-from shakedown.motion.directed.speeds import find_rates, substitute
-from shakedown.motion.kernels.named_state import summing
+from shakedown.motion.directed.speeds import find_directions, find_rates, substitute
+from shakedown.motion.kernels.named_state import inner, summing
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
 WEIGHTS[1, :1] = 1 / 5
@@ -29,6 +29,7 @@ BETWEEN = np.array(
         [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
     ]
 )
+MOST_RETURNS = 3  # to the cones; more where the factors are old
 FAILED = -1.0  # in place of an error: the motion is not stable somewhere on the way
 
 
@@ -66,21 +67,61 @@ def explicit_step(sl: Sliding, h: float) -> float:
 
 @summing
 def return_to_cones(sl: Sliding, h: float) -> None:
-    """Move the end of the step along the directions of slip until |q| = f p, to the second order."""
+    """Move the state this far in the step along the directions of slip until |q| = f p, to round-off."""
     s, q, slip = sl.s, sl.stage_q, sl.slip
-    for a in range(s):
-        p = sl.p[a] + h * sl.load_p[a]
+    for _ in range(MOST_RETURNS):
+        worst = 0.0
+        for a in range(s):
+            p = sl.p[a] + h * sl.load_p[a]
+            for c in range(2 * s):
+                p += sl.B[a * 2 * s + c] * slip[c]
+            left = np.sqrt(q[2 * a] ** 2 + q[2 * a + 1] ** 2) - sl.f[a] * p
+            sl.correction[a] = left
+            worst = max(worst, abs(left))
+        if worst <= sl.force:
+            break
+        substitute(sl.M, sl.order, s, sl.correction)
+        for a in range(s):
+            sl.normal[2 * a] = sl.correction[a] * sl.unit[2 * a]
+            sl.normal[2 * a + 1] = sl.correction[a] * sl.unit[2 * a + 1]
         for c in range(2 * s):
-            p += sl.B[a * 2 * s + c] * slip[c]
-        size = np.sqrt(q[2 * a] ** 2 + q[2 * a + 1] ** 2)
-        sl.speed[a] = size - sl.f[a] * p
-    substitute(sl.M, sl.order, s, sl.speed)
-    for a in range(s):
-        for c in range(2):
-            x, b = sl.speed[a] * sl.unit[2 * a + c], 2 * a + c
-            slip[b] += x
-            for i in range(2 * s):
-                q[i] += sl.A[i * 2 * s + b] * x
+            slip[c] += sl.normal[c]
+            total = 0.0
+            for b in range(2 * s):
+                total += sl.A[c * 2 * s + b] * sl.normal[b]
+            q[c] += total
+
+
+@summing
+def stop_within(sl: Sliding, h: float, share: float) -> None:
+    """End the step at a share of it, on its polynomial: the state there replaces that at its end."""
+    n, s, power = sl.n, sl.s, 1.0
+    for c in range(2 * s):
+        sl.slip[c], sl.stage_q[c] = 0.0, sl.q[c] + share * h * sl.load_q[c]
+    for m in range(DEGREE):
+        power *= share
+        for c in range(2 * s):
+            sl.curve[m * 2 * n + c] *= power
+            sl.slip[c] += sl.curve[m * 2 * n + c]
+    for c in range(2 * s):
+        total = 0.0
+        for b in range(2 * s):
+            total += sl.A[c * 2 * s + b] * sl.slip[b]
+        sl.stage_q[c] += total
+    find_directions(sl, sl.stage_q)
+    return_to_cones(sl, share * h)
+    close_curve(sl)
+
+
+@inner
+def close_curve(sl: Sliding) -> None:
+    """Let the polynomial end where the step does, on the cones."""
+    row = 2 * sl.n
+    for c in range(2 * sl.s):
+        left = sl.slip[c]
+        for m in range(DEGREE):
+            left -= sl.curve[m * row + c]
+        sl.curve[(DEGREE - 1) * row + c] += left
 
 
 @summing
@@ -93,3 +134,4 @@ def find_curve(sl: Sliding, h: float) -> None:
             for i in range(STAGES):
                 total += BETWEEN[i, m] * sl.k[i * row + c]
             sl.curve[m * row + c] = h * total
+    close_curve(sl)

@@ -20,8 +20,8 @@ from shakedown.motion.directed.speeds import (
     factor,
     find_directions,
     find_matrix,
-    find_rates,
     pack,
+    spread_rates,
     substitute,
 )
 from shakedown.motion.kernels.contact_status import OPEN, STICK
@@ -148,7 +148,10 @@ def choose_slipping(sl: Sliding) -> bool:
             sl.contact[i] = SLIP if sl.active[a] == 1 else STICK
             sl.resting[i] = sl.at_zero[a]
     pack(sl)
-    return find_rates(sl, sl.q, 0)
+    sl.factored = True  # by the last solution of the problem, whose active nodes these are, in the same order
+    find_directions(sl, sl.q)
+    spread_rates(sl, 0)
+    return True
 
 
 @inner

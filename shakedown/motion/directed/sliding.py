@@ -81,8 +81,11 @@ class Sliding(NamedState):
         Directions of slip there, and |q|.
     normal : (2s,)
         Scratch: how a limit moves with the slips.
-    M, order, speed : (s, s), (s,), (s,)
-        Triangular factors of the matrix of the speeds, their row exchanges; right-hand side and solution.
+    M, order, factored
+        Triangular factors of the matrix of the speeds, (s, s), and their row exchanges, (s,); whether they
+        are those of the packed nodes.
+    speed, correction : (s,)
+        Right-hand side and solution.
     k, k_q, mu, heat : (7, 2s), (7, 2s), (7, s), (7, s)
         Rates of slip and reaction, speeds and dissipation at the stages.
     slip : (2s,)
@@ -108,6 +111,8 @@ class Sliding(NamedState):
         Of the scene; error allowed for one passage of the course, relative to the length scale.
     step, time, h
         Load steps done, share of the next that is done, and the step to try.
+    kind, event_node; came_kind, came_node
+        The event ahead, or not yet dealt with; what the present step began with.
     """
 
     kappa: Reals
@@ -153,6 +158,7 @@ class Sliding(NamedState):
     curve: Reals
     limits: Reals
     room_rate: Reals
+    correction: Reals
     candidate: Flags
     arrived: Flags
     chosen: Flags
@@ -182,7 +188,10 @@ class Sliding(NamedState):
     h: float
     kind: int
     event_node: int
+    came_kind: int
+    came_node: int
     concerned: int
+    factored: bool
     crowd: int
     events: int
     entered: bool
@@ -267,7 +276,7 @@ def _curve_record(time, duration, u, curve, contact, node, kind):  # type: ignor
 
 OF_PLACES = ("u", "out", "welded", "base", "rate", "next_rate", "next_out", "held", "scratch")  # (N,)
 OF_SLIPS = ("direction", "load_q", "q", "stage_q", "unit", "normal", "slip")  # (2n,)
-OF_NODES = ("slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate")  # (n,)
+OF_NODES = ("slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate", "correction")  # (n,)
 FLAGS = (
     "resting", "apex", "opened", "closed", "candidate", "arrived", "chosen", "active", "wanted", "at_zero",
 )  # (n,)  # fmt: skip
@@ -330,6 +339,7 @@ def _sliding(  # type: ignore[no-untyped-def]
     )
     sl.slipped, sl.work, sl.f, sl.load_p = nodes[0].ctypes, nodes[1].ctypes, nodes[2].ctypes, nodes[3].ctypes
     sl.p, sl.size, sl.speed, sl.room_rate = nodes[4].ctypes, nodes[5].ctypes, nodes[6].ctypes, nodes[7].ctypes
+    sl.correction, sl.factored = nodes[8].ctypes, False
     sl.resting, sl.apex, sl.opened, sl.closed = (
         flags[0].ctypes,
         flags[1].ctypes,
@@ -357,6 +367,7 @@ def begin_sliding(sl: Sliding) -> None:
         -1,
         -1,
     )
+    sl.came_kind, sl.came_node = LOAD_STEP, -1
     sl.events, sl.crowd, sl.error, sl.taken, sl.entered = 0, 0, 0.0, 0, False
     sl.signature, sl.last_states = np.uint64(0), np.uint64(0)
     for i in range(sl.n):
@@ -439,4 +450,5 @@ def reached(sl: Sliding, rec: CurveRecord) -> Reached:
 def resume_sliding(sl: Sliding, time: float) -> None:
     """Go on after a jump, from this share of the load step on."""
     sl.time, sl.kind, sl.event_node, sl.entered = time, JUMPS, -1, False
+    sl.came_kind, sl.came_node = JUMPS, -1
     sl.events += 1

@@ -13,6 +13,10 @@ from shakedown.motion.directed.sliding import Sliding
 from shakedown.motion.kernels.named_state import Integers, inner, summing
 
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
+FEW = 12  # slipping nodes up to which equations are always solved afresh
+MOST_CORRECTIONS = 7  # of speeds, with the factors of an earlier stage
+CONTRACTS = 0.25  # of a rate of room that is left, by each
+SOLVED = 1e-12  # rate of room that is left, relative to the load
 
 
 @inner
@@ -23,7 +27,7 @@ def pack(sl: Sliding) -> None:
         if sl.chosen[i] == 1:
             sl.node[s] = i
             s += 1
-    sl.s = s
+    sl.s, sl.factored = s, False
     S, A, B = sl.exchanged, sl.A, sl.B
     for a in range(s):
         i = sl.node[a]
@@ -127,16 +131,39 @@ def substitute(M: FloatArray, order: Integers, s: int, x: FloatArray) -> None:
         x[a] = total / M[a * s + a]
 
 
-@summing
+@inner
 def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
-    """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
-    s = sl.s
+    """Rates at a stage whose packed reactions are q; False where the motion is not stable there.
+
+    Where many nodes slip, the factors of an earlier stage serve as long as a few corrections suffice.
+    """
     find_directions(sl, q)
+    if sl.s > FEW and sl.factored:
+        last = np.inf
+        for _ in range(MOST_CORRECTIONS):
+            spread_rates(sl, stage)
+            left = residual_speeds(sl, stage)
+            if left <= SOLVED:
+                return True
+            if not left < CONTRACTS * last:
+                break
+            last = left
+            substitute(sl.M, sl.order, sl.s, sl.correction)
+            for a in range(sl.s):
+                sl.speed[a] += sl.correction[a]
     find_matrix(sl, sl.M)
-    if factor(sl.M, sl.order, s) <= 0:
+    sl.factored = factor(sl.M, sl.order, sl.s) > 0
+    if not sl.factored:
         return False
-    substitute(sl.M, sl.order, s, sl.speed)
-    k, start = sl.k, stage * 2 * sl.n
+    substitute(sl.M, sl.order, sl.s, sl.speed)
+    spread_rates(sl, stage)
+    return True
+
+
+@summing
+def spread_rates(sl: Sliding, stage: int) -> None:
+    """Rates of slips and reactions at a stage from the speeds in the present directions."""
+    s, k, start = sl.s, sl.k, stage * 2 * sl.n
     for a in range(s):
         mu = sl.speed[a]
         sl.mu[stage * sl.n + a], sl.heat[stage * sl.n + a] = mu, sl.size[a] * mu
@@ -146,4 +173,20 @@ def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
         for b in range(2 * s):
             total += sl.A[c * 2 * s + b] * k[start + b]
         sl.k_q[start + c] = total
-    return True
+
+
+@summing
+def residual_speeds(sl: Sliding, stage: int) -> float:
+    """Rates of the rooms at a stage, ``correction`` with the other sign: the largest, over the load."""
+    s, start, largest, terms = sl.s, stage * 2 * sl.n, 0.0, 0.0
+    for a in range(s):
+        total = sl.load_p[a]
+        for b in range(2 * s):
+            total += sl.B[a * 2 * s + b] * sl.k[start + b]
+        normal = sl.f[a] * total
+        x, y = sl.k_q[start + 2 * a], sl.k_q[start + 2 * a + 1]
+        left = sl.unit[2 * a] * x + sl.unit[2 * a + 1] * y + normal
+        sl.correction[a] = -left
+        largest = max(largest, abs(left))
+        terms = max(terms, max(abs(normal), max(abs(sl.load_q[2 * a]), abs(sl.load_q[2 * a + 1]))))
+    return largest / terms if terms > 0.0 else largest

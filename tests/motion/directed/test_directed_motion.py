@@ -73,7 +73,7 @@ def test_first_cycles_are_those_of_two_other_implementations(name):
     assert cycle.friction_dissipation == pytest.approx(dissipation, abs=1e-8)
     there = np.abs(cycle.end_slip.reshape(-1, 2) - slip).max(axis=1)
     assert there.min() < 1e-8
-    assert 0 < cycle.error < 2e-8 * 10
+    assert 0 < cycle.error < 1e-7
     assert cycle.work.sum() == cycle.friction_dissipation
 
 
@@ -175,7 +175,7 @@ def test_the_law_holds_along_the_path():
     for problem in (opening_joint(), shakedown.example("four-node-3d")):
         run = evolve(problem, 1.3, cycles=2)
         assert run.stop is None
-        assert path_violation(problem, 1.3, Tolerances(), run.history) < 1e-8
+        assert path_violation(problem, 1.3, Tolerances(), run.history) < 1e-9
         moved = replace(run.history, v=run.history.v + 1e-4 * (np.arange(2 * problem.n) == 1))
         assert path_violation(problem, 1.3, Tolerances(), moved) > 1e-5
 
