@@ -45,6 +45,7 @@ STUDIES: tuple[str, ...] = (
     "solid_condensation",
     "space_adversary",
     "space_energy",
+    "space_peers",
     "space_universal",
     "space_upper",
     "stability",

@@ -1,0 +1,318 @@
+"""Joints in space: implicit steps against Siconos, and the path from event to event against all of them.
+
+Steps: every solver gets the same load steps, each from the state that the implicit step before it left,
+so that all of them solve the same problems; the residual is the law's, re-computed from the reactions.
+Paths: the error of the slips after one cycle against the event-driven path at its sharpest, which
+implicit steps extrapolated to no step size must confirm; Siconos' path has the error of implicit steps
+and costs what its steps cost.
+"""
+
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from benchmarks import siconos_peer
+from benchmarks.half_space import around, blocks, grid, half_space
+from benchmarks.timing import in_turn
+from shakedown import Problem, Tolerances
+from shakedown.ground.float_array import FloatArray
+from shakedown.motion.contact_law import scales
+from shakedown.motion.directed.directed_motion import DirectedMotion
+from shakedown.motion.implicit.delassus import friction_residual
+from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
+from shakedown.report.text_table import table
+
+TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"
+BLOCKS = {"25": (5, 5), "100": (10, 10), "250": (25, 10)}
+LOADED = {"closed, few slip": (0.8, 0.0), "closed, most slip": (1.0, 0.0), "third open": (0.8, 3.0)}
+HARD = ("strong coupling", "above thresholds", "near the apex")
+PEERS = ("nsgs", "newton", "admm")
+PARTS = (1, 4, 16, 64)
+STEPS = 20  # of a cycle of 40 that the solvers are timed on
+MOST = {"nsgs": 20_000, "newton": 200, "admm": 20_000}  # iterations
+LONGEST = 240.0  # seconds that a peer gets for its steps
+SHARPEST = 1e-11
+
+
+def cases(short: bool) -> list[dict]:
+    sizes = ("25",) if short else tuple(BLOCKS)
+    scenes = [f"{size}, {kind}" for size in sizes for kind in LOADED] + ([] if short else list(HARD))
+    tolerances = (1e-10,) if short else (1e-3, 1e-6, 1e-10)
+    rows = [{"part": "steps", "scene": scene, "method": "implicit", "tolerance": 0.0} for scene in scenes]
+    if siconos_peer.is_here():
+        rows += [
+            {"part": "steps", "scene": scene, "method": peer, "tolerance": tolerance}
+            for scene in scenes
+            for peer in PEERS
+            for tolerance in tolerances
+        ]
+    else:
+        print(siconos_peer.ABSENT)
+    for scene in scenes[: 3 * len(sizes)]:
+        rows += [{"part": "paths", "scene": scene, "method": "implicit", "parts": k} for k in PARTS]
+        accuracies = (1e-4, 1e-8) if short else (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
+        rows += [{"part": "paths", "scene": scene, "method": "events", "accuracy": a} for a in accuracies]
+    return rows
+
+
+@cache
+def scene(name: str) -> Problem:
+    if name in HARD:
+        return _hard(name)
+    size, kind = name.split(", ", 1)
+    return half_space(*BLOCKS[size], *LOADED[kind])
+
+
+def _hard(name: str) -> Problem:
+    """Random stiffnesses of 25 nodes: of bad condition, with more friction, with little pressure."""
+    least, f, mean = {
+        "strong coupling": (1.0, 0.5, 4.0),
+        "above thresholds": (1.0, 2.0, 4.0),
+        "near the apex": (75.0, 0.5, 0.3),
+    }[name]
+    rng, n = np.random.default_rng(5), 25
+    root = rng.normal(size=(3 * n, 3 * n))
+    A, B, C = blocks(root @ root.T + least * np.eye(3 * n))
+    q_w, p_w = around(grid(5, 5), 40, 0.9 * mean, 0.0 if mean > 1 else 0.3, f)
+    return Problem(A=A, B=B, C=C, f=f, q_w=q_w, p_w=mean * p_w)
+
+
+class _Begun:
+    """A joint at the end of a cycle, from where every method goes on."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.joint = joint = ImplicitJoint(
+            problem.A, problem.B, problem.C, problem.f, scales(problem, 1.0).force
+        )
+        joint.step(problem.q_w[-1], problem.p_w[-1])
+        self.v, self.w = joint.v, joint.w
+
+    def follow(self, steps: int, parts: int = 1) -> Steps:
+        problem = self.problem
+        self.joint.begin(self.v, self.w, problem.q_w[-1], problem.p_w[-1])
+        return self.joint.follow(problem.q_w[:steps], problem.p_w[:steps], parts)
+
+
+@cache
+def begun(name: str) -> _Begun:
+    return _Begun(scene(name))
+
+
+def measure(case: dict) -> dict:
+    return {"steps": _steps, "paths": _path}[case["part"]](case)
+
+
+def _steps(case: dict) -> dict:
+    problem, start = scene(case["scene"]), begun(case["scene"])
+    done = start.follow(STEPS)
+    solved = done.solved
+    W, free, order, size = _compliances(problem, start, done)
+    count = {
+        "n": problem.n,
+        "slipping": float((done.length[:solved] > 0).sum(axis=1).mean()) if solved else 0.0,
+        "open": float((done.w[:solved] > 0).sum(axis=1).mean()) if solved else 0.0,
+        "steps": solved,
+    }
+    if case["method"] == "implicit":
+        ((seconds, done),) = in_turn(lambda: start.follow(STEPS))
+        r = _reactions(problem, done)[:, order][:solved] / size
+        residuals = [friction_residual(W, b, problem.f, each) for b, each in zip(free, r, strict=True)]
+        return count | {
+            "ms": 1e3 * seconds / max(solved, 1), "residual": max(residuals, default=-1.0),
+            "failures": STEPS - solved,
+        }  # fmt: skip
+    found = _siconos(case, problem, W, free)
+    if found is None:
+        return count | {"ms": -1.0, "residual": -1.0, "failures": solved}
+    seconds, r = found
+    residuals = [friction_residual(W, b, problem.f, each) for b, each in zip(free, r, strict=True)]
+    failed = sum(not missed <= max(100 * case["tolerance"], 1e-8) for missed in residuals)
+    finite = [missed for missed in residuals if np.isfinite(missed)]
+    return count | {"ms": 1e3 * seconds, "residual": max(finite, default=-1.0), "failures": failed}
+
+
+def _compliances(
+    problem: Problem, start: _Begun, done: Steps
+) -> tuple[FloatArray, FloatArray, np.ndarray, float]:
+    """W (3n, 3n), free displacements (k, 3n) of the solved steps, the order of a state there, the force."""
+    n, k, size = problem.n, done.solved, scales(problem, 1.0)
+    order = np.column_stack([2 * n + np.arange(n), np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)]).ravel()
+    W = np.linalg.inv(problem.kappa)
+    W = 0.5 * (W + W.T)
+    before = np.vstack([start.v, done.v[:-1]]) if len(done.v) else done.v
+    is_open = np.repeat(done.w > 0, 2, axis=1)
+    contact = np.where(is_open, before, done.v - done.slip)[:k]  # from where slip counts in the step
+    free = -np.hstack([problem.q_w, problem.p_w])[:k] @ W
+    free[:, : 2 * n] -= contact
+    return (
+        W[np.ix_(order, order)] * (size.force / size.length), free[:, order] / size.length, order, size.force,
+    )  # fmt: skip
+
+
+def _reactions(problem: Problem, done: Steps) -> FloatArray:
+    k = len(done.v)
+    return np.hstack([problem.q_w[:k], problem.p_w[:k]]) + np.hstack([done.v, done.w]) @ problem.kappa
+
+
+def _siconos(
+    case: dict, problem: Problem, W: FloatArray, free: FloatArray
+) -> tuple[float, FloatArray] | None:
+    """Mean processor time of a step [s], and reactions of all; None where it takes too long or breaks off."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
+        given = {key: case[key] for key in ("tolerance",)} | {"solver": case["method"]}
+        np.savez(source, M=W, free=free, f=problem.f, iterations=MOST[case["method"]], **given)
+        script = Path(__file__).with_name("siconos_space_steps.py")
+        try:
+            subprocess.run(
+                [siconos_peer.SYSTEM_PYTHON, script, source, target], check=True, capture_output=True,
+                timeout=LONGEST,
+            )  # fmt: skip
+        except (subprocess.TimeoutExpired, subprocess.CalledProcessError):
+            return None
+        with np.load(target) as out:
+            return float(out["seconds"].mean()), out["r"]
+
+
+def _events(name: str, accuracy: float) -> DirectedMotion:
+    """A motion from event to event whose next cycle is the one compared."""
+    motion = DirectedMotion(scene(name), 1.0, tolerances=Tolerances(path=accuracy))
+    motion.cycle()
+    return motion
+
+
+def _cycle(motion: DirectedMotion, name: str) -> FloatArray:
+    """The slips at the end of the cycle from the common start; NaN where the motion stops."""
+    start = begun(name)
+    u = np.concatenate([start.v, start.w])
+    motion.state = type(motion.state)(u, np.where(start.w > 0, 2, 0))
+    done = motion.cycle()
+    return np.full_like(start.v, np.nan) if done is None else done.end_slip
+
+
+@cache
+def reference(name: str) -> tuple[FloatArray, float]:
+    """The slips at the end of the cycle, and the difference of extrapolated implicit steps, relative."""
+    exact = _cycle(_events(name, SHARPEST), name)
+    steps = scene(name).m
+    coarse, fine, finest = (begun(name).follow(steps, parts).v[-1] for parts in (64, 128, 256))
+    extrapolated = (8 * finest - 6 * fine + coarse) / 3
+    return exact, float(np.abs(extrapolated - exact).max() / np.abs(exact).max())
+
+
+def _path(case: dict) -> dict:
+    name, problem = case["scene"], scene(case["scene"])
+    exact, apart = reference(name)
+    if case["method"] == "events":
+        motion = _events(name, case["accuracy"])
+        ((seconds, end),) = in_turn(lambda: _cycle(motion, name))
+    else:
+        ((seconds, done),) = in_turn(lambda: begun(name).follow(problem.m, case["parts"]), runs=1)
+        end = done.v[-1] if done.status == StepStatus.SOLVED else np.full_like(exact, np.nan)
+    error = float(np.abs(end - exact).max() / np.abs(exact).max())
+    known = np.isfinite(error)
+    return {
+        "n": problem.n,
+        "ms": 1e3 * seconds,
+        "error": error if known else -1.0,
+        "extrapolated": apart if np.isfinite(apart) else -1.0,
+        "failures": int(not known),
+    }
+
+
+def tables(rows: list[dict]) -> str:
+    return "\n".join(
+        [
+            "Steps (ratio: how many times an implicit step the peer takes)", _table_of_steps(rows),
+            "\nPaths (one cycle of 40 load steps; ratio: times the event-driven path of at most that error)",
+            _table_of_paths(rows), "", *_findings(rows),
+        ]
+    )  # fmt: skip
+
+
+def _table_of_steps(rows: list[dict]) -> str:
+    steps = [row for row in rows if row["part"] == "steps"]
+    own = {row["scene"]: row["ms"] for row in steps if row["method"] == "implicit"}
+    body = []
+    for row in sorted(steps, key=lambda row: list(own).index(row["scene"])):
+        over = row["ms"] < 0
+        body.append([
+            row["scene"], f"{row['slipping']:.0f}", f"{row['open']:.0f}", row["method"],
+            f"{row['tolerance']:.0e}" if row["tolerance"] else "",
+            "too long" if over else f"{row['ms']:.3f}",
+            "" if over else f"{row['ms'] / own[row['scene']]:.1f}",
+            "" if row["residual"] < 0 else f"{row['residual']:.0e}", str(row["failures"]),
+        ])  # fmt: skip
+    headers = ["scene", "slip", "open", "solver", "tolerance", "ms/step", "ratio", "residual", "failed"]
+    return table(headers, body, longest=10_000)
+
+
+def _table_of_paths(rows: list[dict]) -> str:
+    paths, body = [row for row in rows if row["part"] == "paths"], []
+    for row in paths:
+        how = f"{row['accuracy']:.0e}" if row["method"] == "events" else f"{row['parts']} parts"
+        best = [
+            other["ms"] for other in paths
+            if (other["scene"], other["method"]) == (row["scene"], "events")
+            and 0 <= other["error"] <= max(row["error"], 1e-10)
+        ]  # fmt: skip
+        body.append([
+            row["scene"], row["method"], how, f"{row['ms']:.2f}",
+            f"{row['ms'] / min(best):.1f}" if best else "",
+            "none" if row["error"] < 0 else f"{row['error']:.1e}",
+            "" if row["extrapolated"] < 0 else f"{row['extrapolated']:.0e}",
+        ])  # fmt: skip
+    headers = ["scene", "method", "", "ms/cycle", "ratio", "error", "reference"]
+    return table(headers, body, longest=10_000)
+
+
+def _findings(rows: list[dict]) -> list[str]:
+    """The best peer of every scene; the time of implicit steps at small errors, from their first order."""
+    lines: list[str] = []
+    steps = [row for row in rows if row["part"] == "steps"]
+    for name in dict.fromkeys(row["scene"] for row in steps):
+        mine = [row for row in steps if row["scene"] == name]
+        own = min((row["ms"] for row in mine if row["method"] == "implicit"), default=-1.0)
+        sharp = [
+            row for row in mine
+            if row["tolerance"] == 1e-10 and row["ms"] > 0 and not row["failures"]
+        ]  # fmt: skip
+        if sharp:
+            best = min(sharp, key=lambda row: row["ms"])
+            lines.append(
+                f"{name}: the best of Siconos ({best['method']}) takes {best['ms'] / own:.1f} times a step"
+            )
+    paths = [row for row in rows if row["part"] == "paths" and row["error"] > 0]
+    for name in dict.fromkeys(row["scene"] for row in paths):
+        euler = [row for row in paths if (row["scene"], row["method"]) == (name, "implicit")]
+        events = [row for row in paths if (row["scene"], row["method"]) == (name, "events")]
+        for error in (1e-4, 1e-6):
+            good = [row["ms"] for row in events if row["error"] <= error]
+            if euler and good:
+                finest = max(euler, key=lambda row: row["parts"])
+                needed = finest["ms"] * max(finest["error"] / error, 1.0)
+                lines.append(
+                    f"{name}: at {error:.0e} the events take {min(good):.1f} ms a cycle, "
+                    f"implicit steps {needed / min(good):.0f} times that"
+                )
+    return lines
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    paths = [row for row in rows if row["part"] == "paths" and row["error"] > 0]
+    names = list(dict.fromkeys(row["scene"] for row in paths)) or [""]
+    figure = Figure(figsize=(4.0 * min(3, len(names)), 3.2 * ((len(names) + 2) // 3)), layout="constrained")
+    axes = figure.subplots((len(names) + 2) // 3, min(3, len(names)), squeeze=False).ravel()
+    for axis, name in zip(axes, names, strict=False):
+        for method, marker in (("events", "o-"), ("implicit", "s--")):
+            mine = [row for row in paths if (row["scene"], row["method"]) == (name, method)]
+            axis.loglog([row["error"] for row in mine], [row["ms"] for row in mine], marker, label=method)
+        axis.set(title=name, xlabel="error of the slips (relative)", ylabel="ms a cycle")
+        axis.grid(True, alpha=0.3)
+        axis.legend(fontsize="small")
+    return {"space-peers": figure}
