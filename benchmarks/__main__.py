@@ -1,21 +1,26 @@
-"""Run studies, ``python -m benchmarks [STUDY ...]``, or compare: ``same_results``, ``before_and_after``."""
+"""Run studies, ``python -m benchmarks [STUDY ...]``, or ``same_results``, ``before_and_after``, ``fclib``."""
 
 import argparse
 import sys
 
-from benchmarks import STUDIES, before_and_after, same_results
+from benchmarks import STUDIES, before_and_after, fclib, same_results
 from benchmarks.runner import run_study
 
 
 def main() -> int:
-    comparisons = {"same_results": same_results.main, "before_and_after": before_and_after.main}
+    comparisons = {
+        "same_results": same_results.main,
+        "before_and_after": before_and_after.main,
+        "fclib": fclib.main,
+    }
     if sys.argv[1:2] and sys.argv[1] in comparisons:
         return comparisons[sys.argv[1]](sys.argv[2:])
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description="Speed against error.",
         epilog="same_results --reference PYTHON [...] compares all results with those of another checkout, "
-        "before_and_after --reference PYTHON [...] the times.",
+        "before_and_after --reference PYTHON [...] the times; "
+        "fclib --folder FOLDER solves the frictional contact problems there.",
     )
     parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"one or more of {', '.join(STUDIES)}")
     parser.add_argument("--short", action="store_true", help="the short form: all studies in two minutes")
