@@ -14,6 +14,17 @@ from markupsafe import Markup
 hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
 hypothesis.settings.load_profile("shakedown")
 
+POSIX = (  # pipes, signals, devices, limits of a process
+    "benchmarks",
+    "campaign",
+    "cli/test_border.py",
+    "cli/test_map_command.py",
+    "files/test_atomic_write.py",
+    "hostile/test_odd_words.py",
+    "hostile/test_readers_fuzz.py",
+)
+collect_ignore = [] if os.name == "posix" else list(POSIX)
+
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 
