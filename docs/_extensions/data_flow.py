@@ -14,7 +14,7 @@ BOXES = {  # name: (column centre, row centre, title, what it makes, colour)
     "condensation": (200, 145, "condensation", "K → A, B, C", "#e8eef7"),
     "joint": (500, 195, "joint", "Problem; rows, cones, law", "#fdf1d8"),
     "programs": (100, 245, "programs", "linear, cone, exact", "#eeeeee"),
-    "bounds": (300, 300, "bounds, planar", "λ_max, λ_E, λ_1, λ_U", "#e2f1e4"),
+    "bounds": (300, 300, "bounds, planar, space", "λ_max, λ_E, λ_1, λ_U", "#e2f1e4"),
     "motion": (700, 300, "motion", "the exact path", "#e2f1e4"),
     "long_term": (700, 390, "long_term", "what it settles into", "#e2f1e4"),
     "assessment": (300, 390, "assessment", "each limit, once", "#e2f1e4"),

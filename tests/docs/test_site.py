@@ -71,3 +71,9 @@ def test_the_drawing_is_that_of_its_script():
 
     drawn = runpy.run_path(str(DOCS / "_extensions" / "data_flow.py"))["drawing"]()
     assert (DOCS / "_static" / "data-flow.svg").read_text(encoding="utf-8") == drawn
+
+
+def test_the_page_on_architecture_names_every_wing():
+    table = (DOCS / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    wings = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
+    assert [wing for wing in sorted(wings) if f"`{wing}`" not in table] == []
