@@ -21,6 +21,7 @@ STUDIES: tuple[str, ...] = (
     "block_cycle",
     "bounds",
     "calculix_contact",
+    "calculix_solids",
     "classical_contacts",
     "collapse_adversary",
     "complete_contact",

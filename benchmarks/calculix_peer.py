@@ -68,6 +68,11 @@ def printed(folder: Path, name: str, places: FloatArray) -> Printed:
     return found
 
 
+def pressures(path: Path) -> list[dict[int, float]]:
+    """The contact pressure of every node that is printed, for each step of a ``.dat`` file."""
+    return [{node: row[0] for node, row in rows.items()} for what, rows in _tables(path) if what == "stress"]
+
+
 def _solid_nodes(path: Path) -> dict[int, FloatArray]:
     """Coordinates of the nodes of the solid, from a result file."""
     nodes = {}
@@ -84,11 +89,15 @@ def _solid_nodes(path: Path) -> dict[int, FloatArray]:
 def _tables(path: Path) -> list[tuple[str, dict[int, list[float]]]]:
     """The contact tables of a ``.dat`` file in their order: what, {node of the solid: three numbers}."""
     tables: list[tuple[str, dict[int, list[float]]]] = []
+    reading = False
     for line in path.read_text().splitlines():
         heading = next((what for words, what in PRINTED.items() if line.strip().startswith(words)), None)
         fields = line.split()
         if heading is not None:
             tables.append((heading, {}))
-        elif len(fields) == 4 and fields[0].isdigit() and tables:
+            reading = True
+        elif fields and not fields[0].isdigit():  # another kind of table begins
+            reading = False
+        elif len(fields) == 4 and reading:
             tables[-1][1][int(fields[0])] = [float(field) for field in fields[1:]]
     return tables

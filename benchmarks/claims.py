@@ -29,6 +29,7 @@ def lines() -> list[str]:
         *_exact_cycle(),
         *_peers(),
         *_calculix(),
+        *_calculix_solids(),
         *_long_term(),
         *_stability(),
     ]
@@ -243,6 +244,19 @@ def _calculix() -> list[str]:
         f"{min(words['slips in every cycle'])} on. Largest difference above it, at the highest penalty: slips "
         f"after one cycle {slip:.2g} %, pressures {pressure:.2g} %, steady slip ranges {reach:.2g} % of the "
         "largest (`calculix_contact`)."
+    ]
+
+
+def _calculix_solids() -> list[str]:
+    measured = rows("calculix_solids")
+    stiffest = [row for row in measured if row["slope"] == max(row["slope"] for row in measured)]
+    below, above = stiffest
+    return [
+        f"CalculiX, with contact and friction of its own on two blocks of C3D8 whose {below['n']} pairs are pushed around "
+        f"in a circle, has the same pressures to {max(row['pressure_apart'] for row in stiffest):.0e} and the same slips to "
+        f"{max(row['slip_apart'] for row in stiffest):.0e} of the largest; at {below['relative']:g} of λ_max the toolkit is at "
+        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty, at "
+        f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest (`calculix_solids`)."
     ]
 
 
