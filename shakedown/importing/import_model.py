@@ -200,8 +200,9 @@ def import_model(
         [normal] | [normals]       into body 1; one for all, or one per node; by default from
                                    the faces of the model, or of its surface [surface]
         [tangent] | [tangents]     with two directions: towards which the first tangent leads,
-                                   [x, y, z], one for all or one per node; the second one is
-                                   at right angles to it and to the normal
+                                   [x, y, z], one for all or one per node, or the name of an
+                                   *ORIENTATION of the deck; the second one is at right
+                                   angles to it and to the normal
         [axes]                     of a plane problem: directions that span it, default [1, 2]
         [free_out_of_plane]        true: a third direction moves without friction
         [relative]                 true: the rows of the nodes are u1 - u2 of two bodies

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.readers.deck_sets import Members, relative_displacements, resolved
-from shakedown.readers.mesh import ABAQUS, CALCULIX, Element, Mesh
+from shakedown.readers.mesh import ABAQUS, CALCULIX, Element, Mesh, Orientation
 from shakedown.readers.text import integers, number, quoted, read_lines
 
 _SHAPES = {
@@ -123,6 +123,7 @@ class _Deck:
     revolved: str = ""  # one of the axisymmetric element types
     flat: str = ""  # one of the other plane or solid ones
     matrix_by: str = ""
+    systems: dict[str, Orientation] = field(default_factory=dict)
     element_labels: list[int] = field(default_factory=list)  # of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
     nodes_of_elements: list[tuple[str, str]] = field(default_factory=list)  # (node set, element set)
@@ -154,6 +155,8 @@ class _Deck:
                 self._surface(parameters, data)
             case "TRANSFORM":
                 self.rotated.append((parameters.get("NSET", ""), self.name))
+            case "ORIENTATION":
+                self.systems[parameters.get("NAME", "").upper()] = (parameters, data)
             case "EQUATION":
                 self._equation(data)
             case "INSTANCE":
@@ -310,6 +313,7 @@ class _Deck:
             relative_displacements(self.equations, node_sets),
             bool(self.revolved),
             self.matrix_by,
+            self.systems,
         )
 
     def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:

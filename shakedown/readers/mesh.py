@@ -9,10 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.readers.coordinate_system import CoordinateSystem, coordinate_system
 from shakedown.readers.face_shares import face_shares
 from shakedown.readers.text import listed, quoted
 
 Element = tuple[str, tuple[int, ...]]  # shape, node labels
+Orientation = tuple[dict[str, str], list[tuple[str, str]]]  # parameters, (where, line) of the data
 Face = tuple[int, ...]  # its corners, in order, then its midside nodes
 
 # Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
@@ -65,6 +67,8 @@ class Mesh:
         Whether the elements are sections of a body of revolution about the axis x = 0.
     matrix_by : str
         The code whose keywords for writing a matrix the deck has: CalculiX, Abaqus or none.
+    systems : mapping
+        Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
     """
 
     name: str
@@ -77,6 +81,7 @@ class Mesh:
     relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     axisymmetric: bool = False
     matrix_by: str = ""
+    systems: Mapping[str, Orientation] = field(default_factory=dict)
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -106,6 +111,14 @@ class Mesh:
         if not len(labels):
             raise ProblemError(f"{self.name}: expected nodes in the set {quoted(name)}, found none")
         return labels
+
+    def system(self, name: str) -> CoordinateSystem:
+        """A local coordinate system; ``ProblemError`` if there is none of that name, or of another kind."""
+        key = name.strip().upper()
+        if key not in self.systems:
+            known = listed(sorted(self.systems)) or "none"
+            raise ProblemError(f"{self.name}: expected the *ORIENTATION {quoted(name)}, found {known}")
+        return coordinate_system(name, *self.systems[key])
 
     def at(self, labels: ArrayLike) -> FloatArray:
         """Coordinates of nodes, (k, 3) [length]; ``ProblemError`` names the first that is not there."""

@@ -147,6 +147,36 @@ def test_tangents_change_the_components_only(made, folder):
         np.testing.assert_allclose(other.B @ there, made.problem.B @ v.ravel(), atol=1e-6)
 
 
+def test_tangents_of_a_local_system_of_the_deck(folder, made):
+    """Rectangular: the same everywhere; cylindrical about z: radial; about y through the middle: along y or around."""
+    text = (folder / "job.inp").read_text()
+    systems = {
+        "BOX": ("RECTANGULAR", "1., 1., 0., -1., 1., 0."),
+        "PIN": ("CYLINDRICAL", "-1., -1., 0., -1., -1., 5."),
+        "TURNED": ("RECTANGULAR", "0., 0., 2., 0., 3., 0."),
+    }
+    lines = [f"*ORIENTATION, NAME={name}, SYSTEM={kind}\n{data}" for name, (kind, data) in systems.items()]
+    (folder / "systems.inp").write_text(
+        "\n".join([text, *lines, "*ORIENTATION, NAME=TABLE", "some distribution"])
+    )
+
+    def tangents(name):
+        path = configuration(folder, f'{PAIRS}\ntangent = "{name}"', name="systems.toml")
+        path.write_text(path.read_text().replace('file = "job.inp"', 'file = "systems.inp"'))
+        return import_model(path).problem.tangents
+
+    np.testing.assert_allclose(tangents("box")[:, 0], np.tile([1, 1, 0] / np.sqrt(2), (12, 1)))
+    arm = made.problem.coordinates[:, :2] + 1.0
+    np.testing.assert_allclose(tangents("PIN")[:, 0, :2], arm / np.linalg.norm(arm, axis=1)[:, None])
+    np.testing.assert_allclose(tangents("TURNED")[:, 0], np.tile([0, 1, 0], (12, 1)), atol=1e-15)
+    with pytest.raises(
+        ProblemError, match=r"expected the \*ORIENTATION 'NONE', found BOX, PIN, TABLE, TURNED"
+    ):
+        tangents("NONE")
+    with pytest.raises(ProblemError, match=r"with two points .*, found 'RECTANGULAR, some distribution'"):
+        tangents("TABLE")
+
+
 def components(frame, state):
     """(tangential…, normal…) along x, y, z at every node."""
     slip, gap = frame.layout.split(state)

@@ -12,6 +12,7 @@ from shakedown.importing.model_section import Model
 from shakedown.readers.mesh import IN_PLANE
 from shakedown.readers.toml_table import Table
 
+_STEEP = np.sqrt(0.5)  # cosine between an axis and the normal from which on the axis is the normal's
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
 
 
@@ -70,7 +71,7 @@ def contact_directions(
     return ContactDirections(
         axes,
         np.broadcast_to(along, (len(first), len(axes))).copy(),
-        _tangent(table, first) if axes == SPACE else None,
+        _tangent(table, model, first, along) if axes == SPACE else None,
         assumed=said is None and axes == PLANE,
     )
 
@@ -206,8 +207,10 @@ def _of_faces(table: Table, model: Model, first: NDArray[np.intp], axes: Axes) -
         return model.mesh.normals(first, axes, twin.text("surface", required=False))
 
 
-def _tangent(table: Table, first: NDArray[np.intp]) -> FloatArray | None:
-    """Towards which the first tangents lead: as given, (3,) or (n, 3)."""
+def _tangent(table: Table, model: Model, first: NDArray[np.intp], normals: FloatArray) -> FloatArray | None:
+    """Towards which the first tangents lead: as given, (3,) or (n, 3), or by a system of the deck."""
+    if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
+        return _by_system(str(table.text("tangent")), table.where, model, first, normals)
     one = table.array("tangent", float, (3,), required=False)
     many = table.array("tangents", float, (None, 3), required=False)
     if one is not None and many is not None:
@@ -218,3 +221,18 @@ def _tangent(table: Table, first: NDArray[np.intp]) -> FloatArray | None:
         )
     given = many if one is None else one
     return None if given is None else np.array(given, dtype=float)
+
+
+def _by_system(
+    name: str, where: str, model: Model, first: NDArray[np.intp], normals: FloatArray
+) -> FloatArray:
+    """The first axis of a local system at every node, (n, 3); the second where that is the normal."""
+    if model.mesh is None:
+        raise ProblemError(
+            f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "
+            f"'{name}', found no [model]"
+        )
+    with found_in(f"{where}: key 'tangent'"):
+        axes = model.mesh.system(name).axes_at(model.mesh.at(first))
+    across = np.abs((axes[:, 0] * normals).sum(axis=1)) / np.linalg.norm(normals, axis=-1)
+    return np.where((across > _STEEP)[:, None], axes[:, 1], axes[:, 0])
