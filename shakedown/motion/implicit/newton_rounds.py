@@ -5,12 +5,15 @@ A closed node obeys the law where its reaction is that of the map
     F = q − f p⁺ x/|x|  if |x| > f p⁺ (it slips),   F = ρ s  otherwise (it sticks),   x = q − ρ s,
 
 s its slip from where it touches and p⁺ = max(p, 0): a closed node in tension has no friction until
-the next sweep opens it. Unknown are the slips of those that slip; the others go where they stick.
+the next sweep opens it. Unknown are the slips of those that slip, and of those that were open before
+the step: where they touch follows from their reactions. The others go where they stick.
 """
 
 import numpy as np
 
 from shakedown.motion.implicit.dense_solver import factorise, solve
+from shakedown.motion.implicit.sweeps import contact_position
+from shakedown.motion.implicit.swept_stiffness import inverse
 from shakedown.motion.kernels.named_state import inner
 
 ROUNDS = 25
@@ -21,14 +24,17 @@ DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method fores
 
 
 @inner
-def misfit(body, tableau, contact, F, direction):  # type: ignore[no-untyped-def]
+def misfit(body, tableau, start, contact, F, direction):  # type: ignore[no-untyped-def]
     """F (2n,), the directions x/|x| (2n,) and |F|², and the largest; a node that sticks has direction 0."""
     total, largest = 0.0, 0.0
+    room = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(body.f)):
         j, k = 2 * i, 3 * i
         F[j], F[j + 1], direction[j], direction[j + 1] = 0.0, 0.0, 0.0, 0.0
         if tableau.is_open[i]:
             continue
+        if start[k + 2] > 0.0:
+            contact_position(body, tableau, i, start, contact, room)
         rho = body.tangential[i]
         sx, sy = rho * (tableau.given[k] - contact[j]), rho * (tableau.given[k + 1] - contact[j + 1])
         qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
@@ -46,25 +52,66 @@ def misfit(body, tableau, contact, F, direction):  # type: ignore[no-untyped-def
 
 
 @inner
-def weights(body, tableau, contact, i, direction):  # type: ignore[no-untyped-def]
-    """Of a slipping node: I − βT (its three entries), f where it is pressed, ρβT; T = 1 − x xᵀ/|x|²."""
-    j, k = 2 * i, 3 * i
-    rho, p = body.tangential[i], tableau.r_w[k + 2] + tableau.out[k + 2]
-    qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
-    sx, sy = rho * (tableau.given[k] - contact[j]), rho * (tableau.given[k + 1] - contact[j + 1])
-    x, y = direction[j], direction[j + 1]
-    reach = np.sqrt((qx - sx) ** 2 + (qy - sy) ** 2)
-    share = body.f[i] * max(p, 0.0) / reach
-    xx, xy, yy = share * y * y, -share * x * y, share * x * x
-    return xx, xy, yy, (body.f[i] if p > 0.0 else 0.0), rho
+def weights():  # type: ignore[no-untyped-def]
+    """Room for :func:`weigh`."""
+    return np.empty((2, 2)), np.empty(2), np.empty((2, 2)), np.empty((3, 3)), np.empty((2, 3))
 
 
 @inner
-def sorts(body, F, direction, nodes):  # type: ignore[no-untyped-def]
-    """The nodes that slip; returns how many, and whether one that sticks is not where it sticks."""
+def weigh(body, tableau, start, contact, i, direction, room):  # type: ignore[no-untyped-def]
+    """How F of a node follows its own q, p and slip: a (2, 2), b (2,) and c (2, 2), put into room.
+
+    It slips: a = 1 − βT, b = −f x/|x| where it is pressed, c = ρβT, T = 1 − x xᵀ/|x|². It sticks: c = ρ.
+    """
+    a, b, c, _, _ = room
+    j, k = 2 * i, 3 * i
+    rho, p = body.tangential[i], tableau.r_w[k + 2] + tableau.out[k + 2]
+    x, y = direction[j], direction[j + 1]
+    a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    c[0, 0], c[0, 1], c[1, 0], c[1, 1] = rho, 0.0, 0.0, rho
+    if x != 0.0 or y != 0.0:
+        qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
+        sx, sy = rho * (tableau.given[k] - contact[j]), rho * (tableau.given[k + 1] - contact[j + 1])
+        share = body.f[i] * max(p, 0.0) / np.sqrt((qx - sx) ** 2 + (qy - sy) ** 2)
+        xx, xy, yy = share * y * y, -share * x * y, share * x * x
+        a[0, 0], a[0, 1], a[1, 0], a[1, 1] = 1.0 - xx, -xy, -xy, 1.0 - yy
+        c[0, 0], c[0, 1], c[1, 0], c[1, 1] = rho * xx, rho * xy, rho * xy, rho * yy
+        if p > 0.0:
+            b[0], b[1] = -body.f[i] * x, -body.f[i] * y
+    if start[k + 2] > 0.0:
+        weigh_touch(body, tableau, start, i, room)
+
+
+@inner
+def weigh_touch(body, tableau, start, i, room):  # type: ignore[no-untyped-def]
+    """As :func:`weigh`, of a node that was open: where it touches moves with its q, p and slip, too."""
+    a, b, c, P, moves = room
+    k, old = 3 * i, start[3 * i + 2]
+    inverse(body.kappa, k, P)
+    qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
+    p = tableau.r_w[k + 2] + tableau.out[k + 2]
+    gap = tableau.given[k + 2] - (P[2, 0] * qx + P[2, 1] * qy + P[2, 2] * p)
+    share = 1.0 if gap >= 0.0 else old / (old - gap)
+    grows = 0.0 if gap >= 0.0 else share * share / old
+    for d in range(2):
+        way = tableau.given[k + d] - (P[d, 0] * qx + P[d, 1] * qy + P[d, 2] * p) - start[k + d]
+        for e in range(3):
+            moves[d, e] = -share * P[d, e] - way * grows * P[2, e]
+    for d in range(2):
+        first, second = c[d, 0], c[d, 1]
+        for e in range(2):
+            a[d, e] -= first * moves[0, e] + second * moves[1, e]
+        b[d] -= first * moves[0, 2] + second * moves[1, 2]
+        c[d, 0], c[d, 1] = first * (1.0 - share), second * (1.0 - share)
+
+
+@inner
+def sorts(body, tableau, start, F, direction, nodes):  # type: ignore[no-untyped-def]
+    """The nodes that slip or that were open; returns how many, and whether another is not where it sticks."""
     count, astray = 0, False
     for i in range(len(body.f)):
-        if direction[2 * i] != 0.0 or direction[2 * i + 1] != 0.0:
+        touches = start[3 * i + 2] > 0.0 and not tableau.is_open[i]
+        if touches or direction[2 * i] != 0.0 or direction[2 * i + 1] != 0.0:
             nodes[count] = i
             count += 1
         elif F[2 * i] != 0.0 or F[2 * i + 1] != 0.0:
@@ -84,61 +131,70 @@ def are_known(tableau, factors, nodes, count):  # type: ignore[no-untyped-def]
 
 
 @inner
-def equations(body, tableau, contact, direction, factors, nodes, count):  # type: ignore[no-untyped-def]
+def equations(body, tableau, start, contact, direction, factors, nodes, count):  # type: ignore[no-untyped-def]
     """The derivatives of F with respect to the slips, and their factors; False where they are singular."""
     N, columns = tableau.N, factors.columns
-    for a in range(count):
-        i = nodes[a]
+    room = weights()
+    a, b, c, _, _ = room
+    for m in range(count):
+        i = nodes[m]
         k = 3 * i
-        factors.slipping[a] = i
-        xx, xy, yy, f, rho = weights(body, tableau, contact, i, direction)
-        px, py = f * direction[2 * i], f * direction[2 * i + 1]
-        for b in range(count):
-            for c in range(2):
-                row = N[3 * nodes[b] + c]  # N is symmetric
+        factors.slipping[m] = i
+        weigh(body, tableau, start, contact, i, direction, room)
+        a00, a01, a10, a11, b0, b1 = a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1]
+        for other in range(count):
+            for d in range(2):
+                row = N[3 * nodes[other] + d]  # N is symmetric
                 x, y, z = row[k], row[k + 1], row[k + 2]
-                columns[2 * b + c, 2 * a] = (1.0 - xx) * x - xy * y - px * z
-                columns[2 * b + c, 2 * a + 1] = (1.0 - yy) * y - xy * x - py * z
-        columns[2 * a, 2 * a] += rho * xx
-        columns[2 * a + 1, 2 * a] += rho * xy
-        columns[2 * a, 2 * a + 1] += rho * xy
-        columns[2 * a + 1, 2 * a + 1] += rho * yy
+                columns[2 * other + d, 2 * m] = a00 * x + a01 * y + b0 * z
+                columns[2 * other + d, 2 * m + 1] = a10 * x + a11 * y + b1 * z
+        for d in range(2):
+            columns[2 * m + d, 2 * m] += c[0, d]
+            columns[2 * m + d, 2 * m + 1] += c[1, d]
     factors.known[0], factors.known[1] = count, tableau.updates[1]
     return count == 0 or factorise(factors, 2 * count)
 
 
 @inner
-def goes_back(body, tableau, contact, F, direction, change, moved):  # type: ignore[no-untyped-def]
-    """The change of the slips (2n,) of nodes that stick, to where they do, and what it changes, (3n,)."""
-    for i in range(len(body.f)):
+def goes_back(tableau, start, contact, F, direction, change):  # type: ignore[no-untyped-def]
+    """The change of the slips (2n,) of nodes that stick, to where they do."""
+    for i in range(len(tableau.is_open)):
         j, k = 2 * i, 3 * i
         change[j], change[j + 1] = 0.0, 0.0
-        if direction[j] == 0.0 and direction[j + 1] == 0.0 and (F[j] != 0.0 or F[j + 1] != 0.0):
+        sticks = direction[j] == 0.0 and direction[j + 1] == 0.0 and not start[k + 2] > 0.0
+        if sticks and (F[j] != 0.0 or F[j + 1] != 0.0):
             change[j], change[j + 1] = contact[j] - tableau.given[k], contact[j + 1] - tableau.given[k + 1]
-    move(tableau, change, moved)
 
 
 @inner
-def slips_on(body, tableau, contact, F, direction, factors, step, close):  # type: ignore[no-untyped-def]
-    """The change of the slips of those that slip, beside that of those that stick; False where it is too far.
+def follow_back(body, tableau, start, contact, direction, factors, moved, right):  # type: ignore[no-untyped-def]
+    """Take from the right side what the nodes that go back change of F."""
+    room = weights()
+    a, b, _, _, _ = room
+    for m in range(factors.known[0]):
+        k = 3 * factors.slipping[m]
+        weigh(body, tableau, start, contact, factors.slipping[m], direction, room)
+        for d in range(2):
+            right[2 * m + d] -= a[d, 0] * moved[k] + a[d, 1] * moved[k + 1] + b[d] * moved[k + 2]
 
-    step: (change (2n,), what the sticking nodes change (3n,), whether they do, room (2n,)).
+
+@inner
+def slips_on(body, tableau, start, contact, F, direction, factors, step, close):  # type: ignore[no-untyped-def]
+    """The change of the other slips, beside that of nodes that go back; False where it is too far.
+
+    step: (change (2n,), what those that go back change (3n,), whether any does, room (2n,)).
     """
     change, moved, astray, right = step
     count = factors.known[0]
-    for a in range(count):
-        i = factors.slipping[a]
-        j, k = 2 * i, 3 * i
-        right[2 * a], right[2 * a + 1] = -F[j], -F[j + 1]
-        if astray:
-            xx, xy, yy, f, _ = weights(body, tableau, contact, i, direction)
-            x, y, z = moved[k], moved[k + 1], moved[k + 2]
-            right[2 * a] -= (1.0 - xx) * x - xy * y - f * direction[j] * z
-            right[2 * a + 1] -= (1.0 - yy) * y - xy * x - f * direction[j + 1] * z
+    for m in range(count):
+        i = factors.slipping[m]
+        right[2 * m], right[2 * m + 1] = -F[2 * i], -F[2 * i + 1]
+    if astray:
+        follow_back(body, tableau, start, contact, direction, factors, moved, right)
     if count:
         solve(factors, right)
-    for a in range(count):
-        i, x, y = factors.slipping[a], right[2 * a], right[2 * a + 1]
+    for m in range(count):
+        i, x, y = factors.slipping[m], right[2 * m], right[2 * m + 1]
         if not body.tangential[i] * max(abs(x), abs(y)) <= FAR * close:
             return False
         change[2 * i], change[2 * i + 1] = x, y
@@ -169,7 +225,7 @@ def go(tableau, change, moved, share):  # type: ignore[no-untyped-def]
 
 
 @inner
-def newton(body, tableau, contact, close, factors):  # type: ignore[no-untyped-def]
+def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-untyped-def]
     """Newton's method until |F| ≤ close; returns (whether it is, steps).
 
     The factors of an earlier step are taken again as long as the same nodes slip and |F| falls fast with
@@ -178,23 +234,26 @@ def newton(body, tableau, contact, close, factors):  # type: ignore[no-untyped-d
     n = len(body.f)
     F, direction, right, moved = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n), np.empty(3 * n)
     change, nodes = np.empty(2 * n), np.empty(n, dtype=np.int64)
-    total, largest = misfit(body, tableau, contact, F, direction)
+    total, largest = misfit(body, tableau, start, contact, F, direction)
     for step in range(ROUNDS):
         if largest <= close:
             return True, step
-        count, astray = sorts(body, F, direction, nodes)
+        count, astray = sorts(body, tableau, start, F, direction, nodes)
         again = not astray and are_known(tableau, factors, nodes, count)
-        if not again and not equations(body, tableau, contact, direction, factors, nodes, count):
+        if not again and not equations(body, tableau, start, contact, direction, factors, nodes, count):
             factors.known[0] = -1
             return False, step
-        goes_back(body, tableau, contact, F, direction, change, moved)
-        if not slips_on(body, tableau, contact, F, direction, factors, (change, moved, astray, right), close):
+        goes_back(tableau, start, contact, F, direction, change)
+        move(tableau, change, moved)
+        if not slips_on(
+            body, tableau, start, contact, F, direction, factors, (change, moved, astray, right), close
+        ):
             factors.known[0] = -1
             return False, step
         move(tableau, change, moved)
         share, before = 1.0, total
         go(tableau, change, moved, share)
-        total, largest = misfit(body, tableau, contact, F, direction)
+        total, largest = misfit(body, tableau, start, contact, F, direction)
         if again and not total <= FAST * before:
             factors.known[0] = -1
         for _ in range(HALVINGS):
@@ -202,7 +261,7 @@ def newton(body, tableau, contact, close, factors):  # type: ignore[no-untyped-d
                 break
             go(tableau, change, moved, -0.5 * share)
             share *= 0.5
-            total, largest = misfit(body, tableau, contact, F, direction)
+            total, largest = misfit(body, tableau, start, contact, F, direction)
         if not again and not total <= (1.0 - DECREASE * share) * before:
             return False, step
     return largest <= close, ROUNDS

@@ -88,7 +88,8 @@ def touch(body, tableau, start, contact):  # type: ignore[no-untyped-def]
     """Where the nodes touch that were open before, at the present state."""
     room = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(body.f)):
-        contact_position(body, tableau, i, start, contact, room)
+        if start[3 * i + 2] > 0.0:
+            contact_position(body, tableau, i, start, contact, room)
 
 
 @inner
@@ -144,7 +145,7 @@ def solve_step(body, tableau, start, contact, guess, found, settings, sweeps_onl
             sweeps += count
         if sweeps_only > 0:
             break
-        done, used = newton(body, tableau, contact, close, factors)
+        done, used = newton(body, tableau, start, contact, close, factors)
         steps += used
         if not done:
             ahead = ahead if turn < 0 else min(2 * ahead, MOST_SWEEPS)

@@ -13,14 +13,12 @@ from shakedown.motion.kernels.named_state import inner
 
 @inner
 def contact_position(body, tableau, i, start, contact, room):  # type: ignore[no-untyped-def]
-    """Where node i touches: its old slip or, after separation, its slip when the gap closes.
+    """Where a node touches that was open: its slip when the gap closes.
 
     The gap of an open node is taken to close linearly between its old position and the one that it would
     reach free of reactions.
     """
     k, old = 3 * i, start[3 * i + 2]
-    if not old > 0.0:
-        return
     P, u, r = room
     inverse(body.kappa, k, P)
     is_open = tableau.is_open[i]
@@ -53,7 +51,8 @@ def sweep(body, tableau, start, contact, tension, condense):  # type: ignore[no-
     P, K, u, r, change, unsolved = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3), 0.0, -1
     for i in range(len(body.f)):
         k = 3 * i
-        contact_position(body, tableau, i, start, contact, (P, u, r))
+        if start[k + 2] > 0.0:
+            contact_position(body, tableau, i, start, contact, (P, u, r))
         if tableau.is_open[i]:
             if out[k + 2] >= 0.0:
                 continue
@@ -77,7 +76,6 @@ def sweep(body, tableau, start, contact, tension, condense):  # type: ignore[no-
             change = max(change, abs(N[a, k] * x + N[a, k + 1] * y + N[a, k + 2] * z))
         if state == OPENS and condense and exchange(body, tableau, i):
             shift(tableau, i, r_w[k] - given[k], r_w[k + 1] - given[k + 1], r_w[k + 2] - given[k + 2])
-            contact_position(body, tableau, i, start, contact, (P, u, r))
         elif x != 0.0 or y != 0.0 or z != 0.0:
             shift(tableau, i, x, y, z)
     return change, unsolved
