@@ -207,3 +207,22 @@ def test_a_floating_block_cannot_open_as_a_whole():
     done = joint.step(np.zeros(4), np.full(2, -0.1))
     assert done.status != StepStatus.SOLVED
     assert done.residual > 0.01
+
+
+@pytest.mark.parametrize("f", [0.5, 2.0])
+def test_far_above_the_thresholds_a_step_is_solved_or_says_that_it_is_not(f):
+    """Stiffnesses of bad condition, friction of any size: whatever is called solved satisfies the law."""
+    unsolved = 0
+    for seed in range(30):
+        rng, n = np.random.default_rng(seed), 1 + seed % 9
+        root = rng.normal(size=(3 * n, 3 * n))
+        kappa = root @ root.T + 0.1 * np.eye(3 * n)
+        A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+        q, p = course(n, 30, seed, 0.5)
+        done = carried(A, B, C, np.full(n, f), q, p)
+        good = done._replace(v=done.v[: done.solved], w=done.w[: done.solved], slip=done.slip[: done.solved])
+        if done.solved:
+            assert violation(A, B, C, np.full(n, f), q[: done.solved], p[: done.solved], good)[1] < 1e-10
+        unsolved += done.status != StepStatus.SOLVED
+        assert done.status == StepStatus.SOLVED or done.residual > 1e-11
+    assert unsolved <= (0 if f < 1 else 5)
