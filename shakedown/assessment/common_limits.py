@@ -126,8 +126,11 @@ class CommonLimits(Result):
 
     @property
     def pinned(self) -> tuple[int, ...]:
-        """Where the joint, closed at all nodes, can move as a whole: the nodes that slips are relative to."""
-        return self.problem.layout.nodes_of(constraints(self.problem).pinned)
+        """The slips, by number, that are set to zero where the joint, closed everywhere, can move as a whole.
+
+        With one tangential direction they are the nodes that slips are given relative to.
+        """
+        return constraints(self.problem).pinned
 
     @property
     def why_missing(self) -> dict[str, str]:

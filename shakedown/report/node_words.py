@@ -61,6 +61,8 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
 def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> str:
     """What slips are relative to where friction alone holds a body; empty for a joint that is held.
 
+    The slips that are set to zero are given by number: with one direction they are nodes.
+
     Examples
     --------
     >>> pinned_in_words((2,)), pinned_in_words(())
@@ -70,7 +72,7 @@ def pinned_in_words(pinned: tuple[int, ...], problem: Problem | None = None) -> 
         return ""
     return (
         "The joint can move as a whole, only friction holds it: slips are given relative to "
-        f"{open_in_words(pinned, problem)}."
+        f"{open_in_words(pinned if problem is None else problem.layout.nodes_of(pinned), problem)}."
     )
 
 

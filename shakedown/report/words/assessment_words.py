@@ -68,7 +68,8 @@ def _where_impossible(limits: Limits) -> str:
 
 def _this_state(limits: Limits) -> str:
     """The state that is asked about."""
-    slip = np.delete(limits.energy.initial_slip, limits.open_nodes)
+    opened = limits.problem.layout.slips_of(limits.open_nodes)
+    slip = np.delete(limits.energy.initial_slip, opened)
     start = "the given slip" if slip.any() else "slip zero"
     return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
 
@@ -181,7 +182,7 @@ def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]
 
 
 def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem) -> str:
-    closed = np.delete(energy.initial_slip, energy.open_nodes)
+    closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
         start = f"every state within the energy distance {energy.distance:.4g} of {start}"

@@ -40,7 +40,7 @@ def hints_in_words(problem: Problem) -> list[str]:
     >>> hints_in_words(shakedown.example("two-node"))
     []
     """
-    relative = pinned_in_words(problem.layout.nodes_of(rigid_slips(problem).pinned), problem)
+    relative = pinned_in_words(rigid_slips(problem).pinned, problem)
     hints = [relative] if relative else []
     p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
     if np.all(p_mean < 0):
