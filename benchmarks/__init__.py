@@ -47,6 +47,7 @@ STUDIES: tuple[str, ...] = (
     "solid_condensation",
     "space_adversary",
     "space_energy",
+    "space_hard_cases",
     "space_peers",
     "space_universal",
     "space_upper",

@@ -240,11 +240,11 @@ def measure(case: dict) -> dict:
     verdict, error = judged(case["road"], reference, status, found)
     return {
         "exact_status": reference.status,
-        "exact": _plain(reference.load_factor),
+        "exact": as_number(reference.load_factor),
         "reference": reference.kind,
         "status": status,
-        "value": _plain(found),
-        "error": _plain(error),
+        "value": as_number(found),
+        "error": as_number(error),
         "verdict": verdict,
     }
 
@@ -293,7 +293,7 @@ def judged(road: str, reference: Reference, status: str, found: float) -> tuple[
     return "right" if error <= RIGHT else "off", error
 
 
-def _plain(value: float) -> float | str | None:
+def as_number(value: float) -> float | str | None:
     return None if isnan(value) else value if isfinite(value) else "inf"
 
 
@@ -305,14 +305,14 @@ def tables(rows: list[dict]) -> str:
     for name in names:
         first = cell[name, OWN]
         exact = f"{first['exact']:.5g}" if first["exact_status"] == "optimal" else first["exact_status"]
-        lines.append([name, first["reference"], exact, *(_cell(cell[name, road]) for road in ROADS)])
+        lines.append([name, first["reference"], exact, *(cell_text(cell[name, road]) for road in ROADS)])
     for verdict in VERDICTS:
         counts = [sum(cell[name, road]["verdict"] == verdict for name in names) for road in ROADS]
         lines.append([f"{verdict}, of {len(names)}", "", "", *map(str, counts)])
     return table(headers, lines, longest=len(lines))
 
 
-def _cell(row: dict) -> str:
+def cell_text(row: dict) -> str:
     if row["verdict"] == "wrong status":
         return f"! {row['status']}"
     if row["verdict"] in ("open", "self"):

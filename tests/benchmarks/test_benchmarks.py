@@ -30,6 +30,7 @@ FEWEST = {
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
     "siconos_agreement": [{"seed": 1}],
+    "space_hard_cases": [{"problem": "circle of 4 steps"}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
     "space_upper": [{"grid": [3, 3], "joint": "half-space", "road": "cvxpy + Clarabel, v"}],
     "stability": [{"scene": "from the limit"}],
