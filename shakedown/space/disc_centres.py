@@ -113,6 +113,8 @@ def disc_centres(loops: Loops) -> DiscCentres:
     """
     k = len(loops.constant)
     basis, centre, below = _start(loops)
+    if not k:
+        return DiscCentres(centre, below, below)
     best, above, going = centre.copy(), np.full(k, np.inf), np.arange(k)
     for _ in range(STEPS):
         part = loops.part(going)

@@ -84,3 +84,15 @@ def test_the_command_answers_in_80_columns(options, tmp_path):
         problem = space_joint(np.random.default_rng([33, number]), kind, most=5)
         shakedown.save_problem(tmp_path / "p.npz", problem)
         judge(number, ["solve", "p.npz", *options], str(tmp_path))
+
+
+def test_a_node_that_no_leaning_disc_holds_has_an_answer():
+    steep = Problem(
+        A=[[8.0, -2.0], [-2.0, 5.0]],
+        B=[[0.0, 3.0]],
+        f=50.0,
+        q_w=[[0.1, -1.0], [0.2, 0.5]],
+        p_w=[[3.0], [3.0]],
+    )
+    found = shakedown.universal_bound(steep)
+    assert (found.load_factor, found.limited_by) == (0.0, "uniqueness")
