@@ -1,10 +1,16 @@
 """What the limits of a joint say, whatever its tangential directions."""
 
-from shakedown.assessment.every_limit import JointLimits, Limits
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from shakedown.ground.evidence import Missing
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
 from shakedown.report.words.space_words import space_bounds_in_words
+
+if TYPE_CHECKING:
+    from shakedown.assessment.every_limit import Limits
 
 NO_THRESHOLDS = (
     "Of friction thresholds (uniqueness, wedging) nothing is said: with two tangential directions they do "
@@ -14,6 +20,8 @@ NO_THRESHOLDS = (
 
 def limits_in_sentences(limits: Limits) -> list[str]:
     """What a user can rely on below, between and above the limits, and where λ = 1 lies."""
+    from shakedown.assessment.every_limit import JointLimits  # loads what computes
+
     return bounds_in_words(limits) if isinstance(limits, JointLimits) else space_bounds_in_words(limits)
 
 
