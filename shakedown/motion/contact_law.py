@@ -50,8 +50,11 @@ def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
 
 
 def law_resolution(problem: Problem, tolerances: Tolerances) -> float:
-    """Largest relative violation of the law that a path may have: in space what its accuracy leaves."""
-    return max(tolerances.friction_law, 0.0 if problem.directions == 1 else 10.0 * tolerances.path)
+    """Largest relative violation of the law that a path may have: in space what its accuracy leaves.
+
+    Within a step, where a polynomial stands for the path, that is more than at its ends.
+    """
+    return max(tolerances.friction_law, 0.0 if problem.directions == 1 else 100.0 * tolerances.path)
 
 
 def scales_of(problem: Problem, *paths: FloatArray) -> Scales:

@@ -21,6 +21,7 @@ AGREE = 1e-3  # two limits in a row differ by at most this share of the leap
 SETTLED = 0.1  # the rate changes by at most this share of 1 − rate while the changes shrink to a third
 ALIKE = 0.1  # of a change ahead: by how much it may differ from the one that was foreseen
 CLEAR = 1e3  # a cycle slips, and drifts, this much more than it is uncertain by
+CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent
 WAIT = 3  # cycles after a leap that led nowhere, doubled every time
 
 
@@ -112,12 +113,24 @@ class _Memory:
     open_sets: deque[bytes] = field(init=False)
     back: list[Approach] = field(init=False)
     drifting: list[Approach] = field(init=False)
+    slipping: list[Approach] = field(init=False)
 
     def __post_init__(self) -> None:
         longest = self.rules.longest_period
         self.states, self.open_sets = (deque(maxlen=(WINDOW + 2) * longest + 1) for _ in range(2))
         self.back = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
         self.drifting = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
+        self.slipping = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
+        self.slips: deque[FloatArray] = deque(maxlen=2 * longest)
+
+    def slip(self, slip: FloatArray) -> None:
+        """What every node has slipped in one more cycle."""
+        self.slips.append(slip)
+        slips, known = list(self.slips), len(self.slips)
+        for slipping in self.slipping[: known // 2]:
+            p = slipping.period
+            now, before = (np.sum(slips[known - k : known - k + p], axis=0) for k in (p, 2 * p))
+            slipping.add(float(np.abs(now - before).max()))
 
     def add(self, state: State) -> None:
         """The state after one more cycle."""
@@ -189,6 +202,7 @@ class ReturnSearch:
         self.cycles, self.events = self.cycles + 1, self.events + record.events
         self.gathered += record.error
         self.records.append(record)
+        self.memory.slip(record.slip)
         self.memory.add(self.motion.state)
         return True
 
@@ -216,17 +230,17 @@ class ReturnSearch:
 
     def _periodic(self, goal: float) -> Settled | None:
         """Cyclic slip or ratchetting of the shortest period that is clear, and known so well."""
-        for back, drifting in zip(self.memory.back, self.memory.drifting, strict=True):
+        memory, clear = self.memory, CLEAR if goal < np.inf else CLEAR_ENOUGH
+        for back, drifting, slipping in zip(memory.back, memory.drifting, memory.slipping, strict=True):
             p = back.period
-            if len(self.records) < 2 * p or not back.known:
+            if len(self.records) < 2 * p or not back.known or not slipping.known:
                 continue
-            records = list(self.records)
-            slips = np.sum([record.slip for record in records[-p:]], axis=0)
-            before = np.sum([record.slip for record in records[-2 * p : -p]], axis=0)
-            work = float(np.mean([record.dissipation for record in records[-p:]]))
+            records = list(self.records)[-p:]
+            slip = float(np.sum([record.slip for record in records], axis=0).max())
+            work = float(np.mean([record.dissipation for record in records]))
             error = max(back.left, self.rules.noise)
-            steady = CLEAR * max(error, float(np.abs(slips - before).max())) < slips.max()
-            shorter = any(other.change <= CLEAR * error for other in self.memory.back[: p - 1])
+            steady = clear * max(error, slipping.left) < slip  # one that fades away is no cycle
+            shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
             if work <= self.rules.least_work or shorter:
                 continue
             if error <= goal and steady:
