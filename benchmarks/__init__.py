@@ -50,6 +50,7 @@ STUDIES: tuple[str, ...] = (
     "space_hard_cases",
     "space_peers",
     "space_universal",
+    "space_scenes",
     "space_upper",
     "stability",
     "transient_limits",

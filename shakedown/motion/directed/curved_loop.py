@@ -180,7 +180,7 @@ def next_length(sl: Sliding, rest: float) -> float:
 @inner
 def take_step(sl: Sliding, h: float) -> float:
     """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
-    error = explicit_step(sl, h)
+    error = explicit_step(sl, h, allowed_error(sl, h))
     if error >= 0.0:
         end_of_step(sl, h)
     sl.taken += 1

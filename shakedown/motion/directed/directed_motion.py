@@ -230,6 +230,8 @@ class DirectedMotion:
 
     def _follow(self, record: bool) -> Reached | None:
         """Run the compiled loop through one cycle; None, and ``stop`` says why, where it ends."""
+        if self.stop is not None:
+            return None
         mo, path = self.sliding, self._first if self.done == 0 else self._later
         if record not in self._rooms:
             self._rooms[record] = curve_room(RECORD_ROWS if record else 0, self.problem.n)
@@ -237,7 +239,6 @@ class DirectedMotion:
         lead(mo, path, self.problem.m - len(path))
         begin_sliding(mo)
         self.jumps, self._nudged = [], None
-        self.stop, self.left, self.slides = None, False, False
         while True:  # ends: events per load step and jumps per cycle are limited
             status = kernel.follow_curve(mo, room, 1, kernel.EFFORT)
             now = reached(mo, room)

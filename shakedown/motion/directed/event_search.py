@@ -72,6 +72,8 @@ def first_event(sl: Sliding, h: float) -> float:
         x, y, p = 2 * i, 2 * i + 1, 2 * n + i
         start = distance(sl, i, kind, out[x], out[y], out[p])
         add = margin(sl, kind, start)
+        if kind == OPENS and sl.rate[p] < 0.0:
+            add = 0.0  # it is on its way to the apex, beyond which a direction means nothing
         if distance(sl, i, kind, end[x], end[y], end[p]) + add > 0.0 and not may_dip(sl, i, kind, h, add):
             continue
         if not curved:
@@ -173,6 +175,8 @@ def bent(sl: Sliding, i: int, kind: int, at: float) -> float:
 def first_share(sl: Sliding, i: int, kind: int, add: float, latest: float) -> float:
     """When a distance is first used up, as a share of the step; NEVER where not before ``latest``."""
     low, at_low = 0.0, bent(sl, i, kind, 0.0) + add
+    if at_low <= 0.0:
+        return 0.0
     for part in range(1, SAMPLES + 1):
         high = part / SAMPLES
         at_high = bent(sl, i, kind, high) + add

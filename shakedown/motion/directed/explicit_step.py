@@ -7,7 +7,13 @@ are Shampine's (L. F. Shampine, Math. Comp. 46, 1986).
 import numpy as np
 
 from shakedown.motion.directed.sliding import DEGREE, STAGES, Sliding
-from shakedown.motion.directed.speeds import find_directions, find_rates, substitute
+from shakedown.motion.directed.speeds import (
+    factor,
+    find_directions,
+    find_matrix,
+    find_rates,
+    substitute,
+)
 from shakedown.motion.kernels.named_state import inner, summing
 
 WEIGHTS = np.zeros((STAGES, STAGES))  # of the rates of earlier stages in each; the last row gives the end
@@ -29,15 +35,18 @@ BETWEEN = np.array(
         [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
     ]
 )
-MOST_RETURNS = 3  # to the cones; more where the factors are old
+MOST_RETURNS = 8  # to the cones
+RETURNS = 0.1  # of a distance from them that is left each time; where more is, in new directions
+OF_REACTION = 0.01  # of a reaction that a step may be in error by
 FAILED = -1.0  # in place of an error: the motion is not stable somewhere on the way
 
 
 @summing
-def explicit_step(sl: Sliding, h: float) -> float:
+def explicit_step(sl: Sliding, h: float, allowed: float) -> float:
     """A step of this length from the packed state, whose rates are stage 0: estimate of its error [length].
 
-    The end lies on the cones. FAILED where the motion is not stable at a stage.
+    The end lies on the cones. Near the apex an error counts for more than it is, so that one that is
+    allowed leaves the reaction its direction. FAILED where the motion is not stable at a stage.
     """
     s, row, k, k_q = sl.s, 2 * sl.n, sl.k, sl.k_q
     for j in range(1, STAGES):
@@ -52,7 +61,8 @@ def explicit_step(sl: Sliding, h: float) -> float:
                 for i in range(j):
                     total += WEIGHTS[j, i] * k[i * row + c]
                 sl.slip[c] = h * total
-            return_to_cones(sl, h)
+            if return_to_cones(sl, h) > sl.near:
+                return np.inf
         if not find_rates(sl, sl.stage_q, j):
             return FAILED
     error = 0.0
@@ -61,16 +71,18 @@ def explicit_step(sl: Sliding, h: float) -> float:
         for i in range(STAGES):
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
-        error = max(error, x * x + y * y)
+        reaction = OF_REACTION * sl.size[a] * sl.length_scale
+        weight = max(1.0, allowed * sl.force_scale / reaction) if reaction > 0.0 else 1.0
+        error = max(error, (x * x + y * y) * weight * weight)
     return h * np.sqrt(error)
 
 
 @summing
-def return_to_cones(sl: Sliding, h: float) -> None:
-    """Move the state this far in the step along the directions of slip until |q| = f p, to round-off."""
-    s, q, slip = sl.s, sl.stage_q, sl.slip
+def return_to_cones(sl: Sliding, h: float) -> float:
+    """Move the state within the step along the directions of slip until |q| = f p: what is left [force]."""
+    s, q, slip, worst = sl.s, sl.stage_q, sl.slip, np.inf
     for _ in range(MOST_RETURNS):
-        worst = 0.0
+        last, worst = worst, 0.0
         for a in range(s):
             p = sl.p[a] + h * sl.load_p[a]
             for c in range(2 * s):
@@ -80,6 +92,12 @@ def return_to_cones(sl: Sliding, h: float) -> None:
             worst = max(worst, abs(left))
         if worst <= sl.force:
             break
+        if last < np.inf and worst > RETURNS * last:
+            find_directions(sl, q)
+            find_matrix(sl, sl.M)
+            if factor(sl.M, sl.order, s) <= 0:
+                sl.factored = False
+                return np.inf
         substitute(sl.M, sl.order, s, sl.correction)
         for a in range(s):
             sl.normal[2 * a] = sl.correction[a] * sl.unit[2 * a]
@@ -90,6 +108,7 @@ def return_to_cones(sl: Sliding, h: float) -> None:
             for b in range(2 * s):
                 total += sl.A[c * 2 * s + b] * sl.normal[b]
             q[c] += total
+    return worst
 
 
 @summing

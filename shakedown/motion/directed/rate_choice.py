@@ -31,7 +31,8 @@ from shakedown.motion.kernels.named_state import inner, summing
 ENUMERABLE = 10  # nodes on their cones up to which every choice of those that slip is tried
 ANGLES = 64  # at which a direction at the apex is looked for
 INSIDE = 1e-9  # share of a sector by which the search keeps off the directions without a speed
-SAME_DIRECTION = 1e-12
+SAME_DIRECTION = 1e-10  # that a node at the apex slips in, and that the others' rates give it
+ATTEMPTS = 60  # at the choices of each node at the apex
 PATIENCE = 3
 
 
@@ -90,20 +91,81 @@ def choose_rates(sl: Sliding) -> bool:
     for k in range(3 * n):
         sl.held[k] = sl.u[k]
     found = False
-    for _ in range(4 + 8 * apexes):
-        if not (take_contact(sl) and choose_slipping(sl)):
+    for _ in range(1 + ATTEMPTS * apexes):
+        if not find_all_rates(sl):
             break
-        move(sl, sl.k, 0, sl.rate)
-        for i in range(3 * n):
-            sl.rate[i] += sl.base[i]
         if apexes == 0 or not change_apex(sl):
             found = True
             break
-    if not found:
+    for i in range(n):
+        if not found and sl.apex[i] == 1 and sl.friction[i] > 0.0:
+            found = search_apex(sl, i)
+    if found:
+        leave_apex(sl)
+    else:
         for i in range(n):
             sl.contact[i] = sl.before[i]
         take_contact(sl)
     return found
+
+
+@inner
+def find_all_rates(sl: Sliding) -> bool:
+    """Rates with the nodes at the apex as they are; False where there are none."""
+    if not (take_contact(sl) and choose_slipping(sl)):
+        return False
+    move(sl, sl.k, 0, sl.rate)
+    for i in range(3 * sl.n):
+        sl.rate[i] += sl.base[i]
+    return True
+
+
+@inner
+def search_apex(sl: Sliding, i: int) -> bool:
+    """Find the direction in which a node at the apex slips, all others following, where one by one fails."""
+    width = 2.0 * np.pi / ANGLES
+    before = np.nan
+    for part in range(ANGLES + 1):
+        low, high = (part - 1) * width, part * width
+        now = across_all(sl, i, high)
+        if before * now <= 0.0:
+            for _ in range(50):
+                middle = 0.5 * (low + high)
+                if across_all(sl, i, middle) * before > 0.0:
+                    low = middle
+                else:
+                    high = middle
+            if not np.isnan(across_all(sl, i, high)) and not change_apex(sl):
+                return True
+        before = now
+    return False
+
+
+@inner
+def across_all(sl: Sliding, i: int, angle: float) -> float:
+    """Rate of the reaction of a node at the apex across a direction of slip, all others following."""
+    sl.contact[i] = SLIP
+    sl.direction[2 * i], sl.direction[2 * i + 1] = np.cos(angle), np.sin(angle)
+    if not find_all_rates(sl):
+        return np.nan
+    a = 0
+    while sl.node[a] != i:
+        a += 1
+    if sl.mu[a] <= 0.0 or sl.rate[2 * sl.n + i] < 0.0:
+        return np.nan
+    return sl.rate[2 * i + 1] * sl.direction[2 * i] - sl.rate[2 * i] * sl.direction[2 * i + 1]
+
+
+@inner
+def leave_apex(sl: Sliding) -> None:
+    """Put the reactions of nodes that slip away from the apex on their cones: they are round-off there."""
+    n = sl.n
+    for a in range(sl.s):
+        i = sl.node[a]
+        if sl.apex[i] == 1:
+            sl.p[a] = max(sl.p[a], 0.0)
+            sl.out[2 * n + i] = sl.p[a]
+            sl.out[2 * i], sl.out[2 * i + 1] = sl.q[2 * a], sl.q[2 * a + 1]
 
 
 @inner
