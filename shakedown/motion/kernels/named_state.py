@@ -52,8 +52,12 @@ State = TypeVar("State")
 
 
 def address_of(function: Any, *arguments: types.Type) -> int:
-    """Where the compiled form of a function ``handed_on`` lies; it lives as long as the function."""
-    found = function.get_compile_result(types.int64(*arguments))
+    """Where the compiled form of a function ``handed_on`` lies; it lives as long as the function.
+
+    It is the form that calls from Python compile, and keep, too.
+    """
+    function.compile(arguments)
+    found = function.overloads[arguments]
     return int(found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name))
 
 
