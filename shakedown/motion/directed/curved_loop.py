@@ -8,7 +8,8 @@ step is taken again up to them. The rates after an event are those of :mod:`.rat
 The error estimate is the sum of those of the steps. The difference of the two members of the pair is the
 error of the lower order; that of the higher, which is followed, is taken to be smaller by the ratio by which
 errors have fallen from order to order so far, (difference / slip)^(1/5). Of the sum every step may use a
-share in proportion to its length, and a small one besides.
+share in proportion to its length, and a small one besides; the lower order, that of the polynomial between
+the ends of a step, may be in error by the whole of it.
 """
 
 from functools import cache
@@ -133,12 +134,10 @@ def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
         rest = 1.0 - sl.time
         h = next_length(sl, rest)
         error = take_step(sl, h)
-        allowed = allowed_error(sl, h)
         better = better_error(sl, error)
-        if not 0.0 <= better <= allowed:
-            sl.h = h * (
-                max(LEAST, min(SAFETY, SAFETY * (allowed / better) ** ORDER)) if better > 0.0 else LEAST
-            )
+        used = max(better / allowed_error(sl, h), error / (sl.accuracy * sl.length_scale))
+        if not 0.0 <= used <= 1.0:
+            sl.h = h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST)
             if not sl.h > SHORTEST:
                 return NO_RATES
             continue
@@ -146,7 +145,7 @@ def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
         if share < 1.0 and h * share > SHORTEST:
             sl.h = h * share
             continue
-        change = min(MOST, max(LEAST, SAFETY * (allowed / better) ** ORDER)) if better > 0.0 else MOST
+        change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
         sl.h = max(h * change, sl.h) if h == rest else h * change
         share = first_event(sl, h)
         if share < NEVER:
