@@ -33,6 +33,7 @@ STUDIES: tuple[str, ...] = (
     "growth",
     "hard_cases",
     "initial_states",
+    "lap_joint",
     "large_joints",
     "long_term",
     "many_states",

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from benchmarks.calculix_contact import is_compared, verdict
+from benchmarks.lap_joint import exponent
 from benchmarks.runner import RESULTS
 from shakedown.files.atomic_write import atomic_write
 
@@ -30,6 +31,7 @@ def lines() -> list[str]:
         *_peers(),
         *_calculix(),
         *_calculix_solids(),
+        *_lap_joint(),
         *_long_term(),
         *_stability(),
     ]
@@ -257,6 +259,18 @@ def _calculix_solids() -> list[str]:
         f"{max(row['slip_apart'] for row in stiffest):.0e} of the largest; at {below['relative']:g} of λ_max the toolkit is at "
         f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty, at "
         f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest (`calculix_solids`)."
+    ]
+
+
+def _lap_joint() -> list[str]:
+    coarse, *_, fine = rows("lap_joint")
+    return [
+        f"A bolted lap joint in space with {fine['n']} pairs, after the Brake–Reuß beam: model, λ_max, λ_E and seven loads "
+        f"followed over three cycles take {sum(fine['seconds']):.0f} s of one core. λ_E is "
+        f"{fine['energy'] / fine['upper']:.4f} of λ_max; at 0.9 λ_max no pair slips in the end, above λ_max the friction work of a cycle "
+        f"grows with the amplitude to the power {exponent(fine):.2g} ({exponent(coarse):.2g} with {coarse['n']} pairs). λ_max "
+        f"falls with the mesh, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: it is about the first pair at "
+        "the edge of a pad (`lap_joint`)."
     ]
 
 

@@ -29,6 +29,7 @@ from shakedown.fem.classical import Hertz, cylinder_on_flat, hertz, press_fit, p
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.dovetail import dovetail
+from shakedown.fem.lap_joint import lap_joint
 from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
 
@@ -53,6 +54,7 @@ __all__ = [
     "cylinder_on_flat",
     "dovetail",
     "hertz",
+    "lap_joint",
     "press_fit",
     "press_fit_pressure",
     "read_mesh",

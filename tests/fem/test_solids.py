@@ -8,7 +8,7 @@ import pytest
 import solids
 from calculix import ccx, needs_ccx
 
-from shakedown import ProblemError, import_model
+from shakedown import ProblemError, UsageError, import_model
 from shakedown.fem import (
     BodyForce,
     Bolt,
@@ -23,6 +23,7 @@ from shakedown.fem import (
     brick_mesh,
     contact_condensation,
     contact_problem,
+    lap_joint,
     read_mesh,
 )
 
@@ -205,6 +206,26 @@ def test_tangents_and_gaps_of_solids():
     assert moved.p_w.sum() > 0
     heavy = contact_problem(block(loads=[BodyForce((0.0, 0.0, -2.0), history=1.0)]), "bottom", 0.4)
     assert heavy.p_w.sum() == pytest.approx(2.0 * 3.0)
+
+
+def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
+    """Sideways the contact alone carries the load at the tip, 360 mm from the middle of the lap."""
+    joint = lap_joint((12, 2, 1), steps=4)
+    assert (joint.n, joint.p_w.min() > 0) == (27, True)
+    pressed = joint.p_w.mean(axis=0)
+    q = joint.layout.by_node(joint.q_w[0] - joint.q_w.mean(axis=0))
+    on_left = np.einsum("nk,nkj->nj", q, joint.tangents) + (joint.p_w[0] - pressed)[:, None] * joint.normal
+    np.testing.assert_allclose(on_left.sum(axis=0), [0.0, 10.0, 0.0], atol=1e-8)
+    moment = np.cross(joint.coordinates - [360.0, 12.7, 12.7], on_left).sum(axis=0)
+    np.testing.assert_allclose(moment, [0.0, 0.0, 3600.0], atol=1e-5)
+    across = [
+        int(np.argmin(np.linalg.norm(joint.coordinates - [x, 25.4 - y, z], axis=1)))
+        for x, y, z in joint.coordinates
+    ]
+    np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
+    assert lap_joint((12, 2, 1), reach=np.inf, steps=4).n == 39
+    with pytest.raises(UsageError, match="lap_joint: expected >= 6 elements along the lap"):
+        lap_joint((4, 2, 1))
 
 
 @pytest.mark.parametrize(("kind", "suffix"), [("tetra", ".msh"), ("hexahedron", ".inp")])
