@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,6 +38,7 @@ def contact_problem(
     steps: int | None = None,
     name: str = "",
     units: str = "",
+    announce: Callable[[str], None] | None = None,
 ) -> Problem:
     """The problem of a body on a rigid obstacle, or on a second body.
 
@@ -68,6 +70,8 @@ def contact_problem(
         Number of load steps m at which time functions are sampled.
     name, units
         As in :class:`shakedown.Problem`.
+    announce
+        Is told, before it begins, what the condensation of a large solid will take (``print``, say).
 
     Raises
     ------
@@ -84,7 +88,7 @@ def contact_problem(
     >>> contact_problem(body, "bottom", 0.5, steps=8).q_w.shape
     (8, 5)
     """
-    joint = _assembled(body, boundary, against, bolts, tangent)
+    joint = _assembled(_Bodies(body, boundary, against, bolts), tangent, announce)
     cases = joint.cases(steps)
     if not cases:
         raise ProblemError("loads: expected at least one load on a body, found none")
@@ -116,9 +120,19 @@ def contact_condensation(
     against: tuple[ElasticBody, str] | None = None,
     bolts: Sequence[Bolt] = (),
     tangent: ArrayLike | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> Condensation:
     """The condensed stiffness alone, with its evidence (rigid motions, residual)."""
-    return _assembled(body, boundary, against, bolts, tangent).reduced
+    return _assembled(_Bodies(body, boundary, against, bolts), tangent, announce).reduced
+
+
+class _Bodies(NamedTuple):
+    """What is put together: a body, its contact boundary, a second one, bolts."""
+
+    body: ElasticBody
+    boundary: str
+    against: tuple[ElasticBody, str] | None
+    bolts: Sequence[Bolt]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,13 +171,8 @@ def _reduced(case: LoadCase, ties: sparse.csr_array) -> LoadCase:
     return replace(case, **{key: ties.T @ part for key, part in parts.items() if part is not None})
 
 
-def _assembled(
-    body: ElasticBody,
-    boundary: str,
-    against: tuple[ElasticBody, str] | None,
-    bolts: Sequence[Bolt],
-    tangent: ArrayLike | None,
-) -> _Joint:
+def _assembled(given: _Bodies, tangent: ArrayLike | None, announce: Callable[[str], None] | None) -> _Joint:
+    body, boundary, against, bolts = given
     nodes, normals = body.normals_on(boundary)
     kept = _not_held(body, nodes)
     normals = _in_symmetry_planes(body, nodes, normals)
@@ -199,6 +208,7 @@ def _assembled(
         fixed=fixed,
         tangent=tangent,
         places=_all_places(bodies) if body.dimension == 3 else None,
+        announce=announce,
     )
     return _Joint(tuple(bodies), tuple(starts), size, pulled, ties, place[kept], numbers[kept], reduced)
 
