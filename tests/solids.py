@@ -8,7 +8,7 @@ import writers
 STEEL = (210e3, 0.3)
 CORNERS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)])
 TETRAHEDRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
-COUNTS, SIZE = (3, 2, 2), (2.0, 1.5, 1.0)  # elements along x, y, z and sides of one block
+COUNTS, SIZE = (3, 2, 1), (2.0, 1.5, 1.0)  # elements along x, y, z and sides of one block
 
 
 def places():

@@ -99,9 +99,9 @@ def blocks(rigid=()):
     loads = [Force("top", (1.0, 2.0, -9.0), history=1.0)]
     half = [Support("front", x=False, z=False)]
     upper = ElasticBody(
-        brick_mesh((4.0, 3.0, 2.0), (4, 3, 2), origin=(0, 0, 2)), steel, half, loads, rigid=rigid
+        brick_mesh((4.0, 3.0, 2.0), (4, 3, 1), origin=(0, 0, 2)), steel, half, loads, rigid=rigid
     )
-    lower = ElasticBody(brick_mesh((4.0, 3.0, 2.0), (4, 3, 2)), steel, [Support("bottom"), *half])
+    lower = ElasticBody(brick_mesh((4.0, 3.0, 2.0), (4, 3, 1)), steel, [Support("bottom"), *half])
     return upper, lower
 
 

@@ -43,7 +43,7 @@ def made(folder):
 def test_two_blocks_come_without_hand_work(made):
     problem, n = made.problem, 12
     assert (problem.n, problem.directions, made.condensation.zero_modes) == (n, 2, 6)
-    assert made.contact.names[0] == "37/25"
+    assert made.contact.names[0] == "25/13"
     np.testing.assert_allclose(problem.normal, np.tile([0.0, 0.0, 1.0], (n, 1)), atol=1e-15)
     np.testing.assert_allclose(problem.tangents, np.tile(np.eye(3)[:2], (n, 1, 1)), atol=1e-15)
     np.testing.assert_allclose(problem.x, problem.coordinates[:, :2])
@@ -111,7 +111,8 @@ def test_a_plane_is_taken_where_it_is_said_or_held(folder):
         "direction 2 of the contact nodes is held: friction across the plane of slip and normal is left out"
     )
     assert left_out in one.notes
-    free = import_model(configuration(folder, f"{plane}\nfree_out_of_plane = true"))
+    guided = '[supports]\nfixed = [["TOP", 2]]'
+    free = import_model(configuration(folder, f"{plane}\nfree_out_of_plane = true", supports=guided))
     assert free.problem.directions == 1
     assert any("moves without friction: friction across the plane" in note for note in free.notes)
     with pytest.raises(ProblemError, match=r"free in direction 2 too; ask for friction in both directions"):
