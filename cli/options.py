@@ -85,10 +85,10 @@ open_option = click.option(
 )
 method_option = click.option(
     "--method",
-    type=click.Choice(["event", "gauss-seidel"]),
+    type=click.Choice(["event", "newton", "gauss-seidel"]),
     default="event",
     show_default=True,
-    help="Exact from event to event, or fixed load steps.",
+    help="From event to event, or at fixed load steps (newton: two tangential directions).",
 )
 load_factor_option = click.option(
     "--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading."

@@ -174,8 +174,8 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines.append(listing(facts))
     lines.append("")
     columns = {
-        **_by_direction(problem, "initial slip", run.initial_slip),
-        **_by_direction(problem, "final slip", run.final_slip),
+        **_by_direction(problem, "initial", run.initial_slip),
+        **_by_direction(problem, "final", run.final_slip),
         "slip per period": without_round_off(run.slip_per_cycle, none_of_slip),
     }
     shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}
@@ -187,5 +187,5 @@ def _by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, l
     """A column of slips, or with two tangential directions one of each."""
     parts = problem.layout.by_node(slips).T.tolist()
     if len(parts) == 1:
-        return {name: parts[0]}
+        return {f"{name} slip": parts[0]}
     return {f"{name} {axis}": part for axis, part in zip("xy", parts, strict=True)}

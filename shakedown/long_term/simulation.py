@@ -24,11 +24,12 @@ from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.contact_law import law_resolution
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.motion.method import Walk, cycles_of, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
-METHODS = ("event", "gauss-seidel")
+METHODS = ("event", "newton", "gauss-seidel")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -146,7 +147,8 @@ def simulate(
     method
         ``"event"``: exact, from event to event, the long-term state in closed form
         (:func:`long_term_state`). ``"gauss-seidel"``: the thesis's fixed load
-        steps (§2.3.2, (2.15)), judged by how small the slip has become.
+        steps (§2.3.2, (2.15)), judged by how small the slip has become. ``"newton"``: the same with two
+        tangential directions, each load step by Newton's method.
     record
         Keep the path: every event, or every load step.
     slip_below
@@ -174,9 +176,10 @@ def simulate(
             problem, load_factor, initial_slip, opened, cycles, LONGEST_PERIOD, tolerances
         )
         run = _from_event_to_event(settled, record)
-    elif method == "gauss-seidel":
-        motion = FixedSteps(problem, load_factor, initial_slip, tolerances, opened)
-        run = _at_fixed_steps(motion, cycles, record)
+    elif method in METHODS:
+        run = _at_fixed_steps(
+            _stepping(problem, load_factor, initial_slip, opened, method, tolerances), method, cycles, record
+        )
     else:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
     if slip_below is None:
@@ -233,9 +236,29 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
     )
 
 
-def _at_fixed_steps(motion: FixedSteps, most: int, record: bool) -> Simulation:
+def _stepping(
+    problem: Problem,
+    load_factor: float,
+    initial_slip: ArrayLike | None,
+    open_nodes: tuple[int, ...],
+    method: str,
+    tolerances: Tolerances,
+) -> FixedSteps | ImplicitPath:
+    """A motion at fixed load steps."""
+    if problem.directions > 1:
+        return ImplicitPath(
+            problem, load_factor, initial_slip, tolerances, open_nodes, sweeps_only=method == "gauss-seidel"
+        )
+    if method == "newton":
+        raise UsageError("method: expected event or gauss-seidel with one tangential direction, found newton")
+    return FixedSteps(problem, load_factor, initial_slip, tolerances, open_nodes)
+
+
+def _at_fixed_steps(motion: FixedSteps | ImplicitPath, method: str, most: int, record: bool) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
-    threshold, start, records = motion.tolerances.steadiness * motion.scale.length, motion.v.copy(), []
+    threshold, records = motion.tolerances.steadiness * motion.scale.length, []
+    slips = motion.problem.layout.slips
+    start = motion.state.u[slips].copy()
     verdict = None
     for cycle in cycles_of(motion, most, record=record):
         records.append(cycle)
@@ -246,13 +269,16 @@ def _at_fixed_steps(motion: FixedSteps, most: int, record: bool) -> Simulation:
         reason = motion.stop.reason if motion.stop else f"no steady state within {most} cycles"
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
     path = Walk(start, tuple(records), motion.history if record else None)
-    return _simulation(_stepped_state(motion, verdict, path), "gauss-seidel", path)
+    return _simulation(_stepped_state(motion, verdict, path), method, path)
 
 
-def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
+def _stepped_state(motion: FixedSteps | ImplicitPath, verdict: Verdict, log: Walk) -> SteppedState:
     n, decided = motion.problem.n, verdict.outcome != Outcome.UNDECIDED
     last, (path, slip) = slice(len(log.slip) - verdict.period, None), motion.last(verdict.period)
-    work = -(path.q * slip).sum(axis=0) / max(verdict.period, 1)
+    if isinstance(motion, FixedSteps):
+        work = -(path.q * slip).sum(axis=0) / max(verdict.period, 1)
+    else:
+        work = np.sum([each.work for each in log.records[last]], axis=0) / max(verdict.period, 1)
     return SteppedState(
         problem=motion.problem,
         load_factor=float(motion.load_factor),
@@ -260,7 +286,7 @@ def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedSt
         outcome=verdict.outcome,
         reason=verdict.reason,
         period=verdict.period,
-        final_slip=motion.v.copy(),
+        final_slip=motion.state.u[motion.problem.layout.slips].copy(),
         drift=verdict.drift,
         slip_per_cycle=log.slip[last].sum(axis=0) if decided else np.full(n, np.nan),
         friction_dissipation_per_cycle=float(log.dissipation[last].mean()) if decided else np.nan,

@@ -103,7 +103,7 @@ class SteppedState(SettledState):
     history
         The load steps of one period; none where it is undecided.
     step_slip : (s, n)
-        Slip in contact during each of them [length].
+        Slip in contact during each of them, with two directions the length of the way [length].
     """
 
     residual: float

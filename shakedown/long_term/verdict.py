@@ -35,7 +35,7 @@ def judge(cycles: Sequence[CycleRecord], threshold: float) -> Verdict | None:
     """
     if len(cycles) < 2:
         return None
-    last, still = cycles[-1], np.zeros_like(cycles[-1].slip)
+    last, still = cycles[-1], np.zeros_like(cycles[-1].end_slip)
     if max(cycle.slip.max() for cycle in cycles[-2:]) <= threshold:
         stays_open, breathing = _numbers(~last.closed), _numbers(last.opened & last.closed)
         if breathing:

@@ -221,5 +221,5 @@ def pressed_slip(settled: Settled) -> FloatArray:
         mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), law.size(np.diff(path.v, axis=0))
         pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period
     else:
-        pressed = (path.p * law.size(settled.step_slip)).sum(axis=0) / settled.period
+        pressed = (path.p * np.abs(settled.step_slip)).sum(axis=0) / settled.period
     return np.where(law.f > 0, settled.work_per_cycle / np.where(law.f > 0, law.f, 1.0), pressed)
