@@ -111,7 +111,9 @@ def test_fixed_load_steps_come_near():
     for run in (newton, sweeps):
         assert run.outcome == exact.outcome == Outcome.CYCLIC_SLIP
         assert run.residual < 1e-9
-        assert run.dissipation_per_cycle == pytest.approx(exact.dissipation_per_cycle, rel=0.1)
+        assert run.dissipation_per_cycle == pytest.approx(
+            exact.dissipation_per_cycle, rel=0.2
+        )  # 24 steps a cycle
         nodes = shakedown.node_results(run)
         assert nodes.work.sum() == pytest.approx(run.dissipation_per_cycle)
     with pytest.raises(shakedown.UsageError, match="found newton"):
