@@ -151,9 +151,9 @@ def exact_room(problem: Problem, slip: np.ndarray, load_factor: float) -> bool:
 def test_what_is_proved_holds_in_rational_arithmetic(seed):
     """The slip next to the low end is safe exactly; above the high end the program of Clarabel has none."""
     from shakedown.bounds.discs import enclosure, safe_proof
-    from shakedown.bounds.discs.disc_program import basis_of, scaled_discs
     from shakedown.bounds.discs.disc_rows import disc_rows
     from shakedown.bounds.discs.polish import end_of
+    from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
     from shakedown.ground.tolerances import DEFAULT
 
     problem = random_joint(np.random.default_rng(seed), 3)
@@ -172,9 +172,9 @@ def test_the_high_end_is_that_of_multipliers_that_balance_exactly(seed):
     from flint import fmpq, fmpq_mat
 
     from shakedown.bounds.discs import enclosure, safe_proof
-    from shakedown.bounds.discs.disc_program import basis_of, scaled_discs
     from shakedown.bounds.discs.disc_rows import disc_rows
     from shakedown.bounds.discs.polish import end_of
+    from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
     from shakedown.ground.tolerances import DEFAULT
 
     def exact(values):

@@ -10,44 +10,48 @@ from shakedown.programs.interior.symmetric_cone import SymmetricCone
 
 
 def inside(rng: np.random.Generator) -> np.ndarray:
-    """A point inside two numbers and four triples."""
-    triples = rng.normal(size=(4, 3))
+    """A point inside four triples, two numbers and a cone of five."""
+    triples, large = rng.normal(size=(4, 3)), rng.normal(size=5)
     triples[:, 0] = np.hypot(triples[:, 1], triples[:, 2]) + rng.uniform(1e-3, 2.0, 4)
-    return np.append(rng.uniform(0.1, 2.0, 2), triples.ravel())
+    large[0] = np.linalg.norm(large[1:]) + rng.uniform(1e-3, 2.0)
+    return np.concatenate([triples.ravel(), rng.uniform(0.1, 2.0, 2), large])
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_as_cones_one_by_one(seed):
     rng = np.random.default_rng(seed)
-    cones, one = SmallCones(2, 4), SymmetricCone(0, 3)
-    s, z, step = inside(rng), inside(rng), rng.normal(size=14)
+    cones, one, large = SmallCones(4, SymmetricCone(2, 5)), SymmetricCone(0, 3), SymmetricCone(0, 5)
+    s, z, step = inside(rng), inside(rng), rng.normal(size=19)
     np.testing.assert_allclose(cones.product(s, cones.quotient(s, z)), z, rtol=1e-9)
     scaling = cones.scaling(s, z)
     np.testing.assert_allclose(scaling.times(z), scaling.point, rtol=1e-10)
     np.testing.assert_allclose(scaling.divided(s), scaling.point, rtol=1e-10)
     np.testing.assert_allclose(scaling.divided(scaling.times(step)), step, rtol=1e-9, atol=1e-12)
-    parts = [slice(2 + 3 * j, 5 + 3 * j) for j in range(4)]
+    parts, head, last = [slice(3 * j, 3 * j + 3) for j in range(4)], slice(12, 14), slice(14, 19)
     for square, part in zip(scaling.inverse_squares(), parts, strict=True):
         np.testing.assert_allclose(
             square @ step[part], scaling.divided(scaling.divided(step))[part], rtol=1e-9
         )
-    falling = step[:2] < 0
-    least = min([*(-s[:2][falling] / step[:2][falling]), *(one.reach(s[part], step[part]) for part in parts)])
-    assert cones.reach(s, step) == pytest.approx(least, rel=1e-9)
-    assert cones.margin(s) == pytest.approx(
-        min([*s[:2], *(one.margin(s[part]) for part in parts)]), rel=1e-12
+    np.testing.assert_allclose(
+        scaling.rest.inverse_square() @ step[last], scaling.divided(scaling.divided(step))[last], rtol=1e-9
     )
+    ratios = -s[head] / step[head]
+    reaches = [*ratios[step[head] < 0], *(one.reach(s[part], step[part]) for part in parts)]
+    assert cones.reach(s, step) == pytest.approx(min(*reaches, large.reach(s[last], step[last])), rel=1e-9)
+    margins = [*s[head], *(one.margin(s[part]) for part in parts), large.margin(s[last])]
+    assert cones.margin(s) == pytest.approx(min(margins), rel=1e-12)
+    assert cones.degree == 7 == pytest.approx(cones.unit @ cones.unit)
 
 
 class Disc:
     """Minimise −x_0 with |x| ≤ limit, and x_0 ≥ least."""
 
-    cones = SmallCones(1, 1)
-    cost = np.array([-1.0, 0.0])
+    cones = SmallCones(1, SymmetricCone(1))
+    costs = np.array([-1.0, 0.0])
 
     def __init__(self, limit: float, least: float) -> None:
-        self.right = np.array([-least, limit, 0.0, 0.0])
-        self.matrix = np.array([[-1.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [0.0, -1.0]])
+        self.limits = np.array([limit, 0.0, 0.0, -least])
+        self.matrix = np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]])
 
     def times(self, x):
         return self.matrix @ x
@@ -66,9 +70,9 @@ def test_every_end_has_its_proof():
     np.testing.assert_allclose(end.x, [2.0, 0.0], atol=1e-9)
     inner = inner_point(Disc(2.0, 0.5), end)
     assert Disc.cones.margin(inner.s) > 0 < Disc.cones.margin(inner.y)
-    np.testing.assert_allclose(Disc(2.0, 0.5).transposed(inner.y), -Disc.cost, atol=1e-12)
+    np.testing.assert_allclose(Disc(2.0, 0.5).transposed(inner.y), -Disc.costs, atol=1e-12)
     none = self_dual_end(Disc(1.0, 1.5))
     assert none.status == Status.INFEASIBLE
-    assert Disc(1.0, 1.5).right @ none.multipliers == pytest.approx(-1.0)
+    assert Disc(1.0, 1.5).limits @ none.multipliers == pytest.approx(-1.0)
     np.testing.assert_allclose(Disc(1.0, 1.5).transposed(none.multipliers), 0.0, atol=1e-8)
     assert Disc.cones.margin(none.multipliers) > -1e-12

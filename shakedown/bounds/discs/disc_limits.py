@@ -8,7 +8,6 @@ from math import inf, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_program import ACCURATE, NOTHING, Basis, DiscEnd, basis_of, scaled_discs
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.enclosure import (
     UNPROVED,
@@ -22,11 +21,13 @@ from shakedown.bounds.discs.frictionless import Frictionless, without_frictionle
 from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.room import safest
 from shakedown.bounds.discs.safe_proof import proved_unbounded
+from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, DiscEnd, basis_of, scaled_discs
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
+from shakedown.programs.disc_solver import ACCURATE
 
 LOGGER = logging.getLogger("shakedown")
 LARGE = 1000  # nodes, from where on time and memory are announced

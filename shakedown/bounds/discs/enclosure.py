@@ -10,10 +10,10 @@ from math import fsum, inf, nextafter
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_program import DiscEnd
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
 from shakedown.bounds.discs.safe_proof import LOADS, ROUNDS, SPARE, Proof, only_at_zero, proof_of, proved_low
+from shakedown.bounds.discs.scaled_discs import DiscEnd
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
@@ -180,7 +180,7 @@ def on_the_way(end: DiscEnd) -> Iterator[FloatArray]:
     """Multipliers with more room on the way to those that exclude every slip."""
     for point in end.end.path[-2::-2]:
         y = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))[0]
-        size = -float(np.vdot(y, end.scaled.program.rows.c))
+        size = -float(np.vdot(y, end.scaled.rows.c))
         if size > 0 and np.isfinite(y).all():
             yield y / size
 
@@ -249,7 +249,7 @@ def inner_points(best: DiscEnd) -> tuple[list[tuple[FloatArray, float]], list[tu
     """Slips with room, with their load factors, and multipliers with room, with what they lose."""
     scaled, slips, multipliers = best.scaled, [], []
     program = scaled.program
-    slack = program.right - program.times(best.end.x)
+    slack = program.limits - program.times(best.end.x)
     for gap in INNER_GAPS:
         point = inner_point(program, best.end, gap)
         if point is not None:

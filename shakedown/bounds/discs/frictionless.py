@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_program import basis_of
 from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.scaled_discs import basis_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.rigid_slips import RigidSlips

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 
-from shakedown.bounds.discs.disc_program import ACCURATE, DiscEnd, DiscProgram, ScaledDiscs, in_units
+from shakedown.bounds.discs.scaled_discs import DiscEnd, ScaledDiscs, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.programs.interior.self_dual import SelfDualEnd, self_dual_end
-from shakedown.programs.program import Program
-from shakedown.programs.solver import solve
+from shakedown.programs.disc_solver import disc_end
+from shakedown.programs.interior.disc_program import DiscProgram
+from shakedown.programs.interior.self_dual import SelfDualEnd
 
 STEPS = 12
 SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1
@@ -33,33 +33,14 @@ class _Active:
 
 
 def end_of(scaled: ScaledDiscs, tolerances: Tolerances) -> DiscEnd:
-    """The end of a program: by interior points of its own, else by those of :func:`solve`; polished.
+    """The end of a program, polished, in the units of its joint.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end = self_dual_end(scaled.program)
-    if end.status == Status.UNDECIDED:
-        end = replace(_second_road(scaled.program, tolerances), path=end.path)
-    return in_units(scaled, polished(scaled.program, end))
-
-
-def _second_road(program: DiscProgram, tolerances: Tolerances) -> SelfDualEnd:
-    """The end of the same program, as rows and cones."""
-    discs = np.concatenate([program.Q[program.rows.node], program.E[:, :, None]], axis=2)
-    matrix = np.vstack([program.linear, -discs.reshape(-1, len(program.cost))])
-    cones = (3,) * len(program.C)
-    found = solve(Program(matrix, program.right, program.cost, cones, tolerances=tolerances))
-    y, x = np.nan_to_num(found.multipliers), np.nan_to_num(found.x)
-    slack, accuracy = program.right - program.times(x), ACCURATE
-    if found.optimal:
-        accuracy = max(abs(each) for each in found.residuals)
-    if found.status == Status.UNBOUNDED:
-        x = x / -float(program.cost @ x)
-        slack = -program.times(x)
-    return SelfDualEnd(found.status, x, slack, y, accuracy, ())
+    return in_units(scaled, polished(scaled.program, disc_end(scaled.program, tolerances)))
 
 
 def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
@@ -83,7 +64,7 @@ def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
 
 
 def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
-    (slack, s), (weight, y) = program.cones.parts(end.slack), program.cones.parts(end.multipliers)
+    (s, slack, _), (y, weight, _) = program.parts(end.slack), program.parts(end.multipliers)
     length_s, length_y = np.hypot(s[:, 1], s[:, 2]), np.hypot(y[:, 1], y[:, 2])
     active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
     apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
@@ -93,17 +74,17 @@ def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
 
 def _left(program: DiscProgram, end: SelfDualEnd) -> float:
     """The largest of what is left of the balance, rooms and multipliers below zero, and the gap."""
-    slack = program.right - program.times(end.x)
-    balance = np.abs(program.transposed(end.multipliers) + program.cost).max()
+    slack = program.limits - program.times(end.x)
+    balance = np.abs(program.transposed(end.multipliers) + program.costs).max()
     outside = max(-program.cones.margin(slack), -program.cones.margin(end.multipliers), 0.0)
-    gap = abs(float(slack @ end.multipliers)) / max(abs(float(program.cost @ end.x)), 1e-300)
+    gap = abs(float(slack @ end.multipliers)) / max(abs(float(program.costs @ end.x)), 1e-300)
     found = max(balance, outside, gap)
     return float(found) if np.isfinite(found) else np.inf
 
 
 def _newton(program: DiscProgram, end: SelfDualEnd, active: _Active) -> SelfDualEnd | None:
     """The end from Newton's method on the equations; None where it does not settle."""
-    weights, triples = program.cones.parts(end.multipliers)
+    triples, weights, _ = program.parts(end.multipliers)
     x = end.x
     m = np.concatenate([weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel()])
     best, reached = None, np.inf
@@ -133,31 +114,25 @@ def _equations(
     program: DiscProgram, active: _Active, x: FloatArray, m: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Balance of the multipliers, room of the active limits, curvature, slopes of the active limits."""
-    linear, s = program.cones.parts(program.right - program.times(x))
+    s, linear, _ = program.parts(program.limits - program.times(x))
     a, b = len(active.linear), len(active.linear) + len(active.edge)
-    at_edge = s[active.edge]
-    length = np.hypot(at_edge[:, 1], at_edge[:, 2])
-    normal = at_edge[:, 1:] / length[:, None]
-    rows = _columns(program, active.edge)
-    along = rows[:, 0] - np.einsum("jk,jkx->jx", normal, rows[:, 1:])
-    across = normal[:, :1] * rows[:, 2] - normal[:, 1:] * rows[:, 1]
-    bent = across * np.sqrt(np.maximum(m[a:b], 0.0) / length)[:, None]
-    at_apex = _columns(program, active.apex).reshape(-1, len(x))
-    J = np.vstack([-program.linear[active.linear], along, at_apex])
-    missing = np.concatenate([linear[active.linear], at_edge[:, 0] - length, s[active.apex].ravel()])
-    return program.cost - m @ J, missing, bent.T @ bent, J
+    edges = program.edges(active.edge, x, m[a:b])
+    at_apex = program.columns(active.apex).reshape(-1, len(x))
+    J = -np.vstack([_rows(program, active.linear), edges.slopes, at_apex])
+    missing = np.concatenate([linear[active.linear], -edges.excess, s[active.apex].ravel()])
+    return program.costs - m @ J, missing, edges.bends.T @ edges.bends, J
 
 
-def _columns(program: DiscProgram, discs: NDArray[np.intp]) -> FloatArray:
-    """The change of some discs with (ξ, λ), (a, 3, K + 1)."""
-    return np.concatenate([program.Q[program.rows.node[discs]], program.E[discs][:, :, None]], axis=2)
+def _rows(program: DiscProgram, rows: NDArray[np.intp]) -> FloatArray:
+    """The coefficients of (ξ, λ) in some linear rows."""
+    return np.hstack([program.rows[rows], program.rows_extra[rows]])
 
 
 def _ended(
     program: DiscProgram, end: SelfDualEnd, active: _Active, x: FloatArray, m: FloatArray
 ) -> SelfDualEnd:
-    slack, y = program.right - program.times(x), np.zeros(len(program.right))
-    (_, s), (weights, triples) = program.cones.parts(slack), program.cones.parts(y)
+    slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
+    (s, *_), (triples, weights, _) = program.parts(slack), program.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)
     weights[active.linear] = m[:a]
     normal = s[active.edge, 1:] / np.hypot(s[active.edge, 1], s[active.edge, 2])[:, None]

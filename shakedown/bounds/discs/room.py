@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_program import ACCURATE, basis_of, scaled_discs
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.polish import end_of
+from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
+from shakedown.programs.disc_solver import ACCURATE
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,10 +2,9 @@
 
 ``symmetric_cone`` (the positive orthant, with one second-order cone or without),
 ``predictor_corrector`` (the method of Mehrotra, with the scaling of Nesterov and Todd),
-``dense_programs`` (programs in any units: rows that meet in a vertex, the optimum over a cone). For
-very many cones of three: ``small_cones`` (numbers ≥ 0 and triples), ``self_dual`` (the optimum, or the
-proof that there is none); ``disc_cones`` and ``node_cones`` (many small cones that share the
-coefficients of their nodes, beside one large cone).
+``dense_programs`` (programs in any units: rows that meet in a vertex, the optimum over a cone). For very
+many cones of three: ``small_cones`` (triples, beside numbers ≥ 0 and one large cone), ``self_dual`` (the
+optimum, or the proof that there is none), ``disc_program`` (discs that share coefficients node by node).
 What it finds is a start: rows that meet in the optimum, multipliers to be sharpened. The wings
 above check it, as they check what a solver says.
 """

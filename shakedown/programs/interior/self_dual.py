@@ -12,12 +12,13 @@ from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
 
 FloatArray = NDArray[np.float64]
 Solve = Callable[[FloatArray], FloatArray]
+Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 ITERATIONS = 100
-REACHED = 1e-11  # gap and residuals at which it stops
+REACHED = 1e-10  # gap and residuals at which it stops
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
-REFINEMENTS, SOLVED = 4, 1e-15  # of every solution of the normal equations, at most; what may be left
+REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at most; what may be left
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
 INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
@@ -25,18 +26,18 @@ PROVES = 1e-9  # what is left of the balance of multipliers, or of a direction, 
 
 
 class ConeRows(Protocol):
-    """Minimise cᵀ x with right − G x in the cones."""
+    """Minimise costsᵀ x with limits − G x in the cones."""
 
     @property
     def cones(self) -> SmallCones:
         """Where the slacks and multipliers are."""
 
     @property
-    def right(self) -> FloatArray:
-        """Right sides."""
+    def limits(self) -> FloatArray:
+        """Right sides h."""
 
     @property
-    def cost(self) -> FloatArray:
+    def costs(self) -> FloatArray:
         """c."""
 
     def times(self, x: FloatArray) -> FloatArray:
@@ -70,7 +71,7 @@ class SelfDualEnd:
     x : (N,)
         The solution; of an unbounded program the direction, cᵀ x = −1.
     slack, multipliers : (R,)
-        Of the rows; of an infeasible program multipliers with rightᵀ y = −1.
+        Of the rows; of an infeasible program multipliers with hᵀ y = −1.
     accuracy
         The largest of gap and residuals, relative.
     path
@@ -96,7 +97,7 @@ def self_dual_end(rows: ConeRows) -> SelfDualEnd:
 
 
 def _followed(rows: ConeRows) -> SelfDualEnd:
-    point = Point(np.zeros(len(rows.cost)), rows.cones.unit, rows.cones.unit, 1.0, 1.0)
+    point = Point(np.zeros(len(rows.costs)), rows.cones.unit, rows.cones.unit, 1.0, 1.0)
     best, path, idle = _judged(rows, point), list[Point](), 0
     for _ in range(ITERATIONS):
         if best.accuracy <= REACHED or (best.accuracy <= USABLE and idle >= PATIENCE) or idle > 3 * PATIENCE:
@@ -132,7 +133,7 @@ def inner_point(rows: ConeRows, end: SelfDualEnd, gap: float = INNER_GAP) -> Poi
 
 
 def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
-    cones, h, c = rows.cones, rows.right, rows.cost
+    cones, h, c = rows.cones, rows.limits, rows.costs
 
     def mean(point: Point) -> float:
         return float(point.s @ point.y) / point.tau**2 / cones.degree
@@ -149,10 +150,7 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
         if rest <= CENTRED * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
             return Point(x, s, y, 1.0, 0.0)
         wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
-        right = short - scaling.times(wanted)
-        scaled = scaling.divided(scaling.divided(right))
-        dx = _refined(rows, scaling)(left + rows.transposed(scaled))
-        dy = scaling.divided(scaling.divided(rows.times(dx))) - scaled
+        dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
         ds = short - rows.times(dx)
         way = min(1.0, 0.9 * cones.reach(s, ds), 0.9 * cones.reach(y, dy))
         if not np.isfinite(dx).all():
@@ -166,16 +164,16 @@ def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
         scaling = rows.cones.scaling(point.s, point.y)
         try:
-            dx = _refined(rows, scaling)(rows.transposed(point.y))
+            _, dy = _newton_equations(rows, scaling)(rows.transposed(point.y), np.zeros_like(point.y))
         except np.linalg.LinAlgError:
             return np.full_like(point.y, np.nan)
-        return point.y - scaling.divided(scaling.divided(rows.times(dx)))
+        return point.y - dy
 
 
 def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
     """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
     x, s, y, tau = point.x, point.s, point.y, point.tau
-    h, c = rows.right, rows.cost
+    h, c = rows.limits, rows.costs
     size_h, size_c = max(1.0, float(np.linalg.norm(h))), max(1.0, float(np.linalg.norm(c)))
     Gx, Gy = rows.times(x), rows.transposed(y)
     value, proved = float(c @ x), float(h @ y)
@@ -201,16 +199,10 @@ def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
     """One step of Mehrotra: towards the end, then with what that step leaves corrected."""
     cones, centre = rows.cones, scaling.point
     x, s, y, tau, kappa = point
-    h, c = rows.right, rows.cost
-    solve = _refined(rows, scaling)
+    h, c = rows.limits, rows.costs
+    both = _newton_equations(rows, scaling)
     left, short = -(rows.transposed(y) + tau * c), tau * h - rows.times(x) - s
     lost = -(kappa + float(c @ x) + float(h @ y))
-
-    def both(right_x: FloatArray, right_y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gᵀ dy = right_x, G dx − W² dy = right_y."""
-        scaled = scaling.divided(scaling.divided(right_y))
-        dx = solve(right_x + rows.transposed(scaled))
-        return dx, scaling.divided(scaling.divided(rows.times(dx))) - scaled
 
     x1, y1 = both(-c, h)
     slope = float(c @ x1) + float(h @ y1) - kappa / tau
@@ -249,28 +241,31 @@ def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
     )
 
 
-def _refined(rows: ConeRows, scaling: SmallScaling) -> Solve:
-    """The normal equations, solved and refined by conjugate gradients with their factor."""
+def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
+    """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
+
+    By the normal equations, refined by conjugate gradients with their factor: dy is summed up along
+    with dx, so that its balance is not lost where W⁻² spans many orders.
+    """
     solve = rows.normal_equations(scaling)
 
-    def product(x: FloatArray) -> FloatArray:
-        return rows.transposed(scaling.divided(scaling.divided(rows.times(x))))
-
-    def refined(right: FloatArray) -> FloatArray:
-        x = solve(right)
-        rest = right - product(x)
-        enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(x), 1.0
+    def refined(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+        right = first + rows.transposed(scaling.divided(scaling.divided(second)))
+        dx = solve(right)
+        dy = scaling.divided(scaling.divided(rows.times(dx) - second))
+        enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
         for _ in range(REFINEMENTS):
+            rest = first - rows.transposed(dy)
             if not np.linalg.norm(rest) > enough:
                 break
             ahead = solve(rest)
             slope = float(rest @ ahead)
             way, last = ahead + slope / last * way, slope
-            pushed = product(way)
-            length = slope / float(way @ pushed)
+            along = scaling.divided(rows.times(way))
+            length = slope / float(along @ along)
             if not np.isfinite(length):
                 break
-            x, rest = x + length * way, rest - length * pushed
-        return x
+            dx, dy = dx + length * way, dy + length * scaling.divided(along)
+        return dx, dy
 
     return refined

@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.bounds.energy.discs.ball_limits import CONE, DiscLimits, Places
 from shakedown.ground.float_array import FloatArray
-from shakedown.programs.interior.node_cones import DiscProgram
+from shakedown.programs.interior.disc_program import DiscProgram
 from shakedown.programs.scaling import power_of_two
 
 ROUND_OFF = 4 * np.finfo(float).eps

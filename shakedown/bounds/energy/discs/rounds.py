@@ -16,7 +16,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.programs.interior.node_cones import solved
+from shakedown.programs.disc_solver import solved
 from shakedown.programs.scaling import typical_size
 
 ROUNDS = 4

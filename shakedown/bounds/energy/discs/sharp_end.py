@@ -8,13 +8,10 @@ import numpy as np
 from scipy.linalg import solve
 
 from shakedown.bounds.energy.discs.ball_limits import CONE, Places
-from shakedown.ground.errors import SolverError
-from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.node_cones import DiscEnd, DiscProgram, solved
-from shakedown.programs.program import INF, Program
-from shakedown.programs.solver import solve as solve_program
+from shakedown.programs.disc_solver import DiscSolution, solved
+from shakedown.programs.interior.disc_program import DiscProgram
 
 NEWTON_STEPS = 6
 CHANGES = 8  # of what is active
@@ -25,7 +22,6 @@ APEX = 1e-6  # a reaction this small, relative to the numbers of the program, ma
 SHARP = 1e-13  # what is left between the value and its proof, relatively, where nothing is to be gained
 SMALL = 400  # unknowns up to which the shortest step is taken where the equations are singular
 SINGULAR = 1e-11  # relative singular value that counts as zero there
-MOST_ENTRIES = 40_000_000  # of the matrix of a program that is written out disc by disc
 
 Value = Callable[[FloatArray], tuple[float, FloatArray]]
 
@@ -79,8 +75,7 @@ def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
     SolverError
         If no road comes to an end.
     """
-    found = sought(solved, program)
-    end = _written_out(program, found) if isinstance(found, Missing) else found
+    end = solved(program)
     best = SharpEnd(end.status, end.y, end.w, end.discs, end.rows)
     if end.status != Status.OPTIMAL:
         return best
@@ -143,7 +138,7 @@ class _Stationary(NamedTuple):
     weight: float
 
 
-def _newton(program: DiscProgram, end: DiscEnd) -> SharpEnd | None:
+def _newton(program: DiscProgram, end: DiscSolution) -> SharpEnd | None:
     """What is active at an optimum, solved as equations; None where they come to no end.
 
     What turns out to push the wrong way is let go, and what turns out to be broken is taken in.
@@ -160,12 +155,12 @@ def _newton(program: DiscProgram, end: DiscEnd) -> SharpEnd | None:
     return None
 
 
-def _away(program: DiscProgram, end: DiscEnd) -> bool:
+def _away(program: DiscProgram, end: DiscSolution) -> bool:
     """Whether an end is elsewhere than at y = 0, where the bound of the length has no slope."""
     return program.norm is None or float(np.linalg.norm(end.y)) > APEX
 
 
-def _centred(program: DiscProgram, end: DiscEnd, value: Value) -> SharpEnd | None:
+def _centred(program: DiscProgram, end: DiscSolution, value: Value) -> SharpEnd | None:
     """The end at y = 0: of the multipliers found there, those of what is active, in its directions."""
     y = np.zeros(program.rank)
     w = value(y)[1]
@@ -184,7 +179,7 @@ def _centred(program: DiscProgram, end: DiscEnd, value: Value) -> SharpEnd | Non
     return SharpEnd(Status.OPTIMAL, y, w, discs / pull, rows / pull)
 
 
-def _stationary(program: DiscProgram, end: DiscEnd, active: _Active) -> _Stationary | None:
+def _stationary(program: DiscProgram, end: DiscSolution, active: _Active) -> _Stationary | None:
     """The point at which what is active is stationary, next to an end; None where none is found."""
     weight = 0.0
     if program.norm is not None:
@@ -226,7 +221,7 @@ def _corrected(program: DiscProgram, active: _Active, at: _Stationary) -> _Activ
     )
 
 
-def _ended(program: DiscProgram, active: _Active, at: _Stationary, end: DiscEnd) -> SharpEnd | None:
+def _ended(program: DiscProgram, active: _Active, at: _Stationary, end: DiscSolution) -> SharpEnd | None:
     """A stationary point as an end, its multipliers in the cones; None where they are in none."""
     tips = at.tips.reshape(-1, CONE)
     u = _discs_at(program, at.y, at.w, active.discs)
@@ -244,7 +239,7 @@ def _discs_at(program: DiscProgram, y: FloatArray, w: FloatArray, which: Places)
     return program.right[which] - (program.blocks @ y)[node] - program.extra[which] @ w
 
 
-def _active(program: DiscProgram, end: DiscEnd) -> _Active:
+def _active(program: DiscProgram, end: DiscSolution) -> _Active:
     every = np.arange(len(program.node))
     u = _discs_at(program, end.y, end.w, every)
     slack = u[:, 0] - np.hypot(u[:, 1], u[:, 2])
@@ -273,28 +268,16 @@ def _equations(program: DiscProgram, active: _Active, at: _Stationary) -> tuple[
     """Matrix and value of the conditions of an optimum."""
     y, w, mu, tips, nu, weight = at
     r, p = len(y), len(w)
-    u = _discs_at(program, y, w, active.discs)
-    lengths = np.hypot(u[:, 1], u[:, 2])
-    normal = u[:, 1:] / lengths[:, None]
-    across = np.column_stack([-normal[:, 1], normal[:, 0]])
-    columns = [
-        np.concatenate([program.blocks[program.node[which]], program.extra[which]], axis=2)
-        for which in (active.discs, active.apexes)
-    ]
-    # φ = |u_1| − u_0 falls with what discs take of u
-    slopes = columns[0][:, 0] - np.einsum("ij,ijk->ik", normal, columns[0][:, 1:])
-    bends = (
-        np.einsum("ij,ijk->ik", across, columns[0][:, 1:]) * np.sqrt(np.maximum(mu, 0.0) / lengths)[:, None]
-    )
-    points = columns[1].reshape(-1, r + p)
+    edges = program.edges(active.discs, np.append(y, w), mu)
+    points = program.columns(active.apexes).reshape(-1, r + p)
     rows = np.column_stack([program.rows[active.rows], program.rows_extra[active.rows]])
-    held = [slopes, points, rows]
+    held = [edges.slopes, points, rows]
     values = [
-        lengths - u[:, 0],
+        edges.excess,
         -_discs_at(program, y, w, active.apexes).ravel(),
         rows @ np.append(y, w) - program.rows_right[active.rows],
     ]
-    square = bends.T @ bends
+    square = edges.bends.T @ edges.bends
     multipliers = np.concatenate([mu, tips, nu])
     if program.norm is not None:
         length = float(np.linalg.norm(y))
@@ -307,27 +290,3 @@ def _equations(program: DiscProgram, active: _Active, at: _Stationary) -> tuple[
     balance_left = A.T @ multipliers + np.append(np.zeros(r), program.cost)
     matrix = np.block([[square, A.T], [A, np.zeros((len(A), len(A)))]])
     return matrix, np.concatenate([balance_left, *values])
-
-
-def _written_out(program: DiscProgram, why: Missing) -> DiscEnd:
-    """The program with one cone of its own for every disc, by other interior points."""
-    K, r, p = len(program.node), program.rank, len(program.cost)
-    if (CONE * K + len(program.rows)) * (r + p) > MOST_ENTRIES:
-        raise SolverError(why.reason)
-    discs = np.concatenate([program.blocks[program.node], program.extra], axis=2).reshape(-1, r + p)
-    parts = [np.column_stack([program.rows, program.rows_extra]), discs]
-    right = [program.rows_right, program.right.ravel()]
-    cones: tuple[int, ...] = (CONE,) * K
-    if program.norm is not None:
-        bound = np.vstack(
-            [np.append(np.zeros(r), -program.norm), np.column_stack([-np.eye(r), np.zeros((r, p))])]
-        )
-        parts.append(bound)
-        right.append(np.append(-program.offset, np.zeros(r)))
-        cones += (r + 1,)
-    told = Program(
-        np.vstack(parts), np.concatenate(right), program.costs, cones, np.full(sum(map(len, right)), -INF)
-    )
-    found = solve_program(told)
-    z, k = found.multipliers, len(program.rows)
-    return DiscEnd(found.status, found.x[:r], found.x[r:], z[k : k + CONE * K].reshape(K, CONE), z[:k], 0.0)

@@ -1,20 +1,17 @@
-"""The largest or smallest last unknown over the discs of all nodes, by interior points in numbers near 1."""
+"""The program of the largest or smallest last unknown over the discs of all nodes, in numbers near 1."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, qr, solve_triangular
+from scipy.linalg import qr, solve_triangular
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.self_dual import SelfDualEnd, Solve
-from shakedown.programs.interior.small_cones import SmallCones, SmallScaling
+from shakedown.programs.interior.disc_program import DiscProgram
+from shakedown.programs.interior.self_dual import SelfDualEnd
 
-SHIFTS = (0.0, 1e-14, 1e-12, 1e-10)  # of a matrix with ones in its diagonal, where it is not positive
-ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
 CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
 NOTHING = 1e-14  # of an unknown, in numbers near 1: it is round-off
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
@@ -39,81 +36,6 @@ class Basis:
     Q: FloatArray
     to_slips: FloatArray
     sizes: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class DiscProgram:
-    """Maximise (towards −1) or minimise (+1) λ ≥ 0 over (ξ, λ): discs, half-spaces, λ ≥ 0, λ ≤ cap.
-
-    In numbers near 1. Of a disc j the slack is C_j + λ E_j + Q_i ξ, of linear row l it is right − M_l x.
-
-    Attributes
-    ----------
-    Q : (n, 3, K)
-    C, E : (j, 3)
-    linear : (l, K + 1)
-    limits : (l,)
-    rows
-        Which disc belongs to which node.
-    """
-
-    Q: FloatArray
-    C: FloatArray
-    E: FloatArray
-    linear: FloatArray
-    limits: FloatArray
-    towards: float
-    rows: DiscRows
-
-    @cached_property
-    def cones(self) -> SmallCones:
-        """The cones of the slacks."""
-        return SmallCones(len(self.limits), len(self.C))
-
-    @cached_property
-    def right(self) -> FloatArray:
-        """Slacks at x = 0."""
-        return np.concatenate([self.limits, self.C.ravel()])
-
-    @cached_property
-    def cost(self) -> FloatArray:
-        """What is minimised."""
-        return np.append(np.zeros(self.Q.shape[-1]), self.towards)
-
-    @cached_property
-    def flat(self) -> FloatArray:
-        """Q as a matrix, (3n, K)."""
-        nodes, triple, K = self.Q.shape
-        return self.Q.reshape(nodes * triple, K)
-
-    def times(self, x: FloatArray) -> FloatArray:
-        """What x takes from the slacks."""
-        discs = (self.flat @ x[:-1]).reshape(-1, 3)[self.rows.node] + x[-1] * self.E
-        return np.concatenate([self.linear @ x, -discs.ravel()])
-
-    def transposed(self, y: FloatArray) -> FloatArray:
-        """What multipliers add up to."""
-        weights, triples = self.cones.parts(y)
-        of_nodes = (self.rows.sums @ triples).ravel()
-        discs = np.append(of_nodes @ self.flat, np.vdot(self.E, triples))
-        return np.asarray(weights @ self.linear - discs)
-
-    def normal_equations(self, scaling: SmallScaling) -> Solve:
-        """Gᵀ W⁻² G from one 3 × 3 block per node, and its factor."""
-        n, K = len(self.Q), self.Q.shape[-1]
-        squares = scaling.inverse_squares()
-        blocks = (self.rows.sums @ squares.reshape(-1, 9)).reshape(n, 3, 3)
-        pulled = np.einsum("jkl,jl->jk", squares, self.E)
-        weighted = self.linear / scaling.diagonal[:, None] ** 2
-        normal = self.linear.T @ weighted
-        normal[:K, :K] += self.flat.T @ (blocks @ self.Q).reshape(3 * n, K)
-        normal[:K, K] += (self.rows.sums @ pulled).ravel() @ self.flat
-        normal[K, :K] = normal[:K, K]
-        normal[K, K] += np.vdot(pulled, self.E)
-        sizes = 1.0 / np.sqrt(np.diag(normal))
-        normal *= sizes * sizes[:, None]
-        factor = _factor(normal)
-        return lambda right: sizes * cho_solve(factor, sizes * right, check_finite=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +76,7 @@ class DiscEnd:
     @property
     def carrying(self) -> NDArray[np.intp]:
         """The discs that determine it: those with a multiplier, in numbers near 1."""
-        weights = self.scaled.program.cones.parts(self.end.multipliers)[1][:, 0]
+        weights = self.scaled.program.parts(self.end.multipliers)[0][:, 0]
         return np.flatnonzero(weights > CARRIES * weights.max(initial=0.0))
 
 
@@ -165,7 +87,9 @@ class ScaledDiscs:
     Attributes
     ----------
     program
-        The program.
+        The program of (ξ, λ), x = R⁻¹ ξ: in rows the half-spaces, then λ ≥ 0 and λ ≤ its cap.
+    rows
+        The limits.
     weights : (n + o,)
         What the rows of a node, or a half-space, were multiplied by.
     unit
@@ -177,6 +101,7 @@ class ScaledDiscs:
     """
 
     program: DiscProgram
+    rows: DiscRows
     weights: FloatArray
     unit: float
     load_unit: float
@@ -190,11 +115,11 @@ class ScaledDiscs:
 
     def multipliers(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Multipliers of the discs and of the half-spaces, from those of the program."""
-        n = len(self.program.Q)
-        weights, triples = self.program.cones.parts(y)
+        n = len(self.program.blocks)
+        discs, weights, _ = self.program.parts(y)
         factor = self.weights * (self.load_unit / self.unit)
         gaps = len(self.weights) - n
-        return triples * factor[:n][self.program.rows.node][:, None], weights[:gaps] * factor[n:]
+        return discs * factor[:n][self.program.node][:, None], weights[:gaps] * factor[n:]
 
 
 def basis_of(rows: DiscRows) -> Basis:
@@ -238,21 +163,18 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
     if unit == 0.0:
         unit = _median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or 1.0
     load_unit = unit / (_median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or unit)
-    linear = np.hstack([-basis.Q[3 * n :] * second[n:, None], (gap_e * load_unit / unit)[:, None]])
-    linear[:, :K] *= -1.0
-    limits = gap_c / unit
-    bounds = np.zeros((1 + np.isfinite(cap), K + 1))
-    bounds[:, K] = [-1.0, 1.0][: len(bounds)]
+    bounds = np.array([-1.0, 1.0])[: 1 + np.isfinite(cap)]
     program = DiscProgram(
-        Q=np.ascontiguousarray(Q * second[:n, None, None]),
-        C=C / unit,
-        E=E * (load_unit / unit),
-        linear=np.vstack([linear, bounds]),
-        limits=np.concatenate([limits, [0.0, cap / load_unit][: len(bounds)]]),
-        towards=towards,
-        rows=rows,
+        blocks=np.ascontiguousarray(Q * -second[:n, None, None]),
+        node=rows.node,
+        extra=E[:, :, None] * (-load_unit / unit),
+        right=C / unit,
+        rows=np.vstack([basis.Q[3 * n :] * second[n:, None], np.zeros((len(bounds), K))]),
+        rows_extra=np.append(gap_e * load_unit / unit, bounds)[:, None],
+        rows_right=np.concatenate([gap_c / unit, [0.0, cap / load_unit][: len(bounds)]]),
+        cost=np.array([towards]),
     )
-    return ScaledDiscs(program, weights, unit, load_unit, basis)
+    return ScaledDiscs(program, rows, weights, unit, load_unit, basis)
 
 
 def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
@@ -263,21 +185,9 @@ def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
         x, load_factor = x / load_factor, 1.0
     if end.status == Status.INFEASIBLE:
         x, load_factor = np.full(len(x), np.nan), np.nan
-        size = -float(np.vdot(y, scaled.program.rows.c) + gap_y @ scaled.program.rows.gaps.g)
+        size = -float(np.vdot(y, scaled.rows.c) + gap_y @ scaled.rows.gaps.g)
         y, gap_y = y / size, gap_y / size
     return DiscEnd(end.status, x, load_factor, y, gap_y, end.accuracy, scaled, end)
-
-
-def _factor(normal: FloatArray) -> tuple[FloatArray, bool]:
-    """The factor of a matrix with ones in its diagonal, or of one next to it where round-off spoils that."""
-    for shift in SHIFTS[:-1]:
-        try:
-            return cho_factor(
-                normal + shift * np.eye(len(normal)), lower=True, overwrite_a=True, check_finite=False
-            )
-        except np.linalg.LinAlgError:
-            continue
-    return cho_factor(normal + SHIFTS[-1] * np.eye(len(normal)), lower=True, check_finite=False)
 
 
 def _largest(rows: DiscRows) -> FloatArray:
