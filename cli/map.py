@@ -28,6 +28,7 @@ from .output import echo_json, progress, say
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps
 
+LONGEST_NUMBER = 9  # digits of a node number
 MOST_LOAD_FACTORS = 100_000  # more rows than anyone reads
 
 
@@ -52,6 +53,20 @@ class LoadFactors(click.ParamType):
             self.fail(f"expected {wanted}, found {value!r}", param, ctx)
 
 
+class GridSlip(click.ParamType):
+    """A slip that a grid runs over: of a node, with two tangential directions NODE:x or NODE:y."""
+
+    name = "slip"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, str]:
+        node, _, axis = value.partition(":")
+        if not (node.isdecimal() and len(node) <= LONGEST_NUMBER and axis in ("", "x", "y")):
+            self.fail(f"expected a node number, or NODE:x or NODE:y, found {value!r}", param, ctx)
+        return int(node), axis
+
+
 @click.command(
     "map",
     short_help="Long-term states from many initial states.",
@@ -66,9 +81,10 @@ class LoadFactors(click.ParamType):
 )
 @click.option(
     "--grid",
-    type=(int, int),
+    type=(GridSlip(), GridSlip()),
     metavar="I J",
-    help="A grid in the slips of nodes I and J, all others at the safe slip.",
+    help="A grid in the slips of nodes I and J, all others at the safe slip. With two tangential directions "
+    "NODE:x or NODE:y each.",
 )
 @click.option(
     "--sampler",
@@ -105,7 +121,7 @@ def map_command(
     problem: Problem,
     load_factor: float | list[float],
     states: int,
-    grid: tuple[int, int] | None,
+    grid: tuple[tuple[int, str], tuple[int, str]] | None,
     sampler: str | None,
     reach: float,
     seed: int,
@@ -133,7 +149,7 @@ def map_command(
             states=states,
             sampler=sampler or ("grid" if grid is not None else "sobol"),
             seed=seed,
-            coordinates=grid,
+            coordinates=None if grid is None else _places(problem, grid),
             reach=reach,
             path=output,
             resume=resume,
@@ -152,6 +168,17 @@ def map_command(
     maps = found.maps if isinstance(found, shakedown.InitialStateMaps) else (found,)
     if any(one.undecided for one in maps):
         context.exit(1)
+
+
+def _places(problem: Problem, grid: tuple[tuple[int, str], tuple[int, str]]) -> tuple[int, int]:
+    """Where the two slips of a grid stand among those of the joint."""
+    d = problem.directions
+    if any(bool(axis) != (d > 1) for _, axis in grid):
+        wanted = "two node numbers" if d == 1 else "NODE:x or NODE:y twice, as the joint has two directions"
+        found = " ".join(str(node) + f":{axis}" * bool(axis) for node, axis in grid)
+        raise click.UsageError(f"--grid: expected {wanted}, found {found}")
+    first, second = (d * node + "xy".find(axis) if d > 1 else node for node, axis in grid)
+    return first, second
 
 
 def _draw(found: InitialStateMap | InitialStateMaps, picture: Path) -> None:

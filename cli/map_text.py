@@ -102,7 +102,7 @@ def _one(found: InitialStateMap) -> list[str]:
     if found.limit_cycles:
         lines.append(_legend(found))
     lines += ["", *(paragraph(sentence) for sentence in _uniqueness(found))]
-    if found.problem.n == 2:
+    if found.plane.region_type:
         kind = found.plane.region_type
         lines.append(paragraph(f"Regions of slip space: type ({kind}), {found.plane.region}."))
     return lines
@@ -167,8 +167,7 @@ def _uniqueness(found: InitialStateMap) -> list[str]:
 
 
 def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
-    none = _none(found)
-    rows = []
+    none, rows = _none(found), []
     for cycle in cycles[:20]:
         low, high = without_round_off(cycle.dissipation, none)
         least, most = number(low, 4), number(high, 4)
@@ -185,8 +184,10 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
             ]
         )
     heads = ["states", "period", "dissipation", "multiplier", "spread", "slip at"]
-    shown = len(heads) if any(cycle.slipping_nodes for cycle in cycles) else -1
-    text = table(heads[:shown], [row[:shown] for row in rows])
+    idle = {"multiplier"} if found.problem.directions > 1 else set()
+    idle |= set() if any(cycle.slipping_nodes for cycle in cycles) else {"slip at"}
+    kept = [k for k, head in enumerate(heads) if head not in idle]
+    text = table([heads[k] for k in kept], [[row[k] for k in kept] for row in rows])
     more = len(cycles) - len(rows)
     return text + (f"\n  … {more} more; --json has all" if more > 0 else "")
 
@@ -194,11 +195,18 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
 def _legend(found: InitialStateMap) -> str:
     length = length_unit(found.problem)
     spread = with_unit("spread", length)
+    apart = (
+        f"{spread}: how far apart the slips lie that these states end on; 0: one and the same motion, more: "
+        "several of a continuum."
+    )
+    if found.problem.directions > 1:
+        return paragraph(
+            f"{apart} With two tangential directions it is not worked out whether they are stable.", "  "
+        )
     jumps = any(cycle.stability == "unknown" for cycle in found.limit_cycles)
     return paragraph(
         "multiplier: factor per period by which a small disturbance of the motion shrinks; below 1 stable, "
-        f"above unstable, at 1 a continuum of neighbouring motions is possible. {spread}: how far apart "
-        "the slips lie that these states end on; 0: one and the same motion, more: several of a continuum."
+        f"above unstable, at 1 a continuum of neighbouring motions is possible. {apart}"
         + " jumps: the motion jumps and has no multiplier."
         * jumps,
         "  ",

@@ -117,7 +117,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     >>> plot.basin(found).get_xlabel()
     'initial slip of node 0'
     """
-    if found.problem.n < 2:
+    if found.problem.layout.slip_size < 2:
         raise UsageError("picture of a map: expected a joint of two nodes or more, found one node")
     axes = axes_for(ax, (6.6, 5.4))
     force, length = units_of(found.problem)
@@ -128,7 +128,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     margin = np.where(high > low, BEYOND * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
     axes.set_ylim(low[1] - margin[1], high[1] + margin[1])
-    plane = found.problem.n == 2 or found.sampling.sampler == "grid"
+    plane = found.problem.layout.slip_size == 2 or found.sampling.sampler == "grid"
     if plane:
         handles += _draw_outlines(axes, found.plane)
     centre: dict[str, Any] = {  # hollow: a safe region may be smaller than the marker
@@ -141,14 +141,20 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     }
     handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=3, **centre)
     axes.set(
-        xlabel=with_unit(f"initial slip of {node_name(pair[0], found.problem)}", length),
-        ylabel=with_unit(f"initial slip of {node_name(pair[1], found.problem)}", length),
+        xlabel=with_unit(f"initial slip of {_slip_name(pair[0], found.problem)}", length),
+        ylabel=with_unit(f"initial slip of {_slip_name(pair[1], found.problem)}", length),
     )
-    rest = found.problem.n - 2
+    rest = found.problem.layout.slip_size - 2
     others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"
     axes.set_title(f"λ = {found.load_factor:.6g}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
+
+
+def _slip_name(place: int, problem: Problem) -> str:
+    """Whose slip stands at a place, with two directions also along which of its tangents."""
+    d = problem.directions
+    return node_name(place // d, problem) + ("" if d == 1 else f" along {'xy'[place % d]}")
 
 
 def _draw_states(axes: Axes, found: Mapped, points: FloatArray, label: str) -> list[Any]:

@@ -381,6 +381,8 @@ ANSWERS = {
     "sweep",
     "random_paths",
     "with_parameter",
+    # maps
+    "initial_state_map",
     # of runs of any joint: the problem has the units only
     "slip_over_load",
     "slip_per_cycle",
@@ -389,7 +391,6 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
-    "map --load-factor 0.5",
     "sweep --vary friction=0.5:1:3 --load-factor 1",
     "adversary",
 ]

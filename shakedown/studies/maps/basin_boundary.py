@@ -9,9 +9,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.arguments import checked
 from shakedown.long_term.many_states import long_term_states
-from shakedown.motion.contact_law import scales
 from shakedown.studies.maps.basin_map import InitialStateMap
-from shakedown.studies.maps.limit_cycles import STABLE
+from shakedown.studies.maps.limit_cycles import STABLE, same_slip
 from shakedown.studies.maps.samplers import Sampler
 
 HALVINGS = 30  # of the distance between neighbours
@@ -22,8 +21,9 @@ def basin_boundary(found: InitialStateMap, *, halvings: int = HALVINGS) -> Float
     """Initial slips on the boundaries between basins, in the plane of a grid (thesis §7.2.1).
 
     Basins are told apart by outcome and period, and where a limit cycle is stable, by
-    the limit cycle. Between any two neighbours of the grid that belong to different basins
-    the way is halved again and again, all of them at once.
+    the limit cycle; with two tangential directions where several states end on it. Between
+    any two neighbours of the grid that belong to different basins the way is halved again
+    and again, all of them at once.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def basin_boundary(found: InitialStateMap, *, halvings: int = HALVINGS) -> Float
 
     Returns
     -------
-    (k, n)
+    (k, dn)
         One slip for each such pair of neighbours [length].
 
     Raises
@@ -88,9 +88,10 @@ def _basins(
     basins = period * len(Outcome) + np.array(
         [list(Outcome).index(Outcome(word)) for word in outcome], dtype=np.int64
     )
-    near = found.search.tolerances.same_cycle * scales(found.problem, found.load_factor).length
+    near = same_slip(found.problem, found.load_factor, found.search.tolerances)
     for number, cycle in enumerate(found.limit_cycles, 1):
-        if cycle.stability != STABLE:
+        gathers = found.problem.directions > 1 and cycle.coincide and cycle.count > 1
+        if cycle.stability != STABLE and not gathers:
             continue
         for place in cycle.final_slip:
             basins[np.abs(final_slip - place).max(axis=1) <= near] = -number

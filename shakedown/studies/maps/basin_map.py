@@ -55,7 +55,7 @@ class InitialStateMap(Result):
         Which initial states: ``sampling.slips(k, k + 1)`` gives number k again.
     search
         How long-term states were searched for.
-    initial_slip, final_slip : (s, n)
+    initial_slip, final_slip : (s, dn)
         Slips at the start, and at the end of a period of the long-term state [length].
     outcome : (s,)
         Values of :class:`Outcome`.

@@ -15,14 +15,17 @@ from shakedown.joint.result import Result
 from shakedown.long_term.cycle_map import UNIT, CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import scales
+from shakedown.motion.contact_law import path_resolution, scales
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.method import walk
+from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import Search
 from shakedown.studies.maps.slip_scatter import AT_ONCE, slip_scatter
 
 Rows = NDArray[np.intp]  # numbers of states
+
+MOST_ALONE = 20  # limit cycles of a kind that are told apart without multipliers; the others are a continuum
+APART = 16.0  # times what a path in space resolves: states so near each other are one
 
 STABLE, BORDER, UNSTABLE, UNKNOWN = "stable", "border", "unstable", "unknown"
 
@@ -48,7 +51,8 @@ class LimitCycle(Result):
         ``"stable"``: every multiplier is below 1 in size, and small disturbances die out.
         ``"border"``: one is 1: a disturbance may lead to a neighbouring limit cycle of a
         continuum; whether the states found make use of that, ``coincide`` says.
-        ``"unstable"``: one is above 1. ``"unknown"``: the state jumps.
+        ``"unstable"``: one is above 1. ``"unknown"``: the state jumps, or the joint has two
+        tangential directions, where the cycle map is not worked out.
     multipliers : (k,)
         Eigenvalues of the derivative of the map over one period with respect to the slips
         of the nodes stuck at its start, the largest first, at the example.
@@ -56,7 +60,7 @@ class LimitCycle(Result):
         How many different sequences of contact states were seen, wherever a period is cut.
     example
         Number of a state that leads there.
-    final_slip : (period, n)
+    final_slip : (period, dn)
         Slips at the ends of its cycles, from the example [length].
     spread
         Largest difference, at any node, between the slips that the states end on, in the same
@@ -89,7 +93,7 @@ class _Kind(NamedTuple):
 
 
 class _Examined(NamedTuple):
-    """A limit cycle looked at closely, and how its slip grows per period, (n,) [length]."""
+    """A limit cycle looked at closely, and how its slip grows per period, (dn,) [length]."""
 
     cycle: LimitCycle
     drift: FloatArray
@@ -107,7 +111,8 @@ class _Seen:
     @property
     def still(self) -> float:
         """Slip per period that counts as none [length]."""
-        return 4.0 * self.search.tolerances.periodicity * scales(self.problem, self.load_factor).length
+        share = path_resolution(self.problem, self.search.tolerances)
+        return 4.0 * share * scales(self.problem, self.load_factor).length
 
     @property
     def same(self) -> float:
@@ -117,8 +122,8 @@ class _Seen:
     @property
     def same_work(self) -> float:
         """Difference of dissipations that counts as none, beside a share of the larger [force × length]."""
-        scale, tolerance = scales(self.problem, self.load_factor), self.search.tolerances.periodicity
-        return tolerance * scale.length * scale.force
+        scale = scales(self.problem, self.load_factor)
+        return path_resolution(self.problem, self.search.tolerances) * scale.length * scale.force
 
     def parts(self) -> Iterator[slice]:
         """All states, some at a time."""
@@ -133,7 +138,9 @@ def limit_cycles(
 
     Where no multiplier is 1, a limit cycle stands alone, and the states count that end on
     it, to the tolerance ``same_cycle``. Else it is one of a continuum; limit cycles of a
-    continuum have the period and the slipping nodes in common, and count together.
+    continuum have the period and the slipping nodes in common, and count together. With two
+    tangential directions there are no multipliers: there it stands alone where every node slips
+    and several states end on it.
 
     Parameters
     ----------
@@ -149,8 +156,9 @@ def limit_cycles(
         continuum: list[tuple[_Examined, Rows]] = []
         while len(rows):
             one = _examined(seen, kind, int(rows[0]))
-            alone = one.cycle.stability in (STABLE, UNSTABLE)
-            mine = _ends_on(seen, rows, one.cycle) if alone else _like(seen, rows, kind)
+            here = _ends_on(seen, rows, one.cycle)
+            alone = one.cycle.stability in (STABLE, UNSTABLE) or _gathers(seen, kind, here, len(found))
+            mine = here if alone else _like(seen, rows, kind)
             if alone:
                 found.append(_counted(seen, one, rows[mine]))
             else:
@@ -192,13 +200,23 @@ def _ends_on(seen: _Seen, rows: Rows, cycle: LimitCycle) -> NDArray[np.bool_]:
     return mine
 
 
+def _gathers(seen: _Seen, kind: _Kind, here: NDArray[np.bool_], known: int) -> bool:
+    """Whether a limit cycle without multipliers stands alone for all that is seen.
+
+    Every node slips, so that no slip is locked in, and other states end on it, too.
+    """
+    if seen.problem.directions == 1 or len(kind.slipping_nodes) < seen.problem.n:
+        return False
+    return bool(np.count_nonzero(here) > 1) and known < MOST_ALONE
+
+
 def _like(seen: _Seen, rows: Rows, kind: _Kind) -> NDArray[np.bool_]:
     """Which states are taken to end in the same continuum as the first of them.
 
     Those that pass through the same contact states; all of the kind where a node keeps its
     slip, which is locked in and selects the limit cycle.
     """
-    if len(kind.slipping_nodes) < seen.problem.n:
+    if len(kind.slipping_nodes) < seen.problem.n or seen.problem.directions > 1:
         return np.ones(len(rows), dtype=bool)
     signature = seen.columns["signature"][rows]
     return np.asarray(signature == signature[0])
@@ -226,7 +244,12 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
         longest_period=seen.search.longest_period,
         tolerances=seen.search.tolerances,
     )
-    over = _one_more_period(state) if state.period else None
+    if not state.period:
+        return _Examined(cycle, state.drift)
+    if seen.problem.directions > 1:
+        ends = np.array([record.end_slip for record in cycles_of(state.motion(), state.period)])
+        return _Examined(replace(cycle, final_slip=ends), state.drift)
+    over = _one_more_period(state)
     if over is None:
         return _Examined(cycle, state.drift)
     ends = np.array([record.end_slip for record in over.records])
@@ -275,4 +298,7 @@ def _known(drift: FloatArray) -> FloatArray | None:
 
 def same_slip(problem: Problem, load_factor: float, tolerances: Tolerances) -> float:
     """Difference between the slips of limit cycles that counts as none [length] (``same_cycle``)."""
-    return tolerances.same_cycle * scales(problem, load_factor).length
+    share = tolerances.same_cycle
+    if problem.directions > 1:  # ends of searches are not known better
+        share = max(share, APART * path_resolution(problem, tolerances))
+    return share * scales(problem, load_factor).length

@@ -20,6 +20,7 @@ from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
+IN_SPACE = 16  # times the work of a state in the plane, and of its pieces so many less
 FEW = 1 << 20  # slips of one load factor that are sent to other processes: 8 MB
 COLUMNS = (  # what is kept of every state in any case
     "initial_slip",
@@ -31,7 +32,7 @@ COLUMNS = (  # what is kept of every state in any case
     "contraction",
     "signature",
 )
-PER_NODE = ("initial_slip", "final_slip", "slip_per_cycle")
+SLIPS = ("initial_slip", "final_slip")  # of every node in all directions
 FLOAT = np.dtype(np.float64)
 DTYPES = {
     "outcome": NAMES.dtype,
@@ -71,14 +72,15 @@ class MapPieces:
     def for_other_processes(self) -> "MapPieces":
         """The same work with few states drawn here, so that a worker need not load what draws them."""
         first = self.samplings[0]
-        if first.states * first.problem.n > FEW:
+        if first.states * first.problem.layout.slip_size > FEW:
             return self
         return replace(self, slips=tuple(chosen.slips(0, chosen.states) for chosen in self.samplings))
 
     @property
     def size(self) -> int:
         """States in one piece: about a second of work."""
-        return BLOCK * max(1, 256 // self.samplings[0].problem.n)
+        joint = self.samplings[0].problem
+        return BLOCK * max(1, (256 if joint.directions == 1 else IN_SPACE) // joint.n)
 
     @property
     def count(self) -> int:
@@ -89,7 +91,8 @@ class MapPieces:
     def little(self) -> bool:
         """Whether other processes would take longer to start than this one to be done."""
         first = self.samplings[0]
-        return len(self.samplings) * first.states * first.problem.n**2 < LITTLE
+        states = len(self.samplings) * first.states * (1 if first.problem.directions == 1 else IN_SPACE)
+        return states * first.problem.n**2 < LITTLE
 
     @property
     def _per_load_factor(self) -> int:
@@ -110,9 +113,10 @@ class MapPieces:
 
     def kinds(self, rows: int) -> Kinds:
         """Type and shape of the columns of some states."""
-        wide = (rows, self.samplings[0].problem.n)
+        layout = self.samplings[0].problem.layout
+        wide = dict.fromkeys(SLIPS, layout.slip_size) | {"slip_per_cycle": layout.n}
         return {
-            key: (DTYPES.get(key, FLOAT), wide if key in PER_NODE else (rows,))
+            key: (DTYPES.get(key, FLOAT), (rows, wide[key]) if key in wide else (rows,))
             for key in (*self.columns, "load_factor")
         }
 

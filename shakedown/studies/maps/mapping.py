@@ -19,7 +19,7 @@ from shakedown.files.atomic_write import check_target
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
-from shakedown.joint.arguments import check_load_factor, checked, require_plane
+from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
@@ -116,7 +116,8 @@ def initial_state_map(
     seed
         Of what is random. State number k follows from the seed and k alone.
     coordinates
-        The two nodes whose slips a grid runs over and a picture shows; 0 and 1 by default.
+        The two nodes whose slips a grid runs over and a picture shows; 0 and 1 by default. With two
+        tangential directions the places of two slips among x0, y0, x1, y1, …
     reach
         Size of the box, or of the ball, relative to that above.
     path
@@ -159,7 +160,6 @@ def initial_state_map(
     >>> cycle.slipping_nodes, cycle.period, cycle.stability
     ((1,), 1, 'border')
     """
-    require_plane("map", problem)
     several = isinstance(load_factor, Sequence | np.ndarray)
     factors: list[float] = [*load_factor] if several else [load_factor]  # type: ignore[misc, list-item]
     if not factors:

@@ -61,12 +61,12 @@ class Sampling:
     sampler, seed, states
         How they are chosen, the seed of what is random, and how many there are.
     coordinates
-        The two nodes whose slips a grid runs over, and a picture shows.
-    centre : (n,)
+        Places of the two slips that a grid runs over, and a picture shows: in the plane the nodes.
+    centre : (dn,)
         Middle of the box [length].
     centre_is
         What it is, in words.
-    half_width : (n,)
+    half_width : (dn,)
         Half-width of the box [length].
     reach
         Radius of the ball that states are drawn from, relative to the energy ball.
@@ -102,7 +102,7 @@ class Sampling:
         return f"radius {self.ball.radius:g} ({self.ball.reason})"
 
     def slips(self, start: int, stop: int) -> FloatArray:
-        """The initial slips of the states numbered start … stop − 1, (stop − start, n) [length]."""
+        """The initial slips of the states numbered start … stop − 1, (stop − start, dn) [length]."""
         stop = min(stop, self.states)
         if self.sampler == Sampler.GRID:
             return _grid(self, start, stop)
@@ -190,17 +190,19 @@ def _centre(problem: Problem, load_factor: float, tolerances: Tolerances) -> tup
     last = upper_bound(problem, tolerances=tolerances).slip
     if not np.isnan(last).any():
         return last, "safe slip at λ_max"
-    return np.zeros(problem.n), "slip zero"
+    return np.zeros(problem.layout.slip_size), "slip zero"
 
 
 def _coordinates(problem: Problem, given: tuple[int, int] | None, sampler: str) -> tuple[int, int]:
-    """Two different nodes."""
-    pair = (0, min(1, problem.n - 1)) if given is None else tuple(given)
-    if problem.n == 1 and given is None and sampler == Sampler.GRID:
+    """The places of two different slips."""
+    size = problem.layout.slip_size
+    pair = (0, min(1, size - 1)) if given is None else tuple(given)
+    if size == 1 and given is None and sampler == Sampler.GRID:
         raise UsageError("grid: expected a joint of two nodes or more, found one node")
-    known = len(pair) == 2 and all(isinstance(j, int | np.integer) and 0 <= j < problem.n for j in pair)
+    known = len(pair) == 2 and all(isinstance(j, int | np.integer) and 0 <= j < size for j in pair)
     if not known or (pair[0] == pair[1] and (given is not None or sampler == Sampler.GRID)):
-        raise UsageError(f"grid: expected two different nodes from 0 to {problem.n - 1}, found {pair}")
+        what = "nodes" if problem.directions == 1 else "slips (x0, y0, x1, y1, …)"
+        raise UsageError(f"grid: expected two different {what} from 0 to {size - 1}, found {pair}")
     return int(pair[0]), int(pair[1])
 
 
@@ -209,18 +211,19 @@ def _grid(chosen: Sampling, start: int, stop: int) -> FloatArray:
     steps = np.linspace(-1.0, 1.0, chosen.side) if chosen.side > 1 else np.zeros(1)
     number = np.arange(start, stop)
     slips = np.tile(chosen.centre, (len(number), 1))
-    for node, place in zip(chosen.coordinates, (number % chosen.side, number // chosen.side), strict=True):
-        slips[:, node] += chosen.half_width[node] * steps[place]
+    for slip, place in zip(chosen.coordinates, (number % chosen.side, number // chosen.side), strict=True):
+        slips[:, slip] += chosen.half_width[slip] * steps[place]
     return slips
 
 
 def _sobol(chosen: Sampling, start: int, stop: int) -> FloatArray:
     from scipy.stats import qmc  # loads much: only where it is drawn from
 
-    n = chosen.problem.n
-    if n > qmc.Sobol.MAXDIM:
-        raise UsageError(f"sampler sobol: expected at most {qmc.Sobol.MAXDIM} nodes, found {n}")
-    engine = qmc.Sobol(n, scramble=True, seed=np.random.default_rng(chosen.seed))
+    size, d = chosen.problem.layout.slip_size, chosen.problem.directions
+    if size > qmc.Sobol.MAXDIM:
+        most = qmc.Sobol.MAXDIM // d
+        raise UsageError(f"sampler sobol: expected at most {most} nodes, found {chosen.problem.n}")
+    engine = qmc.Sobol(size, scramble=True, seed=np.random.default_rng(chosen.seed))
     if start:  # SciPy cannot skip none
         engine.fast_forward(start)
     count = 1 << max(stop - start - 1, 0).bit_length()  # SciPy wants a power of two
@@ -230,7 +233,7 @@ def _sobol(chosen: Sampling, start: int, stop: int) -> FloatArray:
 def _latin(chosen: Sampling, block: int) -> FloatArray:
     from scipy.stats import qmc
 
-    engine = qmc.LatinHypercube(chosen.problem.n, seed=_generator(chosen, block))
+    engine = qmc.LatinHypercube(chosen.problem.layout.slip_size, seed=_generator(chosen, block))
     return _in_box(chosen, engine.random(BLOCK))
 
 

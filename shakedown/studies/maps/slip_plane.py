@@ -20,6 +20,7 @@ from shakedown.programs.polygon import corners
 from shakedown.studies.maps.samplers import Sampling
 
 OUTLINE = 181  # points of an ellipse
+ROUND = 721  # points about the centre of an outline with corners that are not known
 
 REGION_TYPES = {
     "i": "a safe region and no complementary one, as below the first collapse",
@@ -36,7 +37,7 @@ class SlipPlane:
     Attributes
     ----------
     coordinates
-        The two nodes.
+        The places of the two slips: in the plane their nodes.
     safe
         Slips at which no row is violated.
     admissible
@@ -80,8 +81,10 @@ def slip_plane(chosen: Sampling) -> SlipPlane:
     """
     problem, rows, pair = chosen.problem, constraints(chosen.problem), list(chosen.coordinates)
     empty = np.empty((0, 2))
-    if problem.n < 2:
+    if problem.layout.slip_size < 2:
         return SlipPlane(chosen.coordinates, empty, empty, empty, np.full((2, 2), np.nan), (), "")
+    if problem.directions > 1:
+        return _of_discs(chosen)
     rest = chosen.centre.copy()
     rest[pair] = 0.0
     sides, limit = rows.G[:, pair], rows.g - chosen.load_factor * rows.d - rows.G @ rest
@@ -98,15 +101,55 @@ def slip_plane(chosen: Sampling) -> SlipPlane:
     return plane if problem.n > 2 else _of_two_nodes(plane, chosen.load_factor, problem, chosen.tolerances)
 
 
+def _of_discs(chosen: Sampling) -> SlipPlane:
+    """The plane with two tangential directions: outlines as far as they go round the centre."""
+    problem, pair = chosen.problem, chosen.coordinates
+    rows = constraints(problem)
+    room = rows.g - chosen.load_factor * rows.d
+    every = problem.law.stiffness(problem.A, problem.B)
+    at_first = first_room(problem, chosen.load_factor)
+    return SlipPlane(
+        coordinates=pair,
+        safe=_about(chosen, rows.G, room),
+        admissible=_about(chosen, every, at_first),
+        ball=_section(chosen),
+        apexes=np.full((2, 2), np.nan),
+        complementary=(),
+        region_type="",
+    )
+
+
+def _about(chosen: Sampling, G: FloatArray, room: FloatArray) -> FloatArray:
+    """Outline, about the centre, of the slips that keep every cone r − G v of three rows; empty without end.
+
+    Along a direction a cone ends where |q|² = (f p)²: c + 2 b t + a t² = 0, at the first t > 0.
+    """
+    head, *q = (room - G @ chosen.centre).reshape(-1, 3).T[:, :, None]
+    if (np.hypot(*q) > head).any():
+        return np.empty((0, 2))
+    angle = np.linspace(0.0, 2.0 * np.pi, ROUND)
+    around = np.stack([np.cos(angle), np.sin(angle)]) * chosen.half_width[list(chosen.coordinates)][:, None]
+    per_head, *per_q = np.moveaxis((-G[:, list(chosen.coordinates)] @ around).reshape(-1, 3, ROUND), 1, 0)
+    c = np.sum(np.square(q), axis=0) - head**2
+    b = np.sum(np.multiply(q, per_q), axis=0) - head * per_head
+    a = np.sum(np.square(per_q), axis=0) - per_head**2
+    root = b + np.sqrt(np.maximum(b**2 - a * c, 0.0))
+    ends = (root > 0) & (b**2 >= a * c)
+    reach = np.divide(-c, root, out=np.full_like(root, np.inf), where=ends).min(axis=0)
+    if not np.isfinite(reach).all():
+        return np.empty((0, 2))
+    return np.asarray(chosen.centre[list(chosen.coordinates)] + (reach * around).T)
+
+
 def first_room(problem: Problem, load_factor: float) -> FloatArray:
-    """Right-hand sides of the rows G v ≤ … at the first load step of the motion, (2n,) [force]."""
+    """Right-hand sides of the rows G v ≤ … at the first load step of the motion, ((d + 1) n,) [force]."""
     return problem.law.cone(*problem.layout.split(first_load(problem, load_factor)))
 
 
 def admissible(
     problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances = DEFAULT
 ) -> NDArray[np.bool_]:
-    """Which slips (s, n) keep every node closed and within its friction limits at the first load, (s,).
+    """Which slips (s, dn) keep every node closed and within its friction limits at the first load, (s,).
 
     Examples
     --------
@@ -114,6 +157,13 @@ def admissible(
     >>> admissible(shakedown.example("two-node"), 0.7, np.array([[0.0, 1.0], [9.0, 9.0]]))
     array([ True, False])
     """
+    if problem.directions > 1:
+        law, split = problem.law, problem.layout.split
+        q_w, p_w = split(first_load(problem, load_factor))
+        size = np.abs(slips) @ np.abs(problem.A).T
+        own = law.size(np.abs(q_w) + size) + law.limit(np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T)
+        excess = law.excess(q_w + slips @ problem.A.T, p_w + slips @ problem.B.T)
+        return np.asarray((excess <= tolerances.feasibility * own).all(axis=1))
     rows, room = constraints(problem), first_room(problem, load_factor)
     size = np.abs(slips) @ np.abs(rows.G).T + np.abs(room)
     return np.asarray((slips @ rows.G.T - room <= tolerances.feasibility * size).all(axis=1))

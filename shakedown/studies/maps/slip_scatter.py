@@ -39,13 +39,13 @@ def slip_scatter(
 
     Parameters
     ----------
-    final_slip : (s, n)
+    final_slip : (s, dn)
         Slips that all states end on [length]; they may lie on the disk.
     rows
         Numbers of the states to compare.
-    places : (p, n)
+    places : (p, dn)
         Slips at the ends of the cycles of the limit cycle of one of them [length].
-    drift : (n,), optional
+    drift : (dn,), optional
         Growth of its slip per period [length].
 
     Examples

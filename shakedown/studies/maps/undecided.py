@@ -47,7 +47,7 @@ def undecided_reasons(
     ----------
     problem, load_factor
         The joint and λ.
-    slips : (s, n)
+    slips : (s, dn)
         Initial slips of all states [length].
     rows
         Numbers of those that are undecided; a few spread evenly over them are looked at.

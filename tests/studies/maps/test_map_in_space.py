@@ -1,0 +1,114 @@
+"""Maps of joints with two tangential directions: single runs, the plane, outlines that are those of the cones."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import run
+from joints_in_space import embedded, in_units
+
+import shakedown
+from shakedown.joint.constraints import constraints
+from shakedown.studies.maps.slip_plane import admissible
+
+JOINT = shakedown.example("two-node-3d")
+PLANE = replace(shakedown.example("two-node"), C=None)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.initial_state_map(JOINT, 0.98 * shakedown.upper_bound(JOINT).load_factor, states=40)
+
+
+def test_it_agrees_bit_by_bit_with_single_states(found):
+    for k in range(0, 40, 8):
+        state = shakedown.long_term_state(JOINT, found.load_factor, found.initial_slip[k])
+        assert (found.outcome[k], found.period[k]) == (state.outcome, state.period)
+        assert found.signature[k] == state.signature
+        np.testing.assert_array_equal(found.final_slip[k], state.final_slip)
+        np.testing.assert_array_equal(found.slip_per_cycle[k], state.slip_per_cycle)
+    assert found.initial_slip.shape == found.final_slip.shape == (40, 4)
+    assert found.slip_per_cycle.shape == (40, 2)
+
+
+@pytest.mark.parametrize("sampler", ["latin", "ball", "transients"])
+def test_every_sampler_has_states(sampler):
+    some = shakedown.initial_state_map(JOINT, 0.5, states=6, sampler=sampler, seed=3)
+    np.testing.assert_array_equal(some.sampling.slips(4, 5), some.initial_slip[4:5])
+    assert len(np.unique(some.initial_slip[:, 0])) > 1 or sampler == "transients"
+    if sampler == "ball":
+        assert (some.sampling.ball.distance(some.initial_slip) <= some.sampling.ball.radius).all()
+        assert some.outcomes == {"shakedown": 6}
+
+
+def test_load_in_one_direction_is_the_map_of_the_plane():
+    given = {"states": 36, "sampler": "grid"}
+    plane = shakedown.initial_state_map(PLANE, 0.7, **given)
+    space = shakedown.initial_state_map(embedded(PLANE), 0.7, coordinates=(0, 2), **given)
+    assert np.abs(space.initial_slip[:, 1::2]).max() < 1e-12
+    np.testing.assert_allclose(space.sampling.half_width[::2], plane.sampling.half_width)
+    assert 0 < (space.outcome == "shakedown").sum() < 36  # their centres differ: any safe slip is one
+    (cycle,) = space.limit_cycles
+    assert (cycle.slipping_nodes, cycle.stability, len(cycle.multipliers)) == ((1,), "unknown", 0)
+    assert cycle.coincide is False
+    boundary = shakedown.basin_boundary(space, halvings=8)[:, ::2]
+    apart = 0.02 * np.diag(space.sampling.half_width[::2])  # on both sides of it the plane has two outcomes
+    sides = [
+        [shakedown.long_term_states(PLANE, 0.7, boundary + sign * step).outcome for sign in (-1, 1)]
+        for step in apart
+    ]
+    assert len(boundary) > 3
+    assert np.any([one != other for one, other in sides], axis=0).all()
+
+
+def test_outlines_are_those_of_the_cones():
+    chosen = {"states": 4, "sampler": "grid", "coordinates": (1, 2)}
+    found = shakedown.initial_state_map(JOINT, 0.5, **chosen)
+    centre, plane, rows = found.sampling.centre, found.plane, constraints(JOINT)
+    assert (len(plane.apexes), plane.region_type, plane.complementary) == (2, "", ())
+    for outline, holds in (
+        (plane.safe, lambda slip: rows.relative_excess(slip, 0.5).max() <= 0),
+        (plane.admissible, lambda slip: admissible(JOINT, 0.5, slip[None])[0]),
+    ):
+        assert len(outline) > 100
+        for point in outline[::29]:
+            ends = np.tile(centre, (2, 1))
+            ends[:, [1, 2]] += np.array([[1 - 1e-6], [1 + 1e-6]]) * (point - centre[[1, 2]])
+            assert [bool(holds(end)) for end in ends] == [True, False]
+
+
+def test_units_do_not_matter(found):
+    other = in_units(JOINT, 2.0**9, 2.0**-7)
+    same = shakedown.initial_state_map(other, found.load_factor, states=40)
+    np.testing.assert_array_equal(same.outcome, found.outcome)
+    counts = [[cycle.count for cycle in each.limit_cycles] for each in (same, found)]
+    assert counts[0] == counts[1]
+
+
+def test_states_that_end_on_one_cycle_are_one():
+    joint = replace(JOINT, initial_slip=None)
+    found = shakedown.initial_state_map(
+        joint, 1.3 * shakedown.upper_bound(joint).load_factor, states=8, reach=1e-3
+    )
+    assert sum(cycle.count for cycle in found.limit_cycles) == 8
+    assert all(cycle.stability == "unknown" for cycle in found.limit_cycles)
+
+
+def test_the_command(tmp_path):
+    words = ["map", "two-node-3d", "--load-factor", "0.5", "--states", "4", "-q"]
+    code, text, err = run(*words, "--grid", "0:y", "1:x", "-o", "map.npz", cwd=tmp_path)
+    assert (code, err) == (0, "")
+    assert max(map(len, text.splitlines())) <= 80
+    kept = np.load(tmp_path / "map.npz")["initial_slip"]
+    assert [len(np.unique(column)) for column in kept.T] == [1, 2, 2, 1]
+    for grid, line in (
+        (["0", "1"], "--grid: expected NODE:x or NODE:y twice, as the joint has two directions, found 0 1"),
+        (["0:x", "9:x"], "grid: expected two different slips (x0, y0, x1, y1, …) from 0 to 3, found (0, 18)"),
+        (["0:z", "1:x"], "expected a node number, or NODE:x or NODE:y, found '0:z'"),
+    ):
+        code, out, err = run(*words, "--grid", *grid, cwd=tmp_path)
+        assert (code, out) == (2, "")
+        assert line in err
+    code, _, err = run("map", "two-node", "--load-factor", "0.5", "--grid", "0:x", "1:x", "-q", cwd=tmp_path)
+    assert code == 2
+    assert "--grid: expected two node numbers, found 0:x 1:x" in err
