@@ -391,7 +391,6 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
-    "sweep --vary friction=0.5:1:3 --load-factor 1",
     "adversary",
 ]
 OTHERS = {  # what else a function needs to be called

@@ -2,8 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, field
-
-import numpy as np
+from math import inf, nan
 
 REMEMBERED = 24  # changes, for their ratios
 BEND = 5  # ratios that tell whether the rate is settled
@@ -24,21 +23,32 @@ class Approach:
     period: int
     noise: float
     changes: deque[float] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    _shrinking: deque[float] = field(init=False)  # change by change of those one period later; NaN: unknown
+    _ratios: list[float] | None = None
+    _rate: float | None = None
+
+    def __post_init__(self) -> None:
+        self._shrinking = deque(maxlen=max(REMEMBERED - self.period, 0))
 
     def add(self, change: float) -> None:
         """The largest change of an entry of the state over the last period [length]."""
+        self._ratios = self._rate = None
+        if len(self.changes) >= self.period:
+            before = self.changes[-self.period]
+            self._shrinking.append(max(change, self.noise) / before if before > 8 * self.noise else nan)
         self.changes.append(change)
 
     @property
     def change(self) -> float:
         """The last change; inf where there is none yet."""
-        return self.changes[-1] if self.changes else np.inf
+        return self.changes[-1] if self.changes else inf
 
     @property
     def ratios(self) -> list[float]:
         """Factors from the changes above the noise to those one period later."""
-        pairs = zip(self.changes, list(self.changes)[self.period :], strict=False)
-        return [max(after, self.noise) / before for before, after in pairs if before > 8 * self.noise]
+        if self._ratios is None:
+            self._ratios = [ratio for ratio in self._shrinking if ratio == ratio]
+        return self._ratios
 
     @property
     def rate(self) -> float:
@@ -46,9 +56,9 @@ class Approach:
 
         1 where nothing is known: a sequence that does not shrink has no limit.
         """
-        if self.ratios:
-            return min(max(self.ratios[-3:]), 1.0)
-        return 0.0 if self.known else 1.0
+        if self._rate is None:
+            self._rate = min(max(self.ratios[-3:]), 1.0) if self.ratios else 0.0 if self.known else 1.0
+        return self._rate
 
     @property
     def bend(self) -> float:
@@ -58,7 +68,7 @@ class Approach:
         """
         ratios = self.ratios[-BEND:]
         if len(ratios) < BEND or not self.rate < 1.0:
-            return np.inf
+            return inf
         slope = abs(ratios[-1] - ratios[0]) / (BEND - 1)
         return float(slope * self.period / (1.0 - self.rate) ** 2)
 
@@ -70,4 +80,4 @@ class Approach:
     @property
     def left(self) -> float:
         """How far the limit is from the last state, if the changes go on shrinking so [length]."""
-        return self.change * self.rate / (1.0 - self.rate) if self.rate < 1.0 else np.inf
+        return self.change * self.rate / (1.0 - self.rate) if self.rate < 1.0 else inf

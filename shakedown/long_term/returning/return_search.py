@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,30 +122,31 @@ class _Memory:
         self.back = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
         self.drifting = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
         self.slipping = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
-        self.slips: deque[FloatArray] = deque(maxlen=2 * longest)
+        self.slipped: deque[FloatArray] = deque(maxlen=2 * longest + 1)  # since the start, every node
 
     def slip(self, slip: FloatArray) -> None:
         """What every node has slipped in one more cycle."""
-        self.slips.append(slip)
-        slips, known = list(self.slips), len(self.slips)
-        for slipping in self.slipping[: known // 2]:
+        self.slipped.append(self.slipped[-1] + slip if self.slipped else slip)
+        total = self.slipped
+        for slipping in self.slipping[: (len(total) - 1) // 2]:
             p = slipping.period
-            now, before = (np.sum(slips[known - k : known - k + p], axis=0) for k in (p, 2 * p))
-            slipping.add(float(np.abs(now - before).max()))
+            change = (total[-1] - total[-1 - p]) - (total[-1 - p] - total[-1 - 2 * p])
+            slipping.add(float(np.abs(change).max()))
 
     def add(self, state: State) -> None:
         """The state after one more cycle."""
         self.states.append(state.u)
         self.open_sets.append((state.contact == OPEN).tobytes())
-        known = len(self.states)
-        for approach, drifting in zip(self.back, self.drifting, strict=True):
-            p = approach.period
-            if known > p:
-                approach.add(float(np.abs(self.over(p)).max()))
-            if known > 2 * p:
-                drifting.add(
-                    float(np.abs(self.over(p) - (self.states[-1 - p] - self.states[-1 - 2 * p])).max())
-                )
+        last = np.array([*islice(reversed(self.states), 2 * len(self.back) + 1)])  # the newest first
+        over = last[0] - last[1 : len(self.back) + 1]
+        for approach, change in zip(self.back, np.abs(over).max(axis=1).tolist(), strict=False):
+            approach.add(change)
+        twice = (len(last) - 1) // 2
+        before = last[1 : twice + 1] - last[2 : 2 * twice + 1 : 2]
+        for drifting, change in zip(
+            self.drifting, np.abs(over[:twice] - before).max(axis=1).tolist(), strict=False
+        ):
+            drifting.add(change)
 
     def over(self, period: int) -> FloatArray:
         """The change of the state over the last period."""
@@ -235,10 +237,13 @@ class ReturnSearch:
             p = back.period
             if len(self.records) < 2 * p or not back.known or not slipping.known:
                 continue
+            error, drift_error = (max(approach.left, self.rules.noise) for approach in (back, drifting))
+            far = back.change > CLEAR * max(drift_error, self.rules.goal)
+            if error > goal and not (drifting.known and drift_error <= goal and far):
+                continue
             records = list(self.records)[-p:]
             slip = float(np.sum([record.slip for record in records], axis=0).max())
             work = float(np.mean([record.dissipation for record in records]))
-            error = max(back.left, self.rules.noise)
             steady = clear * max(error, slipping.left) < slip  # one that fades away is no cycle
             shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
             if work <= self.rules.least_work or shorter:
@@ -246,10 +251,7 @@ class ReturnSearch:
             if error <= goal and steady:
                 self._note(back)
                 return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {cycles_in_words(p)}", p)
-            if not drifting.known:
-                continue
-            error = max(drifting.left, self.rules.noise)
-            if error <= goal and back.change > CLEAR * max(error, self.rules.goal):
+            if drifting.known and drift_error <= goal and far:
                 self._note(drifting)
                 return self._found(Outcome.RATCHETTING, f"the same drift every {cycles_in_words(p)}", p)
         return None
@@ -263,8 +265,10 @@ class ReturnSearch:
         """Go on from where the last states lead, as far as cycles on the way there do what was foreseen."""
         for approach in self.memory.back:
             p = approach.period
+            if not self._worthwhile(approach):
+                continue
             window, before = self.memory.window(p), self.memory.window(p, 1)
-            if window is None or before is None or not self._worthwhile(approach):
+            if window is None or before is None:
                 continue
             course = course_of(window)
             limit, earlier = course.limit, course_of(before).limit

@@ -29,7 +29,12 @@ SYMBOLS = {
     "upper": "λ_max",
 }
 LIMITS = tuple(SYMBOLS)
-OF_SPACE = ("universal", "energy", "upper")  # what a joint with two tangential directions has of them
+OF_SPACE = (
+    "universal",
+    "energy",
+    "transient",
+    "upper",
+)  # what a joint with two tangential directions has of them
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T

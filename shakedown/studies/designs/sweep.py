@@ -18,7 +18,7 @@ from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.importing.import_model import Import
-from shakedown.joint.arguments import check_load_factor, checked, real_array, require_plane
+from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.studies.designs.design_point import LIMITS, OF_SPACE, DesignPoint, Question, design_point
@@ -66,7 +66,7 @@ def sweep(
     bounds
         Which limits: ``"lower"`` (λ_1), ``"universal"`` (λ_U), ``"energy"`` (λ_E),
         ``"box"`` (λ_box, the :func:`box_bound`), ``"transient"`` (λ_T), ``"upper"`` (λ_max); by default
-        all that the joint has: with two tangential directions λ_U, λ_E and λ_max.
+        all that the joint has: with two tangential directions λ_U, λ_E, λ_T and λ_max.
     load_factors
         Where to simulate what becomes of the joint from the state asked about.
     initial_slip : (n,), optional
@@ -113,8 +113,6 @@ def sweep(
     ['never', 'depends on the state']
     """
     variation, values = checked_variation(joint, vary)
-    if variation.base is not None and (load_factors or slip_below is not None):
-        require_plane("simulation", variation.base)
     question = Question(
         bounds=_checked_bounds(bounds, variation.base),
         load_factors=_checked_load_factors(load_factors),

@@ -15,8 +15,10 @@ JOINT = shakedown.example("one-node-3d")
 
 
 def test_every_point_is_the_joint_by_itself():
-    found = sweep(JOINT, {"friction": [0.5, 1.0]})
-    assert found.bounds == ("universal", "energy", "upper")
+    found = sweep(JOINT, {"friction": [0.5, 1.0]}, quick=True)
+    assert found.bounds == ("universal", "energy", "transient", "upper")
+    assert (found.energy <= found.transient).all()
+    assert (found.transient <= found.upper).all()
     for k, factor in enumerate((0.5, 1.0)):
         one = shakedown.assess(with_parameter(JOINT, "friction", factor), certify=False)
         assert found.upper[k] == one.impossible_above
@@ -27,7 +29,7 @@ def test_every_point_is_the_joint_by_itself():
 
 
 def test_a_factor_on_the_amplitude_divides_every_limit():
-    found = sweep(JOINT, {"amplitude": [0.5, 1.0]})
+    found = sweep(JOINT, {"amplitude": [0.5, 1.0]}, bounds=["universal", "energy", "upper"])
     for limits in (found.universal, found.energy, found.upper):
         np.testing.assert_allclose(limits * [0.5, 1.0], limits[1], rtol=1e-6)
 
@@ -48,10 +50,8 @@ def test_of_a_function_that_makes_joints_what_there_is_not_is_undecided_with_the
     [
         (
             {"bounds": ["lower"]},
-            "bounds with two directions: expected some of universal, energy, upper, each",
+            "bounds with two directions: expected some of universal, energy, transient, upper, each",
         ),
-        ({"load_factors": [0.5]}, "simulation: expected one tangential direction, found two"),
-        ({"slip_below": 0.5}, "simulation: expected one tangential direction, found two"),
     ],
 )
 def test_what_there_is_not_is_refused_before_the_work_starts(more, said):
@@ -59,14 +59,22 @@ def test_what_there_is_not_is_refused_before_the_work_starts(more, said):
         sweep(JOINT, {"f": [0.4, 0.5]}, **more)
 
 
+def test_what_becomes_of_every_point_and_up_to_where_its_slips_are_small():
+    found = sweep(JOINT, {"friction": [1.0]}, bounds=["upper"], load_factors=[0.5, 2.0], slip_below=0.05)
+    (point,), upper = found.points, found.upper[0]
+    assert point.outcomes == ("shakedown", "cyclic-slip")
+    assert 0.9 * upper < point.slip_criterion.load_factor < 2.0 * upper
+    assert 0 <= point.slip_criterion.largest < 0.05
+
+
 def test_the_command_writes_a_table_of_the_limits_there_are(tmp_path):
-    words = ("sweep", "one-node-3d", "--vary", "f=0.3:0.5:2")
+    words = ("sweep", "one-node-3d", "--vary", "f=0.3:0.5:2", "--bounds", "upper,energy")
     code, out, err = run(*words, "-o", "s.csv", cwd=tmp_path)
     assert (code, err) == (0, "")
     assert max(map(len, out.splitlines())) <= 80
     with open(tmp_path / "s.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    written = document(*words, "--bounds", "upper")
+    written = document(*words[:-1], "upper")
     upper = [float(row["lambda_max [1]"]) for row in rows]
     assert upper == [point["upper"]["load_factor"] for point in written["points"]]
     assert written["bounds"] == ["upper"]
