@@ -47,6 +47,7 @@ STUDIES: tuple[str, ...] = (
     "smallest_cycles",
     "solid_condensation",
     "space_adversary",
+    "space_ball_adversary",
     "space_energy",
     "space_hard_cases",
     "space_peers",

@@ -61,6 +61,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("cli.solve", "shakedown.verification.open_ends"),
     ("cli.sweep", "shakedown.files.table_file"),
     ("benchmarks.block_cycle", "shakedown.motion.kernels.gauss_seidel"),
+    ("benchmarks.space_ball_adversary", "shakedown.programs.cone_rays"),
     ("benchmarks.stability", "shakedown.motion.kernels"),
     ("benchmarks.stability", "shakedown.motion.kernels.active_set"),
     ("benchmarks.stability", "shakedown.motion.kernels.gauss_seidel"),

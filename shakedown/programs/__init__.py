@@ -4,5 +4,6 @@ Reading order: ``program`` (statement, numbers near 1, solution with residuals),
 of two), ``solver`` (the road that the cones ask for; planes that cut cones), ``simplex`` (held for many
 solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``disc_solver``
 (the cones of two tangential directions), ``margin`` (the point with the most room), ``polygon`` (corners in
-the plane). Below them ``exact/`` (rational arithmetic) and ``interior/`` (dense interior points).
+the plane), ``cone_rays`` (how far a cone reaches). Below them ``exact/`` (rational arithmetic) and
+``interior/`` (dense interior points).
 """

@@ -31,6 +31,7 @@ FEWEST = {
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
     "siconos_agreement": [{"seed": 1}],
     "space_hard_cases": [{"problem": "circle of 4 steps"}],
+    "space_ball_adversary": [{"against": "universal", "n": 2, "seed": 0, "runs": 12}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
     "space_upper": [{"grid": [3, 3], "joint": "half-space", "road": "cvxpy + Clarabel, v"}],
     "stability": [{"scene": "from the limit"}],

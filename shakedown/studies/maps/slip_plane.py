@@ -16,6 +16,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
+from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.polygon import corners
 from shakedown.studies.maps.samplers import Sampling
 
@@ -120,25 +121,15 @@ def _of_discs(chosen: Sampling) -> SlipPlane:
 
 
 def _about(chosen: Sampling, G: FloatArray, room: FloatArray) -> FloatArray:
-    """Outline, about the centre, of the slips that keep every cone r − G v of three rows; empty without end.
-
-    Along a direction a cone ends where |q|² = (f p)²: c + 2 b t + a t² = 0, at the first t > 0.
-    """
-    head, *q = (room - G @ chosen.centre).reshape(-1, 3).T[:, :, None]
-    if (np.hypot(*q) > head).any():
-        return np.empty((0, 2))
+    """Outline, about the centre, of the slips that keep every cone of three rows; empty without end."""
+    pair = list(chosen.coordinates)
     angle = np.linspace(0.0, 2.0 * np.pi, ROUND)
-    around = np.stack([np.cos(angle), np.sin(angle)]) * chosen.half_width[list(chosen.coordinates)][:, None]
-    per_head, *per_q = np.moveaxis((-G[:, list(chosen.coordinates)] @ around).reshape(-1, 3, ROUND), 1, 0)
-    c = np.sum(np.square(q), axis=0) - head**2
-    b = np.sum(np.multiply(q, per_q), axis=0) - head * per_head
-    a = np.sum(np.square(per_q), axis=0) - per_head**2
-    root = b + np.sqrt(np.maximum(b**2 - a * c, 0.0))
-    ends = (root > 0) & (b**2 >= a * c)
-    reach = np.divide(-c, root, out=np.full_like(root, np.inf), where=ends).min(axis=0)
-    if not np.isfinite(reach).all():
+    around = np.zeros((ROUND, len(chosen.centre)))
+    around[:, pair] = np.stack([np.cos(angle), np.sin(angle)], axis=1) * chosen.half_width[pair]
+    way = way_to_limits(G, room, chosen.centre, around)
+    if not (np.isfinite(way).all() and way.any()):
         return np.empty((0, 2))
-    return np.asarray(chosen.centre[list(chosen.coordinates)] + (reach * around).T)
+    return np.asarray((chosen.centre + way[:, None] * around)[:, pair])
 
 
 def first_room(problem: Problem, load_factor: float) -> FloatArray:
