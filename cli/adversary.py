@@ -19,6 +19,7 @@ from .claims import OutputFile
 from .options import json_option, problem_argument, quiet_option
 from .output import (
     bound,
+    by_direction,
     echo_json,
     headline,
     length_unit,
@@ -89,9 +90,12 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     lines = [headline(problem), "", *map(paragraph, said), ""]
     limits = found.limits
     lower, upper, universal = limits.lower, limits.upper, limits.universal
+    first = []
+    if lower:
+        first = [("first collapse λ_1", bound(lower.load_factor), f"guarantee: {lower.guarantee}")]
     facts = [
         ("from every state λ_U", bound(universal.load_factor), universal.argument),
-        ("first collapse λ_1", bound(lower.load_factor), f"guarantee: {lower.guarantee}"),
+        *first,
         ("smallest cycle λ_cycle", up(found.load_factor, 10), _period(found)),
         ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),
         ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
@@ -102,7 +106,10 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     lines += [listing(facts)]
     if found.state is not None:
         length = length_unit(problem)
-        columns = {"initial slip": found.initial_slip, "slip per period": found.slip_per_cycle}
+        columns = {
+            **by_direction(problem, "initial", found.initial_slip),
+            "slip per period": found.slip_per_cycle.tolist(),
+        }
         shown = {with_unit(name, length): [number(x) for x in slips] for name, slips in columns.items()}
         lines += ["", node_table(problem, shown)]
     return "\n".join(lines)

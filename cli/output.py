@@ -21,6 +21,7 @@ from shakedown.report.text_table import table as table
 from shakedown.report.words.hint_words import loads_in_words
 
 if TYPE_CHECKING:  # it loads what computes
+    from shakedown.ground.float_array import FloatArray
     from shakedown.long_term.nodes.slip_criterion import SlipCriterion
 
 QUIET = "shakedown.quiet"  # key of the command's context
@@ -155,3 +156,11 @@ def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] |
     finally:
         if bar is not None:
             bar.render_finish()
+
+
+def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
+    """A column of slips, or with two tangential directions one of each."""
+    parts = problem.layout.by_node(slips).T.tolist()
+    if len(parts) == 1:
+        return {f"{name} slip": parts[0]}
+    return {f"{name} {axis}": part for axis, part in zip("xy", parts, strict=True)}

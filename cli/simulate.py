@@ -10,7 +10,6 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.words.hint_words import loads_in_words, simulated_path_in_words
@@ -30,6 +29,7 @@ from .options import (
     start_option,
 )
 from .output import (
+    by_direction,
     echo_json,
     headline,
     length_unit,
@@ -174,18 +174,10 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     lines.append(listing(facts))
     lines.append("")
     columns = {
-        **_by_direction(problem, "initial", run.initial_slip),
-        **_by_direction(problem, "final", run.final_slip),
+        **by_direction(problem, "initial", run.initial_slip),
+        **by_direction(problem, "final", run.final_slip),
         "slip per period": without_round_off(run.slip_per_cycle, none_of_slip),
     }
     shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}
     lines.append(node_table(problem, shown))
     return "\n".join(lines)
-
-
-def _by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
-    """A column of slips, or with two tangential directions one of each."""
-    parts = problem.layout.by_node(slips).T.tolist()
-    if len(parts) == 1:
-        return {f"{name} slip": parts[0]}
-    return {f"{name} {axis}": part for axis, part in zip("xy", parts, strict=True)}

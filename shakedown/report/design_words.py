@@ -195,7 +195,8 @@ def _enclosed(found: "SmallestCycle") -> Iterator[str]:
 
 def _against_first_collapse(found: "SmallestCycle") -> Iterator[str]:
     """How the smaller of cycle and separation stands to λ_1, where there is one."""
-    limit, first = found.interval[1], found.limits.lower.load_factor
+    lower = found.limits.lower
+    limit, first = found.interval[1], lower.load_factor if lower else np.nan
     share = limit / (first or np.nan)
     if not np.isfinite(share):
         return

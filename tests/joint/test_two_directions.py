@@ -383,6 +383,8 @@ ANSWERS = {
     "with_parameter",
     # maps
     "initial_state_map",
+    # designs
+    "smallest_cycle",
     # of runs of any joint: the problem has the units only
     "slip_over_load",
     "slip_per_cycle",
@@ -391,7 +393,6 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
-    "adversary",
 ]
 OTHERS = {  # what else a function needs to be called
     "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),

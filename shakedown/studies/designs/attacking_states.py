@@ -6,24 +6,45 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
 
 CORNER = 0.3  # exponent of the mixture: below 1, so that most states lie near a face
 OUTSIDE = (0.3, 1.0, 5.0, 30.0)  # reaches of states drawn without regard to the limits
+FARTHEST = 30.0  # reach, relative to the loads on the stiffness, where no disc ends a direction
 DIRECTIONS = 2  # random directions beside the 2n of the nodes, for each node
 
 
 def admissible(
     problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
 ) -> NDArray[np.bool_]:
-    """Which slips at the first load step, (s, n), leave all nodes closed and within their limits, (s,)."""
+    """Which slips at the first load step, (s, dn), leave all nodes closed and within their limits, (s,)."""
+    if problem.directions > 1:
+        return _within_discs(problem, load_factor, slips, tolerances)
     rows = constraints(problem)
     load = load_factor * step_loads(problem)[0]
     terms = np.maximum(np.abs(slips) @ np.abs(rows.G).T, np.maximum(np.abs(load), np.abs(rows.g)))
     excess = (slips @ rows.G.T + load - rows.g) / np.where(terms > 0, terms, 1.0)
     return np.asarray(excess.max(axis=1) <= tolerances.feasibility)
+
+
+def _within_discs(
+    problem: Problem, load_factor: float, slips: FloatArray, tolerances: Tolerances
+) -> NDArray[np.bool_]:
+    law, (q_w, p_w) = problem.law, _first_load(problem, load_factor)
+    terms = law.size(np.abs(slips) @ np.abs(problem.A).T + np.abs(q_w))
+    terms += law.limit(np.abs(slips) @ np.abs(problem.B).T + np.abs(p_w))
+    excess = law.excess(slips @ problem.A.T + q_w, slips @ problem.B.T + p_w)
+    return np.asarray((excess <= tolerances.feasibility * terms).all(axis=1))
+
+
+def _first_load(problem: Problem, load_factor: float) -> tuple[FloatArray, FloatArray]:
+    """Welded reactions (q_w, p_w) at the first load step of the loop [force]."""
+    q_w, p_w = loading(problem).at(load_factor)
+    return q_w[0], p_w[0]
 
 
 class AttackingStates:
@@ -32,7 +53,8 @@ class AttackingStates:
     At the first load step every motion with all nodes closed is in the polytope of the slips
     that are admissible there. Its extreme points, in the directions of the nodes and in random
     ones, come from linear programs; between them any state may be drawn. Where it is unbounded,
-    slips of all sizes are drawn about the given ones.
+    slips of all sizes are drawn about the given ones. With two tangential directions it is an
+    intersection of cones, and its points farthest from one inside take the place of the extreme ones.
     """
 
     def __init__(
@@ -47,7 +69,7 @@ class AttackingStates:
         more = count - len(first)
         if more <= 0:
             return first
-        if len(corners) > self.problem.n:
+        if len(corners) > self.problem.layout.slip_size:
             weights = self.generator.dirichlet(np.full(len(corners), CORNER), more)
             return np.vstack([first, weights @ corners])
         return np.vstack([first, self._anywhere(load_factor, more)])
@@ -55,12 +77,12 @@ class AttackingStates:
     def near(self, slip: FloatArray, load_factor: float, count: int) -> FloatArray:
         """Slips about one, (count, n), at distances of all orders."""
         reach = self._size(load_factor) * 10.0 ** self.generator.uniform(-4.0, 0.0, (count, 1))
-        return slip + reach * self.generator.normal(size=(count, self.problem.n))
+        return slip + reach * self.generator.normal(size=(count, len(slip)))
 
     def _anywhere(self, load_factor: float, count: int) -> FloatArray:
         reach = self._size(load_factor) * self.generator.choice(OUTSIDE, (count, 1))
         about = self.known[self.generator.integers(len(self.known), size=count)]
-        return about + reach * self.generator.normal(size=(count, self.problem.n))
+        return about + reach * self.generator.normal(size=about.shape)
 
     def _size(self, load_factor: float) -> float:
         """A length: that of the loads on the stiffness."""
@@ -70,6 +92,8 @@ class AttackingStates:
 
     def _corners(self, load_factor: float, most: int) -> FloatArray:
         """Extreme points of the slips admissible under the first load, those that exist, at most so many."""
+        if self.problem.directions > 1:
+            return self._farthest(load_factor, most)
         rows, n = constraints(self.problem), self.problem.n
         limits = rows.g - load_factor * step_loads(self.problem)[0]
         program = Simplex(Program(rows.coefficients, limits, cost=np.ones(n), tolerances=self.tolerances))
@@ -81,3 +105,20 @@ class AttackingStates:
             if end.optimal:
                 found.append(end.x)
         return np.array(found).reshape(-1, n)
+
+    def _farthest(self, load_factor: float, most: int) -> FloatArray:
+        """The last slips that the first load allows, in directions from one that it allows; none of none."""
+        problem, (q_w, p_w) = self.problem, _first_load(self.problem, load_factor)
+        at_ease = np.linalg.lstsq(problem.A, -q_w, rcond=None)[0]  # no tangential reaction
+        starts = np.vstack([at_ease, self.known])
+        inside = starts[admissible(problem, load_factor, starts, self.tolerances)]
+        if not len(inside):
+            return np.empty((0, len(q_w)))
+        size = len(q_w)
+        directions = np.vstack(
+            [np.eye(size), -np.eye(size), self.generator.normal(size=(DIRECTIONS * size, size))]
+        )
+        directions = self._size(load_factor) * self.generator.permutation(directions)[:most]
+        law = problem.law
+        way = way_to_limits(law.stiffness(problem.A, problem.B), law.cone(q_w, p_w), inside[0], directions)
+        return np.asarray(inside[0] + np.minimum(way, FARTHEST)[:, None] * directions)

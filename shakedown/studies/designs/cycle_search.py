@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.long_term.many_states import long_term_states
@@ -35,10 +35,10 @@ class CycleSearch:
     best: FoundCycle | None = None
     apart: FoundSeparation | None = None
 
-    def try_witness(self, limits: JointLimits) -> None:
+    def try_witness(self, limits: Limits) -> None:
         """Simulate the witness of the first collapse a little above it: there it no longer comes to rest."""
         lower = limits.lower
-        if not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
+        if not lower or not (isfinite(lower.load_factor) and np.isfinite(lower.slip).all()):
             return
         load_factor = max((1.0 + self.accuracy) * lower.load_factor, self.nothing)
         if self.simulator.separates(load_factor, lower.slip):

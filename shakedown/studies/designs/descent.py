@@ -21,6 +21,7 @@ SLIPPING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
 MOST_PATTERNS = 200  # followed one after the other in one descent
 ROUNDED = 16  # how many units in the last place of the data are allowed for
 SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, where it is simulated
+STEP_IN_SPACE = 1e-4  # of λ: a cycle in space, which has no pattern, is not followed down more finely
 STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
 
@@ -99,11 +100,13 @@ class Simulator:
     def least_dissipation(self, load_factor: float) -> float:
         """What a cycle must take per cycle to stand out of the round-off of the data [force × length].
 
-        The accuracy of the stiffness, that of floats or the one that the problem states, times the force
+        The accuracy of the stiffness, that of floats or the one that the problem states, with two
+        directions at least that of the path, times the force
         and the length that the loads bring.
         """
         scale = scales(self.problem, load_factor)
-        accuracy = max(self.problem.stiffness_accuracy or 0.0, float(np.finfo(float).eps))
+        path = float(np.finfo(float).eps) if self.problem.directions == 1 else self.tolerances.path
+        accuracy = max(self.problem.stiffness_accuracy or 0.0, path)
         return ROUNDED * accuracy * scale.force * scale.length
 
     def resolved(self, state: LongTermState) -> bool:
@@ -129,7 +132,7 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
     Of the pattern of a cycle the smallest load factor follows from one linear program
     (:class:`CyclePattern`). A little above it the pattern is simulated; a little below it
     another one may go on. What has no such pattern (nodes open, jump or ratchet) is lowered
-    by bisection from its own state.
+    by bisection from its own state. So is every cycle in space, to ``STEP_IN_SPACE``.
 
     Parameters
     ----------
@@ -142,6 +145,8 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
     nothing
         A load factor that counts as zero: there the descent ends.
     """
+    if simulator.problem.directions > 1:
+        return _halved(simulator, cycle, nothing)
     for _ in range(MOST_PATTERNS):
         lower = next(_lower_cycles(simulator, cycle, accuracy), None)
         if lower is None:
@@ -149,6 +154,18 @@ def descended(simulator: Simulator, cycle: FoundCycle, accuracy: float, nothing:
         cycle = lower
         if cycle.load_factor <= nothing:
             return cycle
+    return cycle
+
+
+def _halved(simulator: Simulator, cycle: FoundCycle, nothing: float) -> FoundCycle:
+    """The cycle at a smaller load factor from its own slip, half as far down each time it dies."""
+    step = 0.5
+    while step > STEP_IN_SPACE and cycle.load_factor > nothing:
+        found = simulator.cycle((1.0 - step) * cycle.load_factor, cycle.slip)
+        if found is None:
+            step *= 0.5
+        else:
+            cycle = found
     return cycle
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.every_limit import Limits, kind_of_limits
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
@@ -16,11 +16,12 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Guarantee, Outcome, Search, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import MANY, check_load_factor, checked, is_finite, require_plane
+from shakedown.joint.arguments import MANY, check_load_factor, checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.many_states import checked_initial_slips
 from shakedown.long_term.state import LongTermState
+from shakedown.motion.contact_law import path_resolution, scales
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
 from shakedown.studies.designs.cycle_search import CycleSearch
 from shakedown.studies.designs.descent import Simulator
@@ -46,9 +47,9 @@ class SmallestCycle(Result):
     separation_load_factor
         The smallest at which separation was met: from an admissible state a node opens and
         closes in every period without slip in contact, or contact is lost; inf where none was.
-    separation_slip : (n,)
+    separation_slip : (dn,)
         A slip at the first load step from which it does [length]; NaN where none was met.
-    initial_slip : (n,)
+    initial_slip : (dn,)
         A slip at the first load step from which the joint goes through that cycle [length].
     period
         Its period in cycles of the loading; 0 where none was found.
@@ -95,7 +96,7 @@ class SmallestCycle(Result):
     least_dissipation: float
     slipping_nodes: tuple[int, ...]
     state: LongTermState | None = field(repr=False)
-    limits: JointLimits = field(repr=False)
+    limits: Limits = field(repr=False)
     tried_up_to: float
     below_first_collapse: bool
     tries: int
@@ -124,7 +125,9 @@ class SmallestCycle(Result):
     def to_dict(self) -> dict[str, Any]:
         """The cycle as JSON knows it, with the bounds beside it as ``shakedown-bounds solve`` writes them."""
         limits = self.limits
-        lower = {key: getattr(limits.lower, key) for key in ("load_factor", "node", "guarantee")}
+        lower = None
+        if limits.lower:
+            lower = {key: getattr(limits.lower, key) for key in ("load_factor", "node", "guarantee")}
         upper = {key: getattr(limits.upper, key) for key in ("status", "load_factor")}
         bounds = {**limits.universal.document(), "lower": lower, "upper": upper}
         return super().to_dict() | {word: plain(bounds[word]) for word in ("universal", "lower", "upper")}
@@ -155,7 +158,8 @@ def smallest_cycle(
     rounds are spent below λ_U, where nothing may be found. The smallest cycle is simulated
     again from its own state. What dissipates less than the data resolve (``least_dissipation``) is
     not called a cycle, unless only nodes without friction slip. Transient load steps are left
-    out: a cycle does not know of them.
+    out: a cycle does not know of them. With two tangential directions there are no such programs: there
+    a cycle is followed down from its own slip, half as far each time it dies, to 1e-4 of λ.
 
     Parameters
     ----------
@@ -193,14 +197,13 @@ def smallest_cycle(
     >>> round(found.load_factor, 4), found.slipping_nodes, found.below_first_collapse
     (2.4442, (0,), True)
     """
-    require_plane("adversary", problem)
     check_count("states", states, MANY)
     check_count("rounds", rounds, MANY)
     if not (is_finite(accuracy) and 0 < accuracy < 1):
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
     seed = check_seed(seed)
     joint = replace(problem, q_transient=None, p_transient=None)
-    limits = JointLimits(joint, zone=(), certify=False, tolerances=tolerances)
+    limits = kind_of_limits(joint)(joint, zone=(), certify=False, tolerances=tolerances)
     top = _top(limits, largest)
     known = [*_known_slips(limits), *_given(joint, initial_slips)]
     simulator = Simulator(joint, tolerances)
@@ -225,7 +228,7 @@ def smallest_cycle(
     return _result(search, limits, top, seed)
 
 
-def _top(limits: JointLimits, largest: float | None) -> float:
+def _top(limits: Limits, largest: float | None) -> float:
     """Where the search begins."""
     joint = limits.problem
     if largest is not None:
@@ -233,7 +236,7 @@ def _top(limits: JointLimits, largest: float | None) -> float:
             raise UsageError(f"largest: expected a positive load factor, found {largest!r}")
         check_load_factor(largest, joint)
         return float(largest)
-    for found in (limits.upper.load_factor, limits.lower.load_factor):
+    for found in (limits.upper.load_factor, _first_collapse(limits)):
         if isfinite(found) and found > 0:
             return ABOVE * found
     if limits.upper.status == Status.INFEASIBLE and joint.C is not None:
@@ -243,12 +246,19 @@ def _top(limits: JointLimits, largest: float | None) -> float:
     return 1.0
 
 
-def _known_slips(limits: JointLimits) -> Iterator[FloatArray]:
+def _first_collapse(limits: Limits) -> float:
+    """λ_1; NaN with two tangential directions, where there is none."""
+    return limits.lower.load_factor if limits.lower else nan
+
+
+def _known_slips(limits: Limits) -> Iterator[FloatArray]:
     """Slips from which a cycle may well begin: of the bounds, and those of the joint itself."""
-    joint, alone, swing = limits.problem, limits.lower.evidence.alone, limits.universal.swing
-    yield np.zeros(joint.n)
-    found = [limits.lower.slip, limits.upper.slip]
-    found += [] if isinstance(alone, Missing) else [alone.slip]
+    joint, lower, swing = limits.problem, limits.lower, limits.universal.swing
+    yield np.zeros(joint.layout.slip_size)
+    found = [limits.upper.slip]
+    if lower:
+        alone = lower.evidence.alone
+        found = [lower.slip, *found, *([] if isinstance(alone, Missing) else [alone.slip])]
     found += [] if swing is None else [swing.forward_slip, swing.backward_slip]
     yield from (slip for slip in found if np.isfinite(slip).all())
     if joint.initial_slip is not None:
@@ -256,11 +266,14 @@ def _known_slips(limits: JointLimits) -> Iterator[FloatArray]:
 
 
 def _given(joint: Problem, initial_slips: ArrayLike | None) -> FloatArray:
-    return np.empty((0, joint.n)) if initial_slips is None else checked_initial_slips(joint, initial_slips)
+    if initial_slips is None:
+        return np.empty((0, joint.layout.slip_size))
+    return checked_initial_slips(joint, initial_slips)
 
 
-def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> SmallestCycle:
+def _result(search: CycleSearch, limits: Limits, top: float, seed: int) -> SmallestCycle:
     best, joint = search.best, search.simulator.problem
+    nowhere = np.full(joint.layout.slip_size, nan)
     state = None if best is None else best.state
     load_factor = inf if best is None else best.load_factor
     contradiction = _contradiction(search, limits)
@@ -269,16 +282,16 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
         status=status,
         load_factor=load_factor,
         separation_load_factor=inf if search.apart is None else search.apart.load_factor,
-        separation_slip=np.full(joint.n, nan) if search.apart is None else search.apart.slip,
-        initial_slip=np.full(joint.n, nan) if best is None else best.slip,
+        separation_slip=nowhere if search.apart is None else search.apart.slip,
+        initial_slip=nowhere if best is None else best.slip,
         period=0 if state is None else state.period,
         dissipation_per_cycle=nan if state is None else state.dissipation_per_cycle,
         least_dissipation=search.simulator.least_dissipation(load_factor if isfinite(load_factor) else top),
-        slipping_nodes=() if state is None else tuple(np.flatnonzero(state.slip_per_cycle > 0).tolist()),
+        slipping_nodes=() if state is None else _slipping(state, limits.tolerances),
         state=state,
         limits=limits,
         tried_up_to=top,
-        below_first_collapse=load_factor / (1.0 - limits.tolerances.second_road) < limits.lower.load_factor,
+        below_first_collapse=load_factor / (1.0 - limits.tolerances.second_road) < _first_collapse(limits),
         tries=search.simulator.tries,
         undecided=search.simulator.undecided,
         seed=seed,
@@ -286,7 +299,15 @@ def _result(search: CycleSearch, limits: JointLimits, top: float, seed: int) -> 
     )
 
 
-def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
+def _slipping(state: LongTermState, tolerances: Tolerances) -> tuple[int, ...]:
+    """The nodes that slip, in space by more than the path resolves."""
+    none = 0.0
+    if state.problem.directions > 1:
+        none = path_resolution(state.problem, tolerances) * scales(state.problem, state.load_factor).length
+    return tuple(np.flatnonzero(state.slip_per_cycle > none).tolist())
+
+
+def _contradiction(search: CycleSearch, limits: Limits) -> str:
     """What is called proved above a cycle or a separation that was found from an admissible state."""
     joint, tolerances, found = limits.problem, limits.tolerances, [search.best, search.apart]
     real = [
@@ -297,6 +318,6 @@ def _contradiction(search: CycleSearch, limits: JointLimits) -> str:
     sure = min(real, default=inf) / (1.0 - tolerances.second_road)
     if sure < limits.universal.load_factor:
         return f"λ_U = {limits.universal.load_factor:.9g} is called proved from every state"
-    if limits.lower.guarantee == Guarantee.PROVED and sure < limits.lower.load_factor:
+    if limits.lower and limits.lower.guarantee == Guarantee.PROVED and sure < limits.lower.load_factor:
         return f"λ_1 = {limits.lower.load_factor:.9g} is called a proved guarantee"
     return ""

@@ -1,0 +1,63 @@
+"""The adversary of joints with two tangential directions: what it finds cycles, above what is proved."""
+
+import numpy as np
+import pytest
+from command import run
+from joints_in_space import in_units
+
+import shakedown
+from shakedown.studies.designs.attacking_states import AttackingStates, admissible
+
+JOINT = shakedown.example("one-node-3d")
+FEW = {"states": 6, "rounds": 1}
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.smallest_cycle(JOINT, **FEW)
+
+
+def test_what_is_found_cycles_between_what_is_proved_and_what_is_impossible(found):
+    assert found.status == "found"
+    assert found.limits.universal.load_factor <= found.load_factor <= 1.01 * found.limits.upper.load_factor
+    state = shakedown.long_term_state(JOINT, found.load_factor, found.initial_slip)
+    assert state.outcome == found.outcome == "cyclic-slip"
+    assert state.dissipation_per_cycle > found.least_dissipation
+    assert found.slipping_nodes == (0,)
+    assert found.slip_per_cycle.shape == (1,)
+    fine = shakedown.long_term_state(
+        JOINT, found.load_factor, found.initial_slip, tolerances=shakedown.Tolerances(path=1e-11)
+    )
+    assert fine.dissipation_per_cycle == pytest.approx(state.dissipation_per_cycle, rel=1e-2)
+
+
+def test_there_is_no_first_collapse(found):
+    assert found.below_first_collapse is False
+    assert found.to_dict()["lower"] is None
+    assert not found.limits.lower
+
+
+def test_units_do_not_matter(found):
+    other = shakedown.smallest_cycle(in_units(JOINT, 2.0**12, 2.0**-6), **FEW)
+    assert other.load_factor == pytest.approx(found.load_factor, rel=1e-9)
+    np.testing.assert_allclose(other.initial_slip, found.initial_slip * 2.0**-6, rtol=1e-6)
+
+
+@pytest.mark.parametrize("load_factor", [0.3, 1.2])
+def test_states_are_drawn_within_the_discs_of_the_first_load_and_at_their_rim(load_factor):
+    joint, tolerances = shakedown.example("four-node-3d"), shakedown.Tolerances()
+    attack = AttackingStates(joint, np.zeros((1, 8)), np.random.default_rng(0), tolerances)
+    drawn = attack.drawn(load_factor, 60)[1:]
+    assert admissible(joint, load_factor, drawn, tolerances).all()
+    middle = drawn.mean(axis=0)
+    beyond = admissible(joint, load_factor, middle + 1.2 * (drawn[:24] - middle), tolerances)
+    assert beyond.mean() < 0.2
+
+
+def test_the_command():
+    code, text, err = run("adversary", "one-node-3d", "--rounds", "1", "--states", "6", "-q")
+    assert (code, err) == (0, "")
+    assert max(map(len, text.splitlines())) <= 80
+    assert "first collapse" not in text
+    assert "initial x" in text
+    assert "initial y" in text
