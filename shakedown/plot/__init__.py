@@ -8,8 +8,8 @@ Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (
 ``loops`` (hysteresis, loading), ``contact_line`` (what happens along the contact), ``zone_map``
 (where and when it sticks, slips, opens), ``planes`` (slip space, reaction space), ``load_factors``
 (limits on one scale, guarantee, interaction, slip per cycle), ``regions`` (design diagrams),
-``basins`` (maps of initial states), ``motion`` (one instant, and animations), ``inline_svg``
-(pictures inside a page).
+``basins`` (maps of initial states), ``motion`` (one instant, and animations), ``patch/`` (two tangential
+directions: the contact as an area), ``inline_svg`` (pictures inside a page).
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib
@@ -25,6 +25,15 @@ from shakedown.plot.load_factors import (
 )
 from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
+from shakedown.plot.patch.arrows import loads_over_patch, slips_over_patch, tractions_at
+from shakedown.plot.patch.colour_field import (
+    pressure_over_patch,
+    slip_over_patch,
+    welded_pressure_over_patch,
+    work_over_patch,
+)
+from shakedown.plot.patch.contact_zones import zones_at
+from shakedown.plot.patch.orbits import load_orbits, reaction_orbits, slip_orbits
 from shakedown.plot.planes import reaction_space, slip_space
 from shakedown.plot.regions import regions
 from shakedown.plot.style import save
@@ -42,9 +51,13 @@ __all__ = [
     "interaction",
     "load_factor_scale",
     "load_loop",
+    "load_orbits",
     "loads_along",
     "loads_in_time",
+    "loads_over_patch",
     "pressure",
+    "pressure_over_patch",
+    "reaction_orbits",
     "reaction_space",
     "reactions_at",
     "reactions_in_time",
@@ -53,10 +66,17 @@ __all__ = [
     "sensitivity",
     "shakedown_share",
     "slip_along",
+    "slip_orbits",
     "slip_over_load",
+    "slip_over_patch",
     "slip_per_cycle",
     "slip_range",
     "slip_space",
     "slip_space_at",
+    "slips_over_patch",
+    "tractions_at",
+    "welded_pressure_over_patch",
+    "work_over_patch",
     "zones",
+    "zones_at",
 ]

@@ -56,11 +56,11 @@ def pressure(
     'normal reaction p [N]'
     """
     require_plane("picture", problem)
-    path, area = path_of(result), _areas(problem, node_area)
+    path, area = path_of(result), areas_of(problem, node_area)
     force, length = units_of(problem)
     axes = axes_for(ax)
     for k, row in enumerate(_instants(path, cycles)):
-        values = path.p[row] if area is None else _over(path.p[row], area)
+        values = path.p[row] if area is None else over_areas(path.p[row], area)
         _along(axes, problem, values, _at_time(path, row, k))
     unit = force if area is None else stress_unit(force, length)
     what = "normal reaction p" if area is None else "pressure"
@@ -186,8 +186,8 @@ def dissipation_along(
     """
     require_plane("picture", problem)
     path, axes = path_of(result), axes_for(ax)
-    area, (force, length) = _areas(problem, node_area), units_of(problem)
-    work = friction_work(path) if area is None else _over(friction_work(path), area)
+    area, (force, length) = areas_of(problem, node_area), units_of(problem)
+    work = friction_work(path) if area is None else over_areas(friction_work(path), area)
     _along(axes, problem, work, style_of("", 0, None))
     if area is None:
         label = with_unit("friction work", work_unit(force, length))
@@ -196,7 +196,7 @@ def dissipation_along(
     return _finished(axes, problem, label)
 
 
-def _areas(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
+def areas_of(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
     """The areas that are given, else those of the problem, else none."""
     area = problem.node_area if node_area is None else node_area
     if area is None:
@@ -207,7 +207,7 @@ def _areas(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:
     return array
 
 
-def _over(values: FloatArray, area: FloatArray) -> FloatArray:
+def over_areas(values: FloatArray, area: FloatArray) -> FloatArray:
     """Values per area; a node without area has none."""
     with np.errstate(over="ignore"):  # of an area next to nothing
         found = np.where(area > 0, values / np.where(area > 0, area, 1.0), np.nan)

@@ -30,6 +30,7 @@ MOST_TICKS = 5  # of an axis, less one
 REACH = "4"  # about a marker, in points, within which its values are told
 PANEL, SMALL = (4.6, 3.2), (3.7, 2.9)  # inches: two side by side fill a page, or three
 MARGINS = (0.72, 0.52, 0.22, 0.26)  # inches left, below, right and above the axes
+SCALE = 0.82  # inches beside the axes for a scale of colours
 EDGE = 3.0  # points kept free about what reaches beyond the figure
 LETTER, SAMPLE = 4.3, 44.0  # widths in a legend, in points: of a letter, of the line before a name
 LEGEND, LINE = 0.46, 0.17  # inches from the axes down to their legend; height of one line of it
@@ -123,17 +124,25 @@ def picture(caption: str, *drawings: Drawing, alike: int = 0, one_legend: bool =
 def _drawn(figure: Figure, size: tuple[float, float], drawing: Drawing) -> Axes:
     axes = figure.add_axes(_place(size))
     drawing.draw(ax=axes)
+    axes.set_position(_place(size, beside=_beside(axes)))
     for axis in (axes.xaxis, axes.yaxis):  # each tick takes a millisecond to draw
         if isinstance(axis.get_major_locator(), AutoLocator):
             axis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
     return axes
 
 
-def _place(size: tuple[float, float], below: float = 0.0) -> tuple[float, float, float, float]:
-    """Where the axes are in a figure that has been made so much taller below, in shares of its size."""
+def _beside(axes: Axes) -> float:
+    """The room that a scale of colours takes [inch]."""
+    return SCALE if axes.child_axes else 0.0
+
+
+def _place(
+    size: tuple[float, float], below: float = 0.0, beside: float = 0.0
+) -> tuple[float, float, float, float]:
+    """Where the axes are in a figure made so much taller below, with room beside, in shares of its size."""
     (width, height), (left, bottom, right, top) = size, MARGINS
-    tall = height + below
-    return left / width, (bottom + below) / tall, 1 - (left + right) / width, (height - bottom - top) / tall
+    tall, wide = height + below, width - left - right - beside
+    return left / width, (bottom + below) / tall, wide / width, (height - bottom - top) / tall
 
 
 def _share_limits(alike: Sequence[Axes]) -> None:
@@ -173,7 +182,7 @@ def _legend_below(figure: Figure, axes: Axes, size: tuple[float, float]) -> None
     columns = _columns(entries, POINTS * (width - MARGINS[0] + MARGINS[2]))
     below = LINE * (-(-len(entries) // columns) + bool(title))
     figure.set_size_inches(width, height + below)
-    axes.set_position(_place(size, below))
+    axes.set_position(_place(size, below, _beside(axes)))
     axes.legend(
         list(entries.values()), list(entries), ncols=columns, loc="upper center", borderaxespad=0.0,
         bbox_to_anchor=(0.5, -LEGEND / (height - MARGINS[1] - MARGINS[3])), fontsize="small", frameon=False,

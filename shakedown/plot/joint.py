@@ -9,7 +9,7 @@ from shakedown.assessment.sensitivity.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked, require_plane
+from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
@@ -154,7 +154,8 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     """Sums of the welded reactions of all nodes over one period.
 
     Where the nodes have directions of their own, as on the two faces of a lap joint, tangential
-    reactions cannot be added: the sums then are those along the axes of the model.
+    reactions cannot be added: the sums then are those along the axes of the model. With two tangential
+    directions there is a sum for either.
 
     Parameters
     ----------
@@ -172,7 +173,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     >>> plot.loads_in_time(shakedown.example("two-node")).get_xlabel()
     'time [cycles]'
     """
-    require_plane("picture", problem)
+    require_problem(problem)
     q, p = loading(problem).at(load_factor)
     time = np.arange(problem.m + 1) / problem.m
     axes = axes_for(ax)
@@ -188,12 +189,24 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
 
 def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
     """Sums over the nodes: normal and tangential, or along the axes where directions differ."""
+    if problem.directions == 2:
+        return _sums_in_space(problem, q, p)
     normal, tangent = problem.normal, problem.tangent
     if normal is None or tangent is None or np.allclose(tangent, tangent[0], atol=PARALLEL):
         return {"Σ p_w, all nodes": p.sum(axis=1), "Σ q_w, all nodes": q.sum(axis=1)}
     total = p @ normal + q @ tangent
     loaded = np.abs(normal).max(axis=0) + np.abs(tangent).max(axis=0) > PARALLEL
     return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
+
+
+def _sums_in_space(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
+    """The same where there are two tangential directions."""
+    normal, tangents, both = problem.normal, problem.tangents, problem.layout.by_node(q)
+    if normal is None or tangents is None or np.allclose(tangents, tangents[0], atol=PARALLEL):
+        x, y = np.moveaxis(both.sum(axis=1), -1, 0)
+        return {"Σ p_w, all nodes": p.sum(axis=1), "Σ q_w in x": x, "Σ q_w in y": y}
+    total = p @ normal + np.einsum("snd,ndk->sk", both, tangents)
+    return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in range(3)}
 
 
 @checked

@@ -56,7 +56,7 @@ def hysteresis(
         require_plane("picture", problem)
     path = path_of(result)
     work = friction_work(path)
-    chosen = np.argsort(-work)[:MOST_LOOPS] if nodes is None else _checked(nodes, path.v.shape[1])
+    chosen = np.argsort(-work)[:MOST_LOOPS] if nodes is None else chosen_nodes(nodes, path.v.shape[1])
     force, length = units_of(problem)
     axes = axes_for(ax)
     for colour, node in zip(LINES * len(chosen), chosen, strict=False):
@@ -109,7 +109,7 @@ def reactions_in_time(
     'time [cycles]'
     """
     require_plane("picture", problem)
-    (node,), path = _checked([node], problem.n), path_of(result)
+    (node,), path = chosen_nodes([node], problem.n), path_of(result)
     limit = problem.law.limit(path.p)[:, node]
     axes = axes_for(ax)
     axes.fill_between(path.cycle, -limit, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
@@ -121,7 +121,8 @@ def reactions_in_time(
     return axes
 
 
-def _checked(nodes: Iterable[int], n: int) -> list[int]:
+def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:
+    """The nodes named, at least one; ``UsageError`` where there is none of a number."""
     chosen = list(nodes)
     for node in chosen:
         if not 0 <= node < n:
@@ -159,7 +160,7 @@ def load_loop(
     'welded reaction q_w'
     """
     require_plane("picture", problem)
-    chosen = _checked(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
+    chosen = chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
     force, _ = units_of(problem)
     axes = axes_for(ax)
     q, p = (np.vstack([part, part[:1]])[:, chosen] for part in loading(problem).at(load_factor))

@@ -389,6 +389,19 @@ ANSWERS = {
     "slip_over_load",
     "slip_per_cycle",
     "sensitivity",  # and the labels only
+    # pictures of a patch
+    "loads_in_time",
+    "load_orbits",
+    "loads_over_patch",
+    "pressure_over_patch",
+    "reaction_orbits",
+    "slip_orbits",
+    "slip_over_patch",
+    "slips_over_patch",
+    "tractions_at",
+    "welded_pressure_over_patch",
+    "work_over_patch",
+    "zones_at",
 }
 # Commands that do not answer yet.
 REFUSES = [

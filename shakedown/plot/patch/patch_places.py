@@ -1,0 +1,167 @@
+"""Where the nodes of a patch are drawn, which way their tangents lead there, what lies between them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import require_problem
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.plot.style import GREY, axes_for
+
+FLAT = 0.99  # of a normal along an axis of the model: then the other two axes are those of the picture
+THIN = 1e-6  # of the length of a patch: a width that is none, whose nodes lie on a line
+NEAREST_AXIS = 1e-9  # of a unit vector: tangents that are taken as equal
+LONGEST_SIDE = 3.0  # of the usual one: triangles with longer ones lie across a hole or between two patches
+FEWEST = 4  # nodes that span an area
+MOST_NUMBERED = 16  # nodes whose numbers stand beside them
+MARGIN = 0.06  # of the patch about it
+ALONE = 1.0  # the room about a node that has no neighbour
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """The nodes of a joint in the plane of a picture.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Where they are [length]; in a row where the joint does not know that.
+    tangents : (n, 2, 2)
+        Where the x and the y of each node lead.
+    axes
+        What the axes of the picture are called.
+    unit
+        Of the places.
+    """
+
+    points: FloatArray
+    tangents: FloatArray
+    axes: tuple[str, str]
+    unit: str = ""
+
+    def seen(self, vectors: FloatArray) -> FloatArray:
+        """Vectors of the nodes (…, n, 2), in their tangents, as they are drawn (…, n, 2)."""
+        return np.asarray(np.einsum("...nd,ndk->...nk", vectors, self.tangents))
+
+    @property
+    def in_a_row(self) -> bool:
+        """Whether the heights of the picture mean nothing."""
+        return not self.axes[1]
+
+    @cached_property
+    def triangles(self) -> Triangulation | None:
+        """What lies between the nodes, holes and gaps left out; None where they span no area."""
+        if len(self.points) < FEWEST or self.in_a_row:
+            return None
+        middle = self.points - self.points.mean(axis=0)
+        long, wide = np.linalg.svd(middle, compute_uv=False)
+        if not wide > THIN * long:
+            return None
+        mesh = Triangulation(
+            middle[:, 0] / long, middle[:, 1] / long
+        )  # of a size of its own: coordinates may be large numbers
+        sides = np.roll(mesh.triangles, -1, axis=1)
+        ends = np.stack([mesh.x, mesh.y], axis=1)
+        longest = np.linalg.norm(ends[sides] - ends[mesh.triangles], axis=2).max(axis=1)
+        kept = mesh.triangles[longest <= LONGEST_SIDE * np.median(longest)]
+        return Triangulation(self.points[:, 0], self.points[:, 1], kept)
+
+    @cached_property
+    def spacing(self) -> float:
+        """The usual distance of a node from its nearest neighbour [length]."""
+        from scipy.spatial import KDTree
+
+        if len(self.points) < 2:
+            return ALONE
+        nearest = KDTree(self.points).query(self.points, k=2)[0][:, 1]
+        apart = nearest[nearest > 0]
+        return float(np.median(apart)) if apart.size else ALONE
+
+
+def places_of(problem: Problem) -> Places:
+    """Where the nodes of a joint with two tangential directions are drawn."""
+    axes, place = np.tile(np.eye(2), (problem.n, 1, 1)), problem.x
+    unit = units_of(problem)[1]
+    tangents = problem.tangents
+    same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEAREST_AXIS)
+    if place is not None and place.ndim == 2 and place.shape[1] == 2 and same:
+        return Places(place, axes, ("x", "y"), unit)
+    if problem.coordinates is not None:
+        place = problem.coordinates
+    if place is None:
+        return Places(_row(np.arange(problem.n, dtype=float)), axes, ("node", ""))
+    if place.ndim == 1:
+        return Places(_row(place), axes, ("position along the contact", ""), unit)
+    if place.shape[1] == 2:
+        return Places(place, axes, ("x", "y"), unit)
+    frame, names = _plane(problem, place)
+    shown = axes if tangents is None else tangents @ frame.T
+    return Places(place @ frame.T, shown, names, unit)
+
+
+def _row(along: FloatArray) -> FloatArray:
+    return np.column_stack([along, np.zeros(len(along))])
+
+
+def _plane(problem: Problem, place: FloatArray) -> tuple[FloatArray, tuple[str, str]]:
+    """The axes of the picture in the model, (2, 3), and their names: along the patch as a whole."""
+    normal = np.zeros(3) if problem.normal is None else problem.normal.mean(axis=0)
+    if np.linalg.norm(normal) < 0.5:  # unknown, or of faces that look at each other
+        normal = np.linalg.svd(place - place.mean(axis=0), full_matrices=True)[2][-1]
+    normal = normal / np.linalg.norm(normal)
+    most = int(np.abs(normal).argmax())
+    if abs(normal[most]) > FLAT:
+        kept = [k for k in range(3) if k != most]
+        return np.eye(3)[kept], ("xyz"[kept[0]], "xyz"[kept[1]])
+    first = np.eye(3)[int(np.abs(normal).argmin())]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)]), ("along the patch", "across the patch")
+
+
+def require_space(what: str, problem: object) -> Problem:
+    """The joint; ``UsageError`` where it has one tangential direction."""
+    require_problem(problem)
+    assert isinstance(problem, Problem)
+    if problem.directions == 1:
+        raise UsageError(
+            f"{what}: expected two tangential directions, found one (a contact in the plane is no area)"
+        )
+    return problem
+
+
+def patch_axes(places: Places, ax: Axes | None, room: float) -> Axes:
+    """Axes with the places of the nodes at one scale, so much room about them, and their names."""
+    axes = axes_for(ax)
+    low, high = places.points.min(axis=0), places.points.max(axis=0)
+    about = room + MARGIN * float((high - low).max())
+    axes.update_datalim([low - about, high + about])
+    axes.margins(0.0)
+    axes.autoscale_view()
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(with_unit(places.axes[0], places.unit))
+    axes.set_ylabel(with_unit(places.axes[1], places.unit) if places.axes[1] else "")
+    if places.in_a_row:
+        axes.set_yticks([])
+    if places.axes[0] == "node":
+        axes.xaxis.set_major_locator(MaxNLocator(9, integer=True, min_n_ticks=1))
+    return axes
+
+
+def numbered(axes: Axes, places: Places) -> None:
+    """The numbers of the nodes beside them, where there are few and no axis says them."""
+    if len(places.points) > MOST_NUMBERED or places.axes[0] == "node":
+        return
+    for node, point in enumerate(places.points):
+        axes.annotate(
+            str(node), (point[0], point[1]), xytext=(3, 3), textcoords="offset points", color=GREY,
+            fontsize="x-small",
+        )  # fmt: skip

@@ -1,0 +1,160 @@
+"""Pictures of a patch show the numbers of the results, where the nodes are, whichever way tangents are turned."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.quiver import Quiver
+
+import shakedown
+from shakedown import UsageError, plot
+from shakedown.joint.loading import loading
+from shakedown.plot.patch.colour_field import slip_of_nodes, work_of_nodes
+from shakedown.plot.patch.patch_places import places_of
+
+BARE = shakedown.example("four-node-3d")
+CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])
+UP, ALONG = np.tile([0.0, 0.0, 1.0], (4, 1)), np.tile(np.eye(3)[:2], (4, 1, 1))
+JOINT = replace(
+    BARE, coordinates=CORNERS, normal=UP, tangents=ALONG, units="N, mm", node_area=np.full(4, 2.0)
+)
+
+
+@pytest.fixture(scope="module")
+def cyclic():
+    return shakedown.long_term_state(JOINT, 1.4)
+
+
+def arrows(axes):
+    """Feet, vectors of all arrows, in the order of their feet."""
+    found = [c for c in axes.collections if isinstance(c, Quiver)]
+    rows = np.concatenate([np.column_stack([c.XY, c.U, c.V]) for c in found])
+    return rows[np.lexsort(rows.T[:2])]
+
+
+def test_arrows_are_the_reactions_in_the_model_and_none_leaves_its_disc(cyclic):
+    time = cyclic.history.cycle[0] + 0.3
+    now = cyclic.history.at(np.array([time]))
+    q, limit = JOINT.layout.by_node(now.q)[0], JOINT.law.limit(now.p)[0]
+    axes = plot.tractions_at(cyclic, JOINT, time)
+    drawn = arrows(axes)
+    order = np.lexsort(CORNERS.T[:2])
+    np.testing.assert_allclose(drawn[:, :2], CORNERS[order, :2])
+    scale = np.linalg.norm(drawn[:, 2:]) / np.linalg.norm(q)
+    np.testing.assert_allclose(drawn[:, 2:], scale * q[order], atol=1e-12)
+    (discs,) = [c for c in axes.collections if not isinstance(c, Quiver)]
+    np.testing.assert_allclose(0.5 * discs._widths, 0.5 * scale * limit)  # EllipseCollection keeps half
+    assert (np.linalg.norm(drawn[:, 2:], axis=1) <= scale * limit[order] * (1 + 1e-7)).all()
+
+
+def test_turned_tangents_change_no_arrow():
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    whole = np.kron(np.eye(4), turn)
+    other = replace(
+        JOINT, A=whole @ JOINT.A @ whole.T, B=JOINT.B @ whole.T, q_w=JOINT.q_w @ whole.T,
+        q_mean=None if JOINT.q_mean is None else JOINT.q_mean @ whole.T,
+        q_transient=None, p_transient=None, initial_slip=None,
+        tangents=np.tile(turn @ np.eye(3)[:2], (4, 1, 1)),
+    )  # fmt: skip
+    one, same = (arrows(plot.loads_over_patch(joint)) for joint in (JOINT, other))
+    np.testing.assert_allclose(same, one, atol=1e-12)
+
+
+def test_orbits_stay_within_the_limit_and_say_the_work_of_node_results(cyclic):
+    nodes = shakedown.node_results(cyclic)
+    axes = plot.reaction_orbits(cyclic, JOINT, nodes=range(4))
+    for line, work in zip(axes.lines[1:], nodes.work, strict=True):
+        farthest = np.linalg.norm(line.get_xydata(), axis=1).max()
+        assert farthest < 1.0 + 1e-6
+        assert farthest > 1.0 - 1e-6 or work == 0.0
+    worst = int(nodes.work.argmax())
+    axes = plot.slip_orbits(cyclic, JOINT, nodes=[worst])
+    (text,) = axes.get_legend().get_texts()
+    assert text.get_text() == f"node {worst}: {cyclic.period * nodes.work[worst]:.4g} [N mm]"
+    way = axes.lines[0].get_xydata()
+    np.testing.assert_allclose(np.ptp(way, axis=0), nodes.slip_range_of_directions[worst], rtol=1e-12)
+    assert axes.get_xlabel() == "slip v_x − middle [mm]"
+
+
+def test_the_path_alone_has_nearly_the_integrated_work_and_slip(cyclic):
+    for found in (work_of_nodes, slip_of_nodes):
+        np.testing.assert_allclose(found(cyclic.history, JOINT), found(cyclic, JOINT), rtol=2e-3, atol=1e-9)
+
+
+def test_without_places_numbers_stand_over_those_of_the_nodes(cyclic):
+    time = float(cyclic.history.cycle[3])
+    axes = plot.pressure_over_patch(cyclic, BARE, time)
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_xdata(), np.arange(4))
+    np.testing.assert_array_equal(line.get_ydata(), cyclic.history.at(np.array([time])).p[0])
+    axes = plot.pressure_over_patch(cyclic, JOINT, time)
+    assert not axes.lines
+    assert axes.child_axes[0].get_ylabel() == "pressure [MPa]"
+
+
+def test_zones_are_counted_as_the_path_has_them(cyclic):
+    for time in cyclic.history.cycle[[0, 10, 30]]:
+        state = cyclic.history.at(np.array([time])).state[0]
+        counts = [int((state == kind).sum()) for kind in (0, 1, 2)]
+        title = plot.zones_at(cyclic, JOINT, float(time)).get_title()
+        assert title.endswith("{} stick, {} slip, {} open".format(*counts))
+
+
+def grid(n: int, m: int) -> np.ndarray:
+    return np.stack(np.meshgrid(np.arange(float(n)), np.arange(float(m))), axis=-1).reshape(-1, 2)
+
+
+def placed(x: np.ndarray) -> shakedown.Problem:
+    n = len(x)
+    return shakedown.Problem(
+        A=np.eye(2 * n), B=np.zeros((n, 2 * n)), f=0.5, q_w=np.zeros((2, 2 * n)), p_w=np.ones((2, n)), x=x
+    )
+
+
+def test_no_triangle_lies_across_a_hole_or_between_two_patches():
+    whole = grid(12, 12)
+    hole = whole[np.linalg.norm(whole - 5.5, axis=1) > 3.2]
+    apart = np.concatenate([grid(5, 5), grid(5, 5) + np.array([20.0, 0.0])])
+    for x in (hole, apart):
+        mesh = places_of(placed(x)).triangles
+        middle = x[mesh.triangles].mean(axis=1)
+        assert len(mesh.triangles) > 20
+        assert np.linalg.norm(middle[:, None] - x, axis=2).min(axis=1).max() < 1.0
+    assert places_of(placed(grid(5, 1))).triangles is None
+    assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
+
+
+def test_a_flat_patch_anywhere_in_space_keeps_its_shape():
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    tilted = replace(JOINT, coordinates=CORNERS @ turn.T, normal=UP @ turn.T, tangents=ALONG @ turn.T)
+    one, other = places_of(JOINT), places_of(tilted)
+    assert (one.axes, other.axes) == (("x", "y"), ("along the patch", "across the patch"))
+    np.testing.assert_allclose(distances(other.points), distances(one.points), atol=1e-12)
+    along, there = (each.seen(CORNERS[:, :2]) for each in (one, other))
+    np.testing.assert_allclose(distances(there), distances(along), atol=1e-12)
+
+
+def distances(points: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(points[:, None] - points, axis=2)
+
+
+def test_loads_of_nodes_with_tangents_of_their_own_are_summed_along_the_axes():
+    faces = ALONG.copy()
+    faces[2:] = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+    joint = replace(JOINT, tangents=faces, normal=np.cross(faces[:, 0], faces[:, 1]))
+    q, p = loading(joint).at(1.0)
+    lines = plot.loads_in_time(joint).lines
+    assert [line.get_label() for line in lines] == [f"Σ along {axis}, all nodes" for axis in "xyz"]
+    x = q[:, [0, 2, 5, 7]].sum(axis=1)
+    np.testing.assert_allclose(lines[0].get_ydata()[:-1], x)
+    np.testing.assert_allclose(lines[2].get_ydata()[:-1], p[:, :2].sum(axis=1) - p[:, 2:].sum(axis=1))
+    assert plot.loads_in_time(JOINT).lines[1].get_label() == "Σ q_w in x"
+
+
+def test_slips_of_another_length_and_joints_in_the_plane_are_refused_in_one_line():
+    with pytest.raises(UsageError, match=r"slips, a: expected shape \(8,\), found \(4,\)"):
+        plot.slips_over_patch({"a": np.zeros(4)}, JOINT)
+    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
+        plot.loads_over_patch(shakedown.example("two-node"))
+    with pytest.raises(UsageError, match="from 0 to 3, found 4"):
+        plot.load_orbits(JOINT, 4)
