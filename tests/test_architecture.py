@@ -44,7 +44,7 @@ FLOORS = (
     {"long_term", "planar.universal", "importing"},
     {"assessment", "long_term.returning"},
     {"verification", "studies", "studies.maps", "studies.designs", "plot"},
-    {"report", "plot.patch"},
+    {"report"},
     {"cli", "benchmarks", "__main__"},
 )
 FLOOR = {wing: number for number, wings in enumerate(FLOORS) for wing in wings}

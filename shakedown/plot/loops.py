@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.arguments import checked, require_plane
+from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
@@ -82,7 +82,8 @@ def reactions_in_time(
 ) -> Axes:
     """Tangential reaction of one node over time, between its friction limits ±f p.
 
-    Where it runs along a limit the node slips, or is about to.
+    With two tangential directions its size, below f p. Where it runs along a limit the node slips, or is
+    about to.
 
     Parameters
     ----------
@@ -108,13 +109,19 @@ def reactions_in_time(
     >>> plot.reactions_in_time(shakedown.long_term_state(joint, 0.9), joint, 1).get_xlabel()
     'time [cycles]'
     """
-    require_plane("picture", problem)
+    require_problem(problem)
     (node,), path = chosen_nodes([node], problem.n), path_of(result)
+    if problem.directions == 1:
+        q, name = path.q, "q"
+    else:
+        path = path.refined()
+        q, name = problem.law.size(path.q), "|q|"
     limit = problem.law.limit(path.p)[:, node]
+    lowest = -limit if problem.directions == 1 else np.zeros_like(limit)
     axes = axes_for(ax)
-    axes.fill_between(path.cycle, -limit, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
-    axes.plot(path.cycle, path.q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label="q")
-    axes.set(xlabel="time [cycles]", ylabel=with_unit("tangential reaction q", units_of(problem)[0]))
+    axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
+    axes.plot(path.cycle, q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label=name)
+    axes.set(xlabel="time [cycles]", ylabel=with_unit(f"tangential reaction {name}", units_of(problem)[0]))
     axes.set_title(node_name(node, problem), fontsize="medium")
     axes.grid(alpha=0.3)
     axes.legend(fontsize="small")

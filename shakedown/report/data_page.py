@@ -15,6 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import zero_modes
 from shakedown.joint.units import loads_in_words, stress_unit, units_of
 from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.report.figures.patch_figures import load_pictures
 from shakedown.report.words.limit_words import coupling_in_words
 
 FEW = 3  # nodes up to which the loading of each one is drawn
@@ -37,6 +38,8 @@ BARE = ("kind", "type", "whole body")  # told without their name
 
 def problem_pictures(problem: Problem) -> list[Picture]:
     """Nodes, normals and loads; the loads over the period."""
+    if problem.directions == 2:
+        return load_pictures(problem)
     where = "as they are in the model" if problem.coordinates is not None else "side by side"
     nodes = Drawing(
         f"{problem.n} contact nodes, {where}, with their normals and arrows for the loads on them",
@@ -189,8 +192,9 @@ def configuration(problem: Problem) -> tuple[str, str]:
 def node_load_rows(problem: Problem) -> list[list[str]]:
     """Node by node: name, place, area, friction, mean and amplitude of the loads."""
     mean = loading(problem)
-    swing_p, swing_q = (0.5 * np.ptp(part, axis=0) for part in (mean.p1, mean.q1))
-    place = node_places(problem)
+    by_node, place = problem.layout.by_node, node_places(problem)
+    swing_p, swing_q = 0.5 * np.ptp(mean.p1, axis=0), by_node(0.5 * np.ptp(mean.q1, axis=0))
+    tangential = np.stack([by_node(mean.q0), swing_q], axis=-1).reshape(problem.n, -1)
     return [
         [
             str(j),
@@ -198,7 +202,7 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
             *place[j],
             *([f"{problem.node_area[j]:.5g}"] if problem.node_area is not None else []),
             f"{problem.f[j]:g}",
-            *(f"{value[j]:.5g}" for value in (mean.p0, swing_p, mean.q0, swing_q)),
+            *(f"{value:.5g}" for value in (mean.p0[j], swing_p[j], *tangential[j])),
         ]
         for j in range(problem.n)
     ]
@@ -209,14 +213,19 @@ def node_load_head(problem: Problem) -> list[str]:
     force, length = units_of(problem)
     in_force, in_length = (f" [{unit}]" if unit else "" for unit in (force, length))
     area = f"area [{length}²]" if length else "area"
-    places = {0: [], 1: ["x"], 3: ["x", "y", "z"]}[len(node_places(problem)[0])]
+    places = ["x", "y", "z"][: len(node_places(problem)[0])]
+    tangential = ("q_w",) if problem.directions == 1 else ("q_w,x", "q_w,y")
     return [
         "node",
         *(["FE label"] if problem.label is not None else []),
         *(name + in_length for name in places),
         *([area] if problem.node_area is not None else []),
         "f",
-        *(f"{name}{in_force}" for name in ("p_w mean", "p_w amplitude", "q_w mean", "q_w amplitude")),
+        *(
+            f"{name}{in_force}"
+            for part in ("p_w", *tangential)
+            for name in (f"{part} mean", f"{part} amplitude")
+        ),
     ]
 
 
@@ -225,5 +234,5 @@ def node_places(problem: Problem) -> list[list[str]]:
     if problem.coordinates is not None:
         return [[f"{value:.5g}" for value in place] for place in problem.coordinates]
     if problem.x is not None:
-        return [[f"{value:.5g}"] for value in problem.x]
+        return [[f"{value:.5g}" for value in np.atleast_1d(place)] for place in problem.x]
     return [[] for _ in range(problem.n)]

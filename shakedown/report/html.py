@@ -22,7 +22,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.planar.enumeration.critical import subset_count
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
-from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
     configuration,
     friction,
@@ -32,6 +31,15 @@ from shakedown.report.data_page import (
     problem_pictures,
     source_rows,
     stiffness_rows,
+)
+from shakedown.report.figures.cycle_figures import no_pictures, state_pictures
+from shakedown.report.figures.patch_figures import patch_pictures
+from shakedown.report.figures.verification_figures import (
+    guarantee_picture,
+    run_pictures,
+    scale_picture,
+    sensitivity_picture,
+    slip_picture,
 )
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.json_documents import as_text
@@ -44,13 +52,6 @@ from shakedown.report.page_tables import (
     printed_nodes,
     runs_table,
     worst_table,
-)
-from shakedown.report.verification_figures import (
-    guarantee_picture,
-    run_pictures,
-    scale_picture,
-    sensitivity_picture,
-    slip_picture,
 )
 from shakedown.report.words.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.words.assessment_words import certain_in_words
@@ -191,7 +192,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "runs": runs_table(v),
         "runs_note": RUNS_NOTE,
         "run_pictures": run_pictures(v),
-        "state_pictures": state_pictures(v),
+        "state_pictures": state_pictures(v) if problem.directions == 1 else patch_pictures(v),
         "no_pictures": no_pictures(v),
         "nodes": nodes_table(v),
         "worst": worst_table(v),

@@ -391,6 +391,8 @@ ANSWERS = {
     "sensitivity",  # and the labels only
     # pictures of a patch
     "loads_in_time",
+    "reactions_in_time",
+    "friction_use_at",
     "load_orbits",
     "loads_over_patch",
     "pressure_over_patch",

@@ -42,9 +42,13 @@ def test_arrows_are_the_reactions_in_the_model_and_none_leaves_its_disc(cyclic):
     np.testing.assert_allclose(drawn[:, :2], CORNERS[order, :2])
     scale = np.linalg.norm(drawn[:, 2:]) / np.linalg.norm(q)
     np.testing.assert_allclose(drawn[:, 2:], scale * q[order], atol=1e-12)
+    axes = plot.friction_use_at(cyclic, JOINT, time)
     (discs,) = [c for c in axes.collections if not isinstance(c, Quiver)]
-    np.testing.assert_allclose(0.5 * discs._widths, 0.5 * scale * limit)  # EllipseCollection keeps half
-    assert (np.linalg.norm(drawn[:, 2:], axis=1) <= scale * limit[order] * (1 + 1e-7)).all()
+    radius = float(discs._widths[0])  # of an ellipse it keeps half the width
+    np.testing.assert_allclose(discs._widths, radius)
+    used = np.linalg.norm(arrows(axes)[:, 2:], axis=1) / radius
+    np.testing.assert_allclose(used, (np.linalg.norm(q, axis=1) / limit)[order])
+    assert used.max() <= 1 + 1e-7
 
 
 def test_turned_tangents_change_no_arrow():

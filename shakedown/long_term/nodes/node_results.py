@@ -117,7 +117,8 @@ def _coordinates(problem: Problem) -> FloatArray:
         return problem.coordinates
     places = np.full((problem.n, 3), np.nan)
     if problem.x is not None:
-        places[:, 0] = problem.x
+        known = problem.x.reshape(problem.n, -1)  # one, two or three of them
+        places[:, : known.shape[1]] = known
     return places
 
 

@@ -1,10 +1,11 @@
-"""Arrows over a patch: tangential reactions within their limits, loads, slips."""
+"""Arrows over a patch: tangential reactions, how much of the friction they use, loads, slips."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
+from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -28,10 +29,7 @@ SHAFT = 0.0035  # of the width of the axes
 def tractions_at(
     result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
 ) -> Axes:
-    """Tangential reactions of the nodes at one instant, as arrows within discs of radius f p.
-
-    An arrow that reaches the rim is at its limit: that node slips, or is about to. Over many nodes the discs
-    are left out.
+    """Tangential reactions of the nodes at one instant as arrows, told apart by whether the node slips.
 
     Parameters
     ----------
@@ -55,26 +53,50 @@ def tractions_at(
     >>> from shakedown import plot
     >>> joint = shakedown.example("four-node-3d")
     >>> axes = plot.tractions_at(shakedown.long_term_state(joint, 1.4), joint)
-    >>> [text.get_text() for text in axes.get_legend().get_texts()][1]
+    >>> axes.get_legend().get_texts()[0].get_text()
     'sticks'
     """
     require_space("picture of a patch", problem)
     now, title = at_instant(path_of(result), cycle)
     places, q = places_of(problem), problem.layout.by_node(now.q)[0]
-    limit, state = problem.law.limit(now.p)[0], now.state[0]
-    arrows, sizes = places.seen(q), np.linalg.norm(q, axis=1)
-    few = problem.n <= MOST_DISCS
-    scale = _scale(places, np.append(sizes, limit) if few else sizes, few)
+    sizes = np.linalg.norm(q, axis=1)
     axes = patch_axes(places, ax, ROOM * places.spacing)
-    if few:
-        _discs(axes, places, scale * limit)
-    for name, kind, colour in (("sticks", state == 0, BLUE), ("slips", np.abs(state) == 1, RED)):
-        if kind.any():
-            _arrows(axes, places.points[kind], scale * arrows[kind], colour, name)
-    if (state == 2).any():
-        axes.plot(*places.points[state == 2].T, "o", mfc="none", mec=GREY, ms=4, ls="", label="open")
-    numbered(axes, places)
+    scale = _scale(places, sizes, problem.n <= MOST_DISCS)
+    _by_state(axes, places, scale * places.seen(q), now.state[0])
     axes.set_title(f"{title}, {_largest('|q|', sizes, units_of(problem)[0])}", fontsize="medium")
+    return _finished(axes)
+
+
+@checked
+def friction_use_at(
+    result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """How much of its friction each node uses at one instant: q/(f p) as an arrow within a disc.
+
+    An arrow that reaches the rim is at its limit: that node slips, or is about to. Over very many nodes the
+    discs are left out. Parameters as for :func:`tractions_at`.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> axes = plot.friction_use_at(shakedown.long_term_state(joint, 1.4), joint)
+    >>> axes.get_legend().get_texts()[0].get_text()
+    'limit |q| = f p'
+    """
+    require_space("picture of a patch", problem)
+    now, title = at_instant(path_of(result), cycle)
+    places, few = places_of(problem), problem.n <= MOST_DISCS
+    limit, state = problem.law.limit(now.p)[0], now.state[0]
+    pressed = (limit > 0) & (state != 2)
+    use = problem.layout.by_node(now.q)[0] / np.where(pressed, limit, np.inf)[:, None]
+    axes, reach = patch_axes(places, ax, ROOM * places.spacing), (DISC if few else LONG) * places.spacing
+    if few:
+        _discs(axes, places, np.where(pressed, reach, 0.0))
+    _by_state(axes, places, reach * places.seen(use), state)
+    most = float(np.linalg.norm(use, axis=1).max())
+    axes.set_title(f"{title}, largest |q| / f p = {min(most, 1.0):.3g}", fontsize="medium")
     return _finished(axes)
 
 
@@ -82,8 +104,7 @@ def tractions_at(
 def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = None) -> Axes:
     """Tangential welded reactions over a patch: the mean as an arrow, the way of its tip over a period.
 
-    Around a node a disc of radius f p_w, of the mean p_w, where there are few of them. Of very many nodes
-    some are drawn.
+    Of very many nodes some are drawn.
 
     Parameters
     ----------
@@ -105,18 +126,15 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
     >>> from shakedown import plot
     >>> axes = plot.loads_over_patch(shakedown.example("four-node-3d"))
     >>> [text.get_text() for text in axes.get_legend().get_texts()]
-    ['limit f p', 'mean q_w', 'q_w over a period']
+    ['mean q_w', 'q_w over a period']
     """
     require_space("picture of a patch", problem)
     places, mean = places_of(problem), loading(problem)
     by_node = problem.layout.by_node
     loop = by_node(mean.at(load_factor)[0])
     sizes = np.linalg.norm(loop, axis=2).max(axis=0)
-    few, limit = problem.n <= MOST_DISCS, np.maximum(problem.law.limit(mean.p0), 0.0)
-    scale = _scale(places, np.append(sizes, limit) if few else sizes, few)
+    scale = _scale(places, sizes, problem.n <= MOST_DISCS)
     axes = patch_axes(places, ax, ROOM * places.spacing)
-    if few:
-        _discs(axes, places, scale * limit)
     chosen = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_LOOPS)).round().astype(int))
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     _arrows(axes, places.points[chosen], scale * places.seen(by_node(mean.q0))[chosen], BLUE, "mean q_w")
@@ -198,6 +216,16 @@ def _largest(what: str, sizes: FloatArray, unit: str) -> str:
     return f"largest {what} = {float(np.nanmax(sizes, initial=0.0)):.3g} {unit}".rstrip()
 
 
+def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
+    """Arrows of the nodes that stick and of those that slip; a ring where a node is open."""
+    for name, kind, colour in (("sticks", state == 0, BLUE), ("slips", np.abs(state) == 1, RED)):
+        if kind.any():
+            _arrows(axes, places.points[kind], arrows[kind], colour, name)
+    if (state == 2).any():
+        axes.plot(*places.points[state == 2].T, "o", mfc="none", mec=GREY, ms=4, ls="", label="open")
+    numbered(axes, places)
+
+
 def _discs(axes: Axes, places: Places, radius: FloatArray) -> None:
     """Limits of the tangential reactions."""
     wide = 2.0 * np.maximum(radius, 0.0)
@@ -206,7 +234,7 @@ def _discs(axes: Axes, places: Places, radius: FloatArray) -> None:
         offset_transform=axes.transData, facecolors="none", edgecolors=GREY, linewidths=0.7,
     )  # fmt: skip
     axes.add_collection(discs)
-    axes.plot([], [], "o", ms=8, mfc="none", mec=GREY, ls="", label="limit f p")
+    axes.plot([], [], "o", ms=8, mfc="none", mec=GREY, ls="", label="limit |q| = f p")
 
 
 def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:

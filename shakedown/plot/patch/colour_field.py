@@ -147,8 +147,15 @@ def work_over_patch(
 
 def at_instant(path: EventHistory, cycle: float | None) -> tuple[EventHistory, str]:
     """The state at a time, by default when the total pressure is largest, and what a picture calls it."""
-    time = float(path.cycle[int(path.p.sum(axis=1).argmax())]) if cycle is None else cycle
+    time = float(path.cycle[extreme_rows(path)[0]]) if cycle is None else cycle
     return path.at(np.array([time])), f"t = {time:.4g} cycles"
+
+
+def extreme_rows(path: EventHistory) -> tuple[int, int]:
+    """The rows with the largest and the smallest total pressure, once the first period has begun."""
+    begun = path.cycle >= 0
+    total = np.where(begun if begun.any() else True, path.p.sum(axis=1), np.nan)
+    return int(np.nanargmax(total)), int(np.nanargmin(total))
 
 
 def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArray:

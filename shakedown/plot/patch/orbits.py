@@ -128,7 +128,7 @@ def load_orbits(
     >>> import shakedown
     >>> from shakedown import plot
     >>> plot.load_orbits(shakedown.example("one-node-3d")).get_ylabel()
-    'q_w,y / f p_w [–]'
+    'q_w / f p in y [–]'
     """
     require_space("picture of load orbits", problem)
     wanted = chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
@@ -141,7 +141,7 @@ def load_orbits(
         axes.plot(*use.T, ".-", color=colour, lw=1.3, ms=4, label=node_name(node, problem))
         axes.plot(*use[0], "o", mfc="white", color=colour, label="_nolegend_")
     axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
-    axes.set(xlabel="q_w,x / f p_w [–]", ylabel="q_w,y / f p_w [–]")
+    axes.set(xlabel="q_w / f p in x [–]", ylabel="q_w / f p in y [–]")
     axes.set_title(f"λ = {load_factor:g}", fontsize="medium")
     return _square(axes)
 

@@ -85,9 +85,8 @@ def no_pictures(v: Verification) -> str:
     if as_given_state(v) is None:
         return "No state is drawn: the simulations did not go from event to event."
     if cycling_state(v) is None:
-        return (
-            "There are no hysteresis loops to draw: no simulated state from this start slips in every cycle."
-        )
+        loops = "hysteresis loops" if v.problem.directions == 1 else "slip orbits"
+        return f"There are no {loops} to draw: no simulated state from this start slips in every cycle."
     return ""
 
 

@@ -11,10 +11,12 @@ from matplotlib.axes import Axes
 from shakedown import plot
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.evidence import present
+from shakedown.ground.float_array import FloatArray
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report.figures.patch_figures import final_slips
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
 from shakedown.verification.runs import Run
@@ -33,6 +35,8 @@ SLIP_SPACE = (
     "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
     "them, and the paths from the initial states (circle: start, square: end)."
 )
+MANY = 40  # nodes beyond which arrows of several runs cover each other
+ALONE = ", of the one that slips farthest"
 WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
 
 
@@ -59,7 +63,8 @@ def scale_picture(v: Verification) -> Picture:
             else ""
         )
         + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
-        + "λ_1: first collapse. λ_T: up to there it shakes down from this state, simulated"
+        + "λ_1: first collapse. " * ("λ_1" in marks)
+        + "λ_T: up to there it shakes down from this state, simulated"
         + ", proved there" * transient_is_proved(v)
         + ". λ_max: largest "
         + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
@@ -77,12 +82,14 @@ def run_pictures(v: Verification) -> list[Picture]:
     shown = [*several, *_together(alone)]
     cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, shown)
     pictures = [picture(SLIP_PER_CYCLE, *cycles, alike=len(cycles), one_legend=True)]
-    if v.problem.n == 2:
+    if v.problem.n == 2 and v.problem.directions == 1:
         given = [group for group in alone if v.as_given in group.runs.values()]
         what = "Limits, safe region and paths in the plane of both slips"
         planes = _drawings(v, what, _slip_space, [*several, *given])
         pictures.append(picture(SLIP_SPACE, *planes, alike=len(several), one_legend=True))
-    if v.problem.n > 2:
+    if v.problem.directions == 2:
+        pictures += _final_slips_over_patch(v, shown)
+    elif v.problem.n > 2:
         ends = _drawings(v, "Final slip of every run along the contact", _final_slip, shown)
         pictures.append(picture("Slip along the contact at the end of each run.", *ends, one_legend=True))
     return pictures
@@ -203,6 +210,26 @@ def _slip_space(v: Verification, group: Group, axes: Axes) -> None:
     paths = {name: run.simulation for name, run in group.runs.items() if run.simulation.history is not None}
     plot.slip_space(v.problem, load_factor, paths, styles=group.styles, ax=axes)
     axes.set_title("")
+
+
+def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Picture]:
+    """Arrows of all runs of a panel, over many nodes of one; no panel where nothing has slipped."""
+    found: dict[str, tuple[dict[str, FloatArray], Group]] = {}
+    for group in groups:
+        runs = {name: run.simulation for name, run in group.runs.items()}
+        none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
+        slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+        farthest = max(slips, key=lambda name: float(np.abs(slips[name]).max()))
+        if slips[farthest].any():
+            shown = {farthest: slips[farthest]} if v.problem.n > MANY else slips
+            found[group.title] = (shown, group)
+    if not found:
+        return []
+    three = len(found) % 3 == 0
+    arrows = [final_slips(v, name, slips, group.styles, three) for name, (slips, group) in found.items()]
+    of = ALONE * (v.problem.n > MANY)
+    caption = f"Slip at the end of each run{of}, at the load factors at which something has slipped."
+    return [picture(caption, *arrows)]
 
 
 def _final_slip(v: Verification, group: Group, axes: Axes) -> None:

@@ -1,0 +1,4 @@
+"""Pictures of studies.
+
+Reading order: ``regions`` (design diagrams), ``basins`` (maps of initial states).
+"""

@@ -1,0 +1,50 @@
+"""The page of a joint with two tangential directions: every section, its own pictures, no empty panel."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.report.data_page import node_load_head, node_load_rows, node_places
+from shakedown.report.figures.patch_figures import patch_pictures
+from shakedown.report.html import render
+
+JOINT = shakedown.example("one-node-3d")
+
+
+@pytest.fixture(scope="module")
+def verification():
+    return shakedown.verify(JOINT, load_factors=[0.9, 1.4], random_states=0)
+
+
+def test_the_page_has_orbits_and_zones_in_place_of_what_the_plane_has(verification, undrawn):
+    page = render(verification)
+    for words in (
+        "Slip orbits of the nodes",
+        "What sticks, slips and is open",
+        "Tangential reactions within",
+    ):
+        assert words in page
+    for words in ("Hysteresis", "λ_1: first collapse", "Slip space: "):
+        assert words not in page
+    assert "The one contact node." in page
+
+
+def test_panels_fill_the_page_two_or_three_side_by_side(verification, undrawn):
+    pictures = patch_pictures(verification)
+    assert [len(each.panels) for each in pictures] == [2, 2, 3]
+    assert "λ = 1.4, where it slips" in pictures[0].caption
+
+
+def test_loads_of_nodes_have_both_directions():
+    joint = replace(shakedown.example("four-node-3d"), x=np.arange(8.0).reshape(4, 2), units="N, mm")
+    head, (_, row, *_) = node_load_head(joint), node_load_rows(joint)
+    assert head[:4] == ["node", "x [mm]", "y [mm]", "f"]
+    assert head[-2:] == ["q_w,y mean [N]", "q_w,y amplitude [N]"]
+    assert len(row) == len(head)
+    assert node_places(joint)[1] == ["2", "3"]
+    known = dict(zip(head, row, strict=True))
+    assert float(known["q_w,y amplitude [N]"]) == pytest.approx(0.5 * np.ptp(joint.q_w[:, 3]), rel=1e-4)
+    nodes = shakedown.node_results(shakedown.long_term_state(joint, 0.3))
+    np.testing.assert_array_equal(nodes.coordinates[1], [2.0, 3.0, np.nan])
