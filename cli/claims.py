@@ -14,6 +14,7 @@ from shakedown.ground.visible_text import shortened
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
+SERIES_FILES = NODE_FILES[1:]  # one of each instant
 RECORD = "the record of -o"  # of a run that can be resumed
 
 
@@ -33,6 +34,14 @@ def reads(context: click.Context | None, name: str, path: str | os.PathLike[str]
 def writes(context: click.Context | None, name: str, path: str | os.PathLike[str]) -> None:
     """Note a file to write; raises ``UsageError`` where it is another file of this call."""
     _claim(context, Claim(name, os.fspath(path), written=True))
+
+
+def writes_whole(context: click.Context | None, name: str, path: Path) -> None:
+    """The same, once the file is found to be writable."""
+    from shakedown.files.atomic_write import check_target  # only where a file is asked for
+
+    check_target(path)
+    writes(context, name, path)
 
 
 def _claim(context: click.Context | None, new: Claim) -> None:
@@ -81,8 +90,5 @@ class OutputFile(click.Path):
         if self.endings and not str(value).lower().endswith(self.endings):
             known = " or ".join(filter(None, [", ".join(self.endings[:-1]), self.endings[-1]]))
             raise shakedown.UsageError(f"{value}: expected a name that ends in {known}")
-        from shakedown.files.atomic_write import check_target  # only where a file is asked for
-
-        check_target(value)
-        writes(ctx, name, value)
+        writes_whole(ctx, name, value)
         return super().convert(value, param, ctx)

@@ -10,11 +10,12 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.files.vtk_points import series_paths
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
 from shakedown.report.node_words import resolution, without_round_off
 
-from .claims import NODE_FILES, OutputFile
+from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
 from .initial import start_of
 from .options import (
     cycles_option,
@@ -56,6 +57,11 @@ LONGEST_LABEL, WIDTH = 11, 80
     type=OutputFile(NODE_FILES),
     help="Write every node here: .csv, or for ParaView .vtu or .vtp.",
 )
+@click.option(
+    "--instants",
+    type=click.IntRange(1, 500),
+    help="With -o NAME.vtp or .vtu: also the nodes at so many instants, NAME_000.vtp … and NAME.pvd.",
+)
 @json_option
 @quiet_option
 @click.pass_context
@@ -69,6 +75,7 @@ def nodes(
     wear_coefficient: float | None,
     tractions: bool,
     output: Path | None,
+    instants: int | None,
     as_json: bool,
 ) -> None:
     """What each node of FILE goes through in one period of its long-term state.
@@ -76,17 +83,33 @@ def nodes(
     Slip range (max − min), slip per cycle, largest and smallest reactions, friction work per
     cycle, τ δ of Ruiz (largest shear traction × slip range), wear depth per cycle.
     """
+    if instants is not None:
+        _claim_series(context, output, instants)
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     run = shakedown.simulate(problem, load_factor, start, open_nodes=opened, cycles=cycles)
     found = shakedown.node_results(run, wear_coefficient=wear_coefficient)
     if output is not None:
         found.save(output, tractions=tractions)
+    if output is not None and instants is not None and found.period:
+        from shakedown.long_term.nodes.node_instants import save_node_instants  # it loads what computes
+
+        save_node_instants(run, output, instants)
     if as_json:
         echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:
         say(_text(problem, found, word))
     if found.outcome == shakedown.Outcome.UNDECIDED:
         context.exit(1)
+
+
+def _claim_series(context: click.Context, output: Path | None, instants: int) -> None:
+    """Find the files of the instants to be writable, and no others of the call, before the work starts."""
+    if output is None or output.suffix.lower() not in SERIES_FILES:
+        found = "none" if output is None else str(output)
+        expected = f"-o with a name that ends in {' or '.join(SERIES_FILES)}"
+        raise click.UsageError(f"--instants: expected {expected}, found {found}")
+    for path in series_paths(output, instants):
+        writes_whole(context, "--instants", path)
 
 
 def _text(problem: Problem, found: NodeResults, initial: str) -> str:

@@ -7,7 +7,7 @@ undefined numbers there that every reader takes.
 
 import struct
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.files.atomic_write import atomic_write
+from shakedown.files.atomic_write import atomic_write, atomic_write_together
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 
@@ -33,6 +33,76 @@ def write_points(
     UsageError
         If the name of the file ends in neither .vtu nor .vtp, or it cannot be written.
     """
+    text = _document(path, points, numbers)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_points_series(
+    path: str | PathLike[str],
+    points: FloatArray,
+    times: Sequence[float],
+    numbers: Sequence[Mapping[str, NDArray[np.generic]]],
+) -> tuple[Path, ...]:
+    """Write points with numbers that change: NAME_000.vtp, …, and NAME.pvd that says when; all or none.
+
+    Parameters
+    ----------
+    path
+        NAME.vtp or NAME.vtu: the number of the instant stands before its ending.
+    points : (n, 3)
+        Where they are.
+    times
+        One per file, for ParaView.
+    numbers
+        By name, (n,) or (n, 3) at each instant.
+
+    Returns
+    -------
+    paths
+        The .pvd and the files that it names.
+
+    Raises
+    ------
+    UsageError
+        As for :func:`write_points`.
+    """
+    files = series_paths(path, len(times))
+    texts = [_collection(files[1:], times)]
+    texts += [_document(file, points, each) for file, each in zip(files[1:], numbers, strict=True)]
+    with atomic_write_together(files) as parts:
+        for part, text in zip(parts, texts, strict=True):
+            part.write(text)
+    return files
+
+
+def series_paths(path: str | PathLike[str], count: int) -> tuple[Path, ...]:
+    """The files of so many instants, the .pvd first.
+
+    Examples
+    --------
+    >>> [file.name for file in series_paths("nodes.vtp", 2)]
+    ['nodes.pvd', 'nodes_000.vtp', 'nodes_001.vtp']
+    """
+    name = Path(path)
+    if name.suffix.lower() not in GRIDS:
+        raise UsageError(f"{path}: expected a name that ends in .vtu or .vtp")
+    return name.with_suffix(".pvd"), *(name.with_stem(f"{name.stem}_{k:03d}") for k in range(count))
+
+
+def _collection(files: Sequence[Path], times: Sequence[float]) -> bytes:
+    """A ParaView data file: which file is of which time."""
+    root = Element("VTKFile", {"type": "Collection", "version": "1.0", "byte_order": "LittleEndian"})
+    collection = SubElement(root, "Collection")
+    for file, time in zip(files, times, strict=True):
+        SubElement(collection, "DataSet", {"timestep": repr(float(time)), "file": file.name})
+    return _as_bytes(root)
+
+
+def _document(
+    path: str | PathLike[str], points: FloatArray, numbers: Mapping[str, NDArray[np.generic]]
+) -> bytes:
+    """One file."""
     grid = GRIDS.get(Path(path).suffix.lower())
     if grid is None:
         raise UsageError(f"{path}: expected a name that ends in .vtu or .vtp")
@@ -46,9 +116,12 @@ def write_points(
     of_points = SubElement(piece, "PointData")
     for name, values in numbers.items():
         _add(of_points, name, values)
+    return _as_bytes(root)
+
+
+def _as_bytes(root: Element) -> bytes:
     indent(root)
-    with atomic_write(path) as file:
-        file.write(tostring(root, encoding="utf-8", xml_declaration=True))
+    return bytes(tostring(root, encoding="utf-8", xml_declaration=True))
 
 
 def _cells(piece: Element, n: int) -> Element:

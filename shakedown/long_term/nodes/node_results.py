@@ -69,7 +69,7 @@ def node_results(
     >>> nodes.status, nodes.slip_range.round(4), nodes.accumulated_slip.round(4)
     (('stick', 'slip'), array([0.    , 0.9468]), array([0.    , 1.8936]))
     """
-    settled = _settled(simulation_or_state)
+    settled = settled_of(simulation_or_state)
     k = np.nan if wear_coefficient is None else wear_coefficient
     if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
         raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
@@ -85,7 +85,7 @@ def node_results(
         force_unit=force,
         length_unit=length,
         label=problem.label or tuple(map(str, range(problem.n))),
-        coordinates=_coordinates(problem),
+        coordinates=coordinates_of(problem),
         area=nothing if problem.node_area is None else problem.node_area,
         status=statuses(settled, tolerances),
         slip_range=slip_ranges(settled, tolerances),
@@ -101,17 +101,17 @@ def node_results(
     )
 
 
-def _settled(given: object) -> Settled:
+def settled_of(given: object, who: str = "node_results") -> Settled:
     """The settled state of a simulation, of a run of a verification, or itself."""
     simulation = getattr(given, "simulation", given)
     settled = getattr(simulation, "settled", simulation)
     if not isinstance(settled, LongTermState | SteppedState):
         expected = "a simulation, a long-term state or a run of a verification"
-        raise UsageError(f"node_results: expected {expected}, found {type(given).__name__}")
+        raise UsageError(f"{who}: expected {expected}, found {type(given).__name__}")
     return settled
 
 
-def _coordinates(problem: Problem) -> FloatArray:
+def coordinates_of(problem: Problem) -> FloatArray:
     """Where the nodes are, (n, 3); of a joint that knows only x, that."""
     if problem.coordinates is not None:
         return problem.coordinates

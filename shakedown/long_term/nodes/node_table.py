@@ -214,20 +214,21 @@ class NodeResults(Result):
         if ending == ".csv":
             write_csv(path, {word: list(column) for word, column in columns.items()})
         else:
-            write_points(path, self._points(), _numbers(columns))
-
-    def _points(self) -> FloatArray:
-        """Where the nodes are drawn, (n, 3) [length]."""
-        points = self.coordinates.copy()
-        if np.isnan(points).all():
-            points[:, 0] = np.arange(len(points))
-        return np.nan_to_num(points)
+            write_points(path, points_of(self.coordinates), _numbers(columns))
 
     def _per_area(self, values: FloatArray) -> FloatArray:
         """Values over the area; NaN where a node has none, or one next to nothing."""
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = values / self.area
         return np.where(np.isfinite(found), found, np.nan)
+
+
+def points_of(coordinates: FloatArray) -> FloatArray:
+    """Where nodes are drawn, (n, 3) [length]: in a row where nothing is known of their places."""
+    points = coordinates.copy()
+    if np.isnan(points).all():
+        points[:, 0] = np.arange(len(points))
+    return np.nan_to_num(points)
 
 
 def _numbers(columns: dict[str, Any]) -> dict[str, NDArray[np.generic]]:
