@@ -14,6 +14,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.scaling import Scales, ball_scales, equilibration, typical_size
 
 INF = float("inf")
+ROUND_OFF = 2.0**-44  # of right sides of cones, relative to the largest: no size of anything
 
 
 class Sides(NamedTuple):
@@ -106,7 +107,7 @@ class Program:
             sizes = np.abs(self.right) * row
             if np.any(self.left > -INF):
                 sizes = np.concatenate([np.abs(self.left) * row, sizes])
-            size = typical_size(sizes, otherwise=0.0)
+            size = typical_size(_weighing(sizes) if self.cones else sizes, otherwise=0.0)
             if size == 0.0:  # no right side has a size: the dearest column keeps its unit
                 size = 1.0 / float(column[np.abs(self.cost * column).argmax()])
         else:
@@ -202,6 +203,12 @@ def ball(rank: int, columns: int) -> FloatArray:
     rows[0, rank] = -1.0
     rows[np.arange(1, rank + 1), np.arange(rank)] = -1.0
     return rows
+
+
+def _weighing(sizes: FloatArray) -> FloatArray:
+    """Those that are no round-off of the largest."""
+    finite = sizes[np.isfinite(sizes)]
+    return np.asarray(finite[finite > ROUND_OFF * finite.max(initial=0.0)])
 
 
 def _outside(u: FloatArray) -> float:

@@ -9,8 +9,6 @@ from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 from shakedown.space.scaled_joint import scaled_joint
 
-ROUND_OFF = 2.0**-44  # of loads, relative to the largest: no size of anything
-
 
 def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
     """Whether some slip keeps every node within its limit under the mean load alone.
@@ -33,7 +31,6 @@ def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
     matrix = np.vstack([cones[none], pressed, cones[in_cones]])
     right = np.concatenate([right[none], joint.p0[smooth], right[in_cones]])
     size = float(np.abs(right).max()) or 1.0
-    right[np.abs(right) <= ROUND_OFF * size] = 0.0
     matrix[:, :-1], right = matrix[:, :-1] / size, right / size
     left = np.where(np.arange(len(right)) < none.sum(), right, -INF)
     cost = np.append(np.zeros(len(A)), -1.0)

@@ -1,5 +1,7 @@
 """Programs with many second-order cones, optima built backwards: through Clarabel, cvxpy, planes that cut."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -120,3 +122,20 @@ def test_what_is_wrong_shows_in_the_residuals():
     assert solved.residuals(beyond / scales.x, y / scales.y).primal > 1e-6
     assert solved.residuals(x / scales.x, (y + 1e-3) / scales.y).dual > 1e-6
     assert abs(solved.residuals(x / scales.x, 1.001 * y / scales.y).gap) > 1e-7
+
+
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_right_sides_that_are_round_off_are_no_size(count):
+    """Beside one cone with a right side of its own those of the others are 1e-17: as if they were zero."""
+    rng = np.random.default_rng(0)
+    matrix, right = rng.normal(size=(3 * count, 5)), 1e-17 * rng.normal(size=3 * count)
+    matrix[::3, 4], matrix[1::3, 4], matrix[2::3, 4] = 1.0, 0.0, 0.0
+    right[:3] = 1.0, 0.2, 0.1
+    told = Program(
+        matrix, right, np.array([0, 0, 0, 0, -1.0]), (3,) * count, upper=np.append(np.full(4, INF), 1)
+    )
+    still = replace(told, right=np.where(np.abs(right) < 1e-15, 0.0, right))
+    found, other = solve(told), solve(still)
+    assert found.optimal
+    assert other.optimal
+    assert found.x[-1] == pytest.approx(other.x[-1], abs=1e-9)
