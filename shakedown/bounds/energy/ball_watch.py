@@ -1,7 +1,6 @@
 """Whether the states that a motion passes through are in an energy ball: asked after every cycle."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,6 @@ from shakedown.joint.arguments import real_array
 from shakedown.joint.problem import Problem
 
 
-@dataclass
 class BallWatch:
     """Looks for a ball at one load factor that holds a slip state; remembers what it has found.
 
@@ -45,16 +43,18 @@ class BallWatch:
     True
     """
 
-    problem: Problem
-    load_factor: float
-    open_nodes: Iterable[int] = ()
-    split: bool = True
-    tolerances: Tolerances = DEFAULT
-    ball: EnergyBall | None = None
-    _far: list[tuple[FloatArray, EnergyBall]] = field(default_factory=list, repr=False)
-
-    def __post_init__(self) -> None:
-        self.open_nodes = tuple(self.open_nodes)
+    def __init__(
+        self,
+        problem: Problem,
+        load_factor: float,
+        open_nodes: Iterable[int] = (),
+        split: bool = True,
+        tolerances: Tolerances = DEFAULT,
+    ) -> None:
+        self.problem, self.load_factor = problem, load_factor
+        self.open_nodes, self.split, self.tolerances = tuple(open_nodes), split, tolerances
+        self.ball: EnergyBall | None = None
+        self._far: list[tuple[FloatArray, EnergyBall]] = []
 
     def proves(self, slip: ArrayLike) -> bool:
         """Whether a ball holds a slip state, by more than round-off: then the motion shakes down.

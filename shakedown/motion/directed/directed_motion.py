@@ -1,7 +1,6 @@
 """Quasi-static motion with two tangential directions, cycle by cycle: smooth from event to event."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import groupby
 from typing import NamedTuple
 
@@ -65,22 +64,6 @@ def measures(scale: Scales, locked: float, tolerances: Tolerances) -> Measures:
         length_scale=scale.length,
         accuracy=tolerances.path,
     )
-
-
-@dataclass(frozen=True)
-class DirectedCycle(CycleRecord):
-    """What one cycle of a motion in two tangential directions did.
-
-    Slips at the end are (2n,), node by node; ``slip`` is the length of the way of each node, (n,).
-
-    Attributes
-    ----------
-    error
-        Estimate of the error that this cycle adds to the slips [length]: the sum of those of all steps.
-        No bound: what the motion makes of an error later on is not in it.
-    """
-
-    error: float = 0.0
 
 
 class _Piece(NamedTuple):
@@ -200,14 +183,14 @@ class DirectedMotion:
         gap, still = state.u[layout.gaps], np.zeros_like(q)
         return float(law_violation(self.problem.f, q, p, gap, still, self.scale).max())
 
-    def cycle(self, *, record: bool = False) -> DirectedCycle | None:
+    def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""
         done = self._follow(record)
         if done is None:
             return None
         mo = self.sliding
         work = mo.work + sum(jump.work for jump in self.jumps)
-        return DirectedCycle(
+        return CycleRecord(
             end_slip=mo.u[self.problem.layout.slips].copy(),
             slip=mo.slipped.copy(),
             work=work,
