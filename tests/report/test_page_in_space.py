@@ -7,7 +7,7 @@ import pytest
 
 import shakedown
 from shakedown.report.data_page import node_load_head, node_load_rows, node_places
-from shakedown.report.figures.patch_figures import patch_pictures
+from shakedown.report.figures.patch_figures import instants, patch_pictures
 from shakedown.report.html import render
 
 JOINT = shakedown.example("one-node-3d")
@@ -48,3 +48,13 @@ def test_loads_of_nodes_have_both_directions():
     assert float(known["q_w,y amplitude [N]"]) == pytest.approx(0.5 * np.ptp(joint.q_w[:, 3]), rel=1e-4)
     nodes = shakedown.node_results(shakedown.long_term_state(joint, 0.3))
     np.testing.assert_array_equal(nodes.coordinates[1], [2.0, 3.0, np.nan])
+
+
+def test_a_slip_that_is_round_off_is_no_instant_to_show():
+    """Node 0 of this state touches its limit and slips by 8e-8 during 3e-9 of a cycle."""
+    path = shakedown.long_term_state(shakedown.example("four-node-3d"), 1.2862097839221598).history
+    brief = (path.state[:-1, 0] == 1) & (np.diff(path.cycle) > 0)
+    assert np.diff(path.cycle)[brief].max(initial=0.0) < 1e-6
+    shown = path.at(np.array(instants(path))).state
+    assert not shown[:, 0].any()
+    assert shown[:, 1].any()

@@ -21,6 +21,7 @@ from shakedown.report.figures.cycle_figures import FEW, MOST_NODES, Pictured, as
 from shakedown.verification.verify import Verification
 
 INSTANTS = 3  # of one period, side by side
+SHORTEST = 1e-6  # of a cycle: a node that touches its limit slips by round-off for less
 HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
 LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
 AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and beside it
@@ -178,7 +179,7 @@ def _zones(shown: Sequence[Pictured], problem: Problem) -> Picture:
     drawings = []
     for one in shown:
         path, name = one.state.history, f"λ = {one.state.load_factor:.5g}"
-        for time in _instants(path):
+        for time in instants(path):
             alt = f"Nodes that stick, slip and are open, {name}, t = {time:.4g} cycles"
             drawings.append(
                 Drawing(alt, partial(plot.zones_at, path, problem, time), name, _size(problem, three=True))
@@ -190,11 +191,12 @@ def _zones(shown: Sequence[Pictured], problem: Problem) -> Picture:
     return picture(caption, *drawings, one_legend=True)
 
 
-def _instants(path: EventHistory) -> list[float]:
+def instants(path: EventHistory) -> list[float]:
     """Times at which the fewest nodes stick, one of each part of the period."""
     from_on, first, last = path.cycle[:-1], max(float(path.cycle[0]), 0.0), float(path.cycle[-1])
     middles = 0.5 * (from_on + path.cycle[1:])  # a state holds from its row on
-    moving = (path.state[:-1] != 0).sum(axis=1)
+    lasting = np.diff(path.cycle) > SHORTEST
+    moving = np.where(lasting, (path.state[:-1] != 0).sum(axis=1), -1)
     ends = np.linspace(first, last, INSTANTS + 1)
     times = []
     for begin, end in pairwise(ends):
