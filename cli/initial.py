@@ -49,6 +49,10 @@ def initial_state(
         safe = shakedown.safe_slip(problem, load_factor, open_nodes=open_nodes, transient=lasting)
         return _existing(safe.slip, "a safe slip", load_factor)
     if word == "witness":
+        if problem.directions > 1:
+            raise click.UsageError(
+                "--initial witness: expected one tangential direction, found two (it is of a first collapse)"
+            )
         return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
     return _from_file(initial)
 

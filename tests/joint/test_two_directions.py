@@ -408,6 +408,7 @@ ANSWERS = {
 # Commands that do not answer yet.
 REFUSES = [
     "critical",
+    "simulate --load-factor 0.5 --initial witness",
 ]
 OTHERS = {  # what else a function needs to be called
     "load_factor": 0.5, "radii": [0.1], "cut": 0.1, "vary": {"f": [0.2, 0.3]}, "initial_slips": np.zeros((2, 6)),
