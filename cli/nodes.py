@@ -26,7 +26,7 @@ from .options import (
     quiet_option,
     start_option,
 )
-from .output import echo_json, headline, number, paragraph, say, table, work_unit
+from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table, work_unit
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown import NodeResults
@@ -113,7 +113,8 @@ def _claim_series(context: click.Context, output: Path | None, instants: int) ->
 
 
 def _text(problem: Problem, found: NodeResults, initial: str) -> str:
-    begun = f"Load factor {found.load_factor:.10g}, initial state {shortened(initial)}: {found.outcome}"
+    factor = load_factor_in_words(problem, found.load_factor)
+    begun = f"{factor}, initial state {shortened(initial)}: {found.outcome}"
     lines = [headline(problem), "", paragraph(begun), paragraph(f"({found.reason}).", "  ")]
     if not found.period:
         return "\n".join([*lines, "There is no steady period, and so there are no numbers."])

@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # it loads what computes
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask
+NARROW = 24  # columns that are too few to wrap a remark in
 
 
 def echo_json(document: dict[str, Any]) -> None:
@@ -67,13 +68,22 @@ def tiny(value: float) -> str:
 
 
 def listing(facts: Sequence[tuple[str, str, str]], indent: str = "  ") -> str:
-    """Names, values and remarks in aligned columns; lines without a value are left out."""
+    """Names, values and remarks in aligned columns, remarks wrapped; lines without a value are left out."""
     facts = [fact for fact in facts if fact[1] != "-"]
     name_width, value_width = (max((len(fact[k]) for fact in facts), default=0) for k in (0, 1))
+    starts = [f"{indent}{name:{name_width}}  {value:{value_width}}  " for name, value, _ in facts]
     return "\n".join(
-        f"{indent}{name:{name_width}}  {value:{value_width}}  {remark}".rstrip()
-        for name, value, remark in facts
+        _hanging(start, remark) if remark else start.rstrip()
+        for start, (_, _, remark) in zip(starts, facts, strict=True)
     )
+
+
+def _hanging(start: str, text: str) -> str:
+    """Text after the start of its line, wrapped below itself where the terminal leaves room for that."""
+    width = columns() - 1
+    if width - len(start) < NARROW:
+        return f"{start}{text}".rstrip()
+    return click.wrap_text(text, width=width, initial_indent=start, subsequent_indent=" " * len(start))
 
 
 def slip_facts(criterion: SlipCriterion | None, length: str) -> list[tuple[str, str, str]]:
@@ -91,6 +101,12 @@ def slip_facts(criterion: SlipCriterion | None, length: str) -> list[tuple[str, 
 def paragraph(text: str, indent: str = "") -> str:
     """Text wrapped to the width of the terminal."""
     return click.wrap_text(text, width=columns() - 1, initial_indent=indent, subsequent_indent=indent)
+
+
+def load_factor_in_words(problem: Problem, load_factor: float) -> str:
+    """A load factor, and what it means in the loads of the problem where these are said."""
+    loads = loads_in_words(problem, load_factor)
+    return f"Load factor {load_factor:.10g}{f' ({loads})' if loads else ''}"
 
 
 def columns() -> int:

@@ -12,7 +12,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words.hint_words import loads_in_words, simulated_path_in_words
+from shakedown.report.words.hint_words import simulated_path_in_words
 from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile
@@ -34,6 +34,7 @@ from .output import (
     headline,
     length_unit,
     listing,
+    load_factor_in_words,
     node_table,
     number,
     paragraph,
@@ -142,8 +143,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]
-    loads = loads_in_words(problem, run.load_factor)
-    factor = f"Load factor {run.load_factor:.10g}{f' ({loads})' if loads else ''}"
+    factor = load_factor_in_words(problem, run.load_factor)
     lines.append(paragraph(f"{factor}, initial state {shortened(initial)}: {run.outcome}"))
     reason = sliding_in_words(run) if run.slides_away else run.reason
     lines.append(paragraph(f"({reason}).", "  "))

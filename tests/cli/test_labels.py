@@ -46,6 +46,7 @@ def test_nodes_have_their_labels_and_numbers_their_units(file, words, shown):
             ["simulate", "--load-factor", "0.7"],
             "Load factor 0.7 (axial load 20 ± 14 kN; bolt preload 12 kN, ",
         ),
+        (["nodes", "--load-factor", "0.7"], "Load factor 0.7 (axial load 20 ± 14 kN; bolt preload 12 kN, "),
     ],
     ids=lambda value: value[0],
 )
@@ -56,6 +57,8 @@ def test_load_factors_are_said_in_the_loads_of_the_user(tmp_path, words, shown):
     shakedown.save_problem(tmp_path / "loads.npz", joint)
     _, out, _ = run(words[0], str(tmp_path / "loads.npz"), *words[1:])
     assert shown in " ".join(out.split())
+    if words[0] in ("solve", "simulate"):
+        assert max(map(len, out.splitlines())) <= 80
     _, out, _ = run(words[0], "two-node", *words[1:])
     assert "loads at" not in out
     assert "kN" not in out
