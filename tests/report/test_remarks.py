@@ -113,6 +113,11 @@ def test_the_state_found_above_the_limit_is_named() -> None:
         apart
     )
     assert "cycle was found" not in transient_in_words(apart)
+    assert "undecided" not in transient_in_words(limit)
+    slow = replace(
+        limit, at_high=replace(limit.at_high, outcome=shakedown.Outcome.UNDECIDED, cycles_simulated=1000)
+    )
+    assert "; just above λ_T it is undecided after 1000 cycles (" in transient_in_words(slow)
 
 
 def test_a_free_body_is_told_why_no_subset_is_regular() -> None:

@@ -62,6 +62,8 @@ def transient_in_words(limit: TransientLimit, problem: Problem | None = None) ->
         proved = f"; shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
             proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
+    if limit.at_high is not None and limit.at_high.outcome == "undecided":
+        proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
     return f"{here} the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} ({scan})."
 
 
