@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SCANNED = 20  # load factors, beside λ = 0; one number everywhere, so that a joint has one λ_T
 SCAN_ABOVE = 1.05  # of λ_max, beyond which nothing shakes down: where the scan ends
+COARSE = 1e-3  # of the end of the scan: no more narrowly towards an outcome in space that is undecided
 BELOW = (  # where a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
@@ -109,6 +110,9 @@ def transient_limit(
     the limit, the later the motion comes into the ball. Of a load domain the corners are
     followed in the order given, which is one path of many.
 
+    With two tangential directions a state may be undecided after the cycles allowed: towards such a load
+    factor the change is not narrowed down beyond a thousandth of the scan.
+
     Parameters
     ----------
     problem
@@ -147,7 +151,9 @@ def transient_limit(
     check_scan(top, steps, accuracy)
     histories = _Histories(problem, start, opened, tolerances, {})
     low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
-    low, high = bisected(histories.shakes_down, low, high, accuracy * float(top))
+    low, high = bisected(histories.shakes_down, low, high, max(accuracy, COARSE) * float(top))
+    if not histories.is_open(high):
+        low, high = bisected(histories.shakes_down, low, high, accuracy * float(top))
     return histories.limit(low, high)
 
 
@@ -193,6 +199,11 @@ class _Histories:
             at_high=self.runs.get(high),
             at_proved=at_proved,
         )
+
+    def is_open(self, load_factor: float) -> bool:
+        """Whether a state in space is undecided: where it is, is up to the cycles allowed."""
+        found = self.runs.get(load_factor)
+        return self.problem.directions > 1 and found is not None and found.outcome == Outcome.UNDECIDED
 
     def _followed(self, load_factor: float) -> LongTermState:
         return long_term_state(

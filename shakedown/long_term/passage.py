@@ -67,5 +67,5 @@ def arrives_closed(
         return True
     q_w, p_w = loading(problem).at(load_factor)
     first = {"q_w": q_w[:1], "p_w": p_w[:1], "q_mean": q_w[0], "p_mean": p_w[0]}
-    evolution = Evolution(replace(problem, **first), 1.0, start, tolerances)
-    return evolution.cycle() is not None and not (evolution.state.contact == OPEN).any()
+    motion = Passage(replace(problem, **first), 1.0, tolerances, start, ()).motion()
+    return motion.cycle() is not None and not (motion.state.contact == OPEN).any()

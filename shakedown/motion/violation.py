@@ -18,7 +18,7 @@ def path_violation(
     In the plane slip counts from row to row; of a curved path see :func:`curved_violation`.
     """
     if isinstance(history, CurvedHistory):
-        return curved_violation(problem, load_factor, tolerances, history)
+        return curved_violation(problem, load_factor, history)
     scale = scales(problem, load_factor)
     near = tolerances.periodicity * scale.length
     open_at_all = (history.w[1:] > near) | (history.w[:-1] > near)

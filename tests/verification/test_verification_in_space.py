@@ -1,6 +1,7 @@
 """Prediction against simulation with two tangential directions."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,3 +51,11 @@ def test_the_command_answers(tmp_path):
     assert code == 0, err
     assert "Prediction and time integration agree" in out
     assert max(map(len, out.splitlines())) <= 80
+
+
+def test_transient_load_steps_come_first():
+    problem = shakedown.example("one-node-3d")
+    before = replace(problem, q_transient=0.5 * problem.q_w[:2], p_transient=problem.p_w[:2])
+    found = shakedown.verify(before, random_states=0, load_factors=[0.5])
+    assert found.agrees
+    assert found.runs[0].simulation.outcome == "shakedown"

@@ -3,26 +3,22 @@
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.directed.curved_history import CurvedHistory
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.kernels.contact_status import OPEN
 
-ALLOWED = 10.0  # violation that the error of a path explains, relative to the error allowed over a cycle
 WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are looked at
 
 
-def curved_violation(
-    problem: Problem, load_factor: float, tolerances: Tolerances, history: CurvedHistory
-) -> float:
+def curved_violation(problem: Problem, load_factor: float, history: CurvedHistory) -> float:
     """Largest relative violation of the law along a path, re-computed from its slips and gaps.
 
     At the beginning of every step the whole law, the slip being that of the step at the rate there; that
     the step ends where the next begins; at its end and within it that limits are kept, gaps and pressures
-    not negative. What counts is by how much more this is than such a path may be in error: ten times
-    ``tolerances.path``.
+    not negative. Within a step a polynomial stands for the path, so that this is some multiple of the
+    accuracy asked for (:func:`law_resolution`).
     """
     steps = np.flatnonzero(history.duration > 0)
     steps = steps[steps + 1 < len(history)]
@@ -43,4 +39,4 @@ def curved_violation(
     end, after = history.within(steps, np.ones(len(steps))), history.rows(steps + 1)
     smooth = after.kind != EventKind.JUMPS
     apart = (np.abs(part[smooth]).max(initial=0.0) for part in (end.v - after.v, end.w - after.w))
-    return float(max(0.0, max(ends, within, max(apart) / scale.length) - ALLOWED * tolerances.path))
+    return float(max(ends, within, max(apart) / scale.length))
