@@ -118,3 +118,25 @@ def test_fixed_load_steps_come_near():
         assert nodes.work.sum() == pytest.approx(run.dissipation_per_cycle)
     with pytest.raises(shakedown.UsageError, match="found newton"):
         shakedown.simulate(shakedown.example("two-node"), 0.9, method="newton")
+
+
+@pytest.mark.parametrize("stiffer", [1e4, 1e7, 1e10])
+def test_a_soft_node_does_not_hide_the_slip_of_a_stiff_one(stiffer):
+    turn = 2 * np.pi * np.arange(8) / 8
+    circle, none = np.stack([np.cos(turn), np.sin(turn)], axis=1), np.zeros((8, 1))
+
+    def state(stiffnesses, loads):
+        n = len(stiffnesses)
+        A, q_w = np.diag(np.repeat(stiffnesses, 2)), np.hstack([size * circle for size in loads])
+        joint = shakedown.Problem(
+            A=A, B=np.zeros((n, 2 * n)), f=np.full(n, 0.5), q_w=q_w, p_w=none + np.ones(n)
+        )
+        return shakedown.long_term_state(joint, 0.75)
+
+    both, alone = state([1.0, stiffer], [0.1, 1.0]), state([1.0], [1.0])
+    assert both.outcome == alone.outcome == Outcome.CYCLIC_SLIP, both.reason
+    np.testing.assert_allclose(
+        both.slip_per_cycle * [1.0, stiffer], [0.0, alone.slip_per_cycle[0]], rtol=1e-6
+    )
+    at_rest = stiffer * both.final_slip[2:]
+    np.testing.assert_allclose(at_rest, alone.final_slip, atol=1e-6)

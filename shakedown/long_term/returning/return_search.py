@@ -35,11 +35,13 @@ class Rules:
     most_cycles, longest_period
         As for :func:`long_term_state`.
     noise
-        How far one cycle may miss for errors of integration [length].
+        How far one cycle may miss for errors of integration [length of the softest node].
     least_work
         Dissipation per cycle that counts as none [force × length].
     goal
-        Distance from the limit at which a state is the long-term state [length].
+        Distance from the limit at which a state is the long-term state [length of the softest node].
+    stiffness : (n,)
+        Of every node, relative to the softest, ≥ 1: so much smaller a slip counts for as much.
     """
 
     most_cycles: int
@@ -47,6 +49,7 @@ class Rules:
     noise: float
     least_work: float
     goal: float
+    stiffness: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +113,7 @@ class _Memory:
     """The states between cycles since the start or the last leap, and how they close in, by period."""
 
     rules: Rules
+    weights: FloatArray
     states: deque[FloatArray] = field(init=False)
     open_sets: deque[bytes] = field(init=False)
     back: list[Approach] = field(init=False)
@@ -131,7 +135,7 @@ class _Memory:
         for slipping in self.slipping[: (len(total) - 1) // 2]:
             p = slipping.period
             change = (total[-1] - total[-1 - p]) - (total[-1 - p] - total[-1 - 2 * p])
-            slipping.add(float(np.abs(change).max()))
+            slipping.add(float((np.abs(change) * self.rules.stiffness).max()))
 
     def add(self, state: State) -> None:
         """The state after one more cycle."""
@@ -139,14 +143,19 @@ class _Memory:
         self.open_sets.append((state.contact == OPEN).tobytes())
         last = np.array([*islice(reversed(self.states), 2 * len(self.back) + 1)])  # the newest first
         over = last[0] - last[1 : len(self.back) + 1]
-        for approach, change in zip(self.back, np.abs(over).max(axis=1).tolist(), strict=False):
+        for approach, change in zip(
+            self.back, np.abs(over * self.weights).max(axis=1).tolist(), strict=False
+        ):
             approach.add(change)
         twice = (len(last) - 1) // 2
         before = last[1 : twice + 1] - last[2 : 2 * twice + 1 : 2]
-        for drifting, change in zip(
-            self.drifting, np.abs(over[:twice] - before).max(axis=1).tolist(), strict=False
-        ):
+        drifts = np.abs((over[:twice] - before) * self.weights).max(axis=1).tolist()
+        for drifting, change in zip(self.drifting, drifts, strict=False):
             drifting.add(change)
+
+    def size(self, change: FloatArray) -> float:
+        """Of a change of the state, a stiff node's counting for more."""
+        return float((np.abs(change) * self.weights).max())
 
     def over(self, period: int) -> FloatArray:
         """The change of the state over the last period."""
@@ -176,11 +185,15 @@ class ReturnSearch:
         self.cycles = self.events = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure = np.nan, 0.0
+        self.weights = np.ones(len(motion.state.u))  # a gap counts as it is
+        self.weights[self.layout.slips] = np.repeat(
+            rules.stiffness, self.layout.slip_size // len(rules.stiffness)
+        )
         self.wait, self.next_leap = WAIT, 0
         self._start_anew()
 
     def _start_anew(self) -> None:
-        self.memory = _Memory(self.rules)
+        self.memory = _Memory(self.rules, self.weights)
         self.memory.add(self.motion.state)
 
     def settle(self) -> Settled:
@@ -211,7 +224,7 @@ class ReturnSearch:
     def _at_rest(self) -> Settled | None:
         """Nothing slips any more: for one cycle exactly, or for two within the accuracy."""
         last = list(self.records)[-2:]
-        slips = [float(record.slip.max()) for record in last]
+        slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
         exact = slips[-1] == 0.0 and self.memory.back[0].change == 0.0
         if not exact and (len(last) < 2 or max(slips) > self.rules.noise):
             return None
@@ -242,11 +255,12 @@ class ReturnSearch:
             if error > goal and not (drifting.known and drift_error <= goal and far):
                 continue
             records = list(self.records)[-p:]
-            slip = float(np.sum([record.slip for record in records], axis=0).max())
+            slips = np.sum([record.slip for record in records], axis=0) * self.rules.stiffness
+            slip, stiffness = float(slips.max()), self.rules.stiffness[slips.argmax()]
             work = float(np.mean([record.dissipation for record in records]))
             steady = clear * max(error, slipping.left) < slip  # one that fades away is no cycle
             shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
-            if work <= self.rules.least_work or shorter:
+            if work <= self.rules.least_work / stiffness or shorter:
                 continue
             if error <= goal and steady:
                 self._note(back)
@@ -272,9 +286,9 @@ class ReturnSearch:
                 continue
             course = course_of(window)
             limit, earlier = course.limit, course_of(before).limit
-            way, differ = np.abs(limit - window[-1]).max(), float(np.abs(limit - earlier).max())
+            way, differ = self.memory.size(limit - window[-1]), self.memory.size(limit - earlier)
             if np.isfinite(way) and way > self.rules.noise and differ <= AGREE * way:
-                self._follow(course, p, approach.rate, differ + approach.bend * float(way))
+                self._follow(course, p, approach.rate, differ + approach.bend * way)
                 return
 
     def _worthwhile(self, approach: Approach) -> bool:
@@ -290,7 +304,7 @@ class ReturnSearch:
         reached, count = None, 2
         while count <= FARTHEST:
             start, change = course.ahead(count)
-            size = float(np.abs(change).max())
+            size = memory.size(change)
             if not self._goes_so(start, change, p, here):
                 break
             reached = self.motion.state
@@ -315,8 +329,8 @@ class ReturnSearch:
         self.motion.state = State(u, like.contact)
         if not all(self._cycle() for _ in range(p)):
             return False
-        off = float(np.abs(self.motion.state.u - u - change).max())
-        return off <= ALIKE * float(np.abs(change).max()) + self.rules.noise
+        off = self.memory.size(self.motion.state.u - u - change)
+        return off <= ALIKE * self.memory.size(change) + self.rules.noise
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; of a cycle the period is followed once more from where the search has ended."""

@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
 from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
@@ -54,7 +53,7 @@ class ReturnedStates:
 
     def __init__(self, motion: DirectedMotion, most_cycles: int, longest_period: int) -> None:
         self.motion, self.layout = motion, motion.problem.layout
-        self.rules = rules_of(motion.scale, motion.tolerances, most_cycles, longest_period)
+        self.rules = rules_of(motion, motion.scale, most_cycles, longest_period)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         """Answer for one initial slip (s, 2n) after the other, until there is no more wish for it."""
@@ -85,7 +84,7 @@ def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> Ret
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
     assert isinstance(motion, DirectedMotion)
     start = motion.state.u[begun.problem.layout.slips].copy()
-    rules = rules_of(scale, begun.tolerances, most_cycles, longest_period)
+    rules = rules_of(motion, scale, most_cycles, longest_period)
     found = settled(motion, rules)
     return _state(begun, found, start, scale, most_cycles)
 
@@ -110,11 +109,14 @@ def settled(motion: DirectedMotion, rules: Rules) -> Settled:
     return found.undecided(reason)
 
 
-def rules_of(scale: Scales, tolerances: Tolerances, most_cycles: int, longest_period: int) -> Rules:
-    """When a search over cycles of the accuracy of the tolerances ends."""
-    noise = tolerances.path * scale.length
-    least = LEAST_WORK * tolerances.path * scale.force * scale.length
-    return Rules(most_cycles, longest_period, noise, least, GOAL * noise)
+def rules_of(motion: DirectedMotion, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
+    """When a search over cycles of the accuracy of the motion ends."""
+    noise = motion.tolerances.path * scale.length
+    stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
+    stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
+    return Rules(
+        most_cycles, longest_period, noise, LEAST_WORK * noise * scale.force, GOAL * noise, stiffness
+    )
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:

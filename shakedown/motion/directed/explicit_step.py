@@ -72,7 +72,10 @@ def explicit_step(sl: Sliding, h: float, allowed: float) -> float:
             x += OF_ERROR[i] * k[i * row + 2 * a]
             y += OF_ERROR[i] * k[i * row + 2 * a + 1]
         reaction = OF_REACTION * sl.size[a] * sl.length_scale
-        weight = max(1.0, allowed * sl.force_scale / reaction) if reaction > 0.0 else 1.0
+        stiffness = max(sl.A[2 * a * (2 * s + 1)], sl.A[(2 * a + 1) * (2 * s + 1)])
+        weight = max(1.0, stiffness * sl.length_scale / sl.force_scale)
+        if reaction > 0.0:
+            weight = max(weight, allowed * sl.force_scale / reaction)
         error = max(error, (x * x + y * y) * weight * weight)
     return h * np.sqrt(error)
 
