@@ -175,7 +175,9 @@ def energy_bound(
         as their initial slip is ignored.
     split
         With two directions, whether the part c_i of a pressure that the node's own reaction determines is
-        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is.
+        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is. Where
+        rates of slip may fail to exist a jump is then assumed to leave all nodes closed (docs/energy.md,
+        section 8, Jumps); without it nothing is assumed.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
         by default up to 40 nodes; only with all nodes closed.
