@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.bounds.energy.cone_rows import margin_rows
-from shakedown.bounds.energy.discs.ball_limits import disc_limits
-from shakedown.bounds.energy.discs.best_ball import best_ball
+from shakedown.bounds.energy.discs.ball_limits import DiscLimits, disc_limits
+from shakedown.bounds.energy.discs.best_ball import BestBall, best_ball
+from shakedown.bounds.energy.discs.closed_ball import closed_radius
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.farthest import end_of
@@ -33,6 +34,8 @@ from shakedown.programs.margin import widest
 from shakedown.programs.program import INF, Program, Solution
 from shakedown.programs.scaling import typical_size
 from shakedown.programs.solver import solve
+
+JUST_LESS = 1.0 - 1e-12  # of a radius that must be smaller than that
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -253,6 +256,13 @@ def _in_space(
     limits = disc_limits(zone, transient=transient, tolerances=tolerances)
     found = best_ball(limits, load_factor, state, tolerances, split=split)
     radius = found.radius * limits.metric.unit
+    if found.share.any():  # no node may open in a jump
+        most = closed_radius(zone.joint, limits.metric, found.slip, (load_factor,)) / limits.metric.unit
+        if found.radius >= most:
+            simple = best_ball(limits, load_factor, state, tolerances, split=False)
+            capped = replace(found, status=Status.OPTIMAL, reason="", radius=most * JUST_LESS)
+            found = max(simple, capped, key=lambda ball: _room_for(limits, ball, state))
+        radius = found.radius * limits.metric.unit
     return EnergyBall(
         status=found.status,
         load_factor=load_factor,
@@ -266,6 +276,16 @@ def _in_space(
         share=found.share,
         shortfall=found.shortfall * limits.metric.unit,
     )
+
+
+def _room_for(limits: DiscLimits, ball: BestBall, state: FloatArray | None) -> float:
+    """The radius of a ball, or how far a state may be disturbed in it; −inf without one."""
+    if not ball.radius > 0:
+        return -inf
+    if state is None:
+        return ball.radius
+    away = float(limits.metric.norm(limits.rigid.relative(state) - ball.slip)) / limits.metric.unit
+    return ball.radius - away if ball.radius > away else -inf
 
 
 def largest_ball(rows: EnergyRows, load_factor: float, tolerances: Tolerances = DEFAULT) -> EnergyBall:

@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
 from shakedown.bounds.energy.discs.ball_limits import DiscLimits, disc_limits
-from shakedown.bounds.energy.discs.best_bound import best_bound
+from shakedown.bounds.energy.discs.best_bound import BestBound, best_bound
+from shakedown.bounds.energy.discs.closed_ball import closed_radius, holds_without_load
 from shakedown.bounds.energy.discs.exact_discs import ExactDiscs
 from shakedown.bounds.energy.discs.rounds import room_about
+from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
 from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
@@ -175,9 +177,8 @@ def energy_bound(
         as their initial slip is ignored.
     split
         With two directions, whether the part c_i of a pressure that the node's own reaction determines is
-        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is. Where
-        rates of slip may fail to exist a jump is then assumed to leave all nodes closed (docs/energy.md,
-        section 8, Jumps); without it nothing is assumed.
+        taken out of γ_i, in a few rounds; else c = 0. In the plane it always is. Only
+        where no node can open inside the ball, come what may (docs/energy.md, section 8, Jumps); else c = 0.
     certify
         Whether to find a load factor that satisfies the conditions in exact arithmetic;
         by default up to 40 nodes; only with all nodes closed.
@@ -235,7 +236,10 @@ def _in_space(
     """The bound of a joint with two tangential directions."""
     limits = disc_limits(zone, tolerances=tolerances)
     given = start[zone.problem.layout.slips_of(zone.closed_nodes)]
-    found = best_bound(zone.joint, limits, limits.rigid.relative(given), reach, tolerances, split=split)
+    relative = limits.rigid.relative(given)
+    found = best_bound(zone.joint, limits, relative, reach, tolerances, split=split)
+    if found.share.any() and not _without_jumps_that_open(zone.joint, limits.metric, found):
+        found = best_bound(zone.joint, limits, relative, reach, tolerances, split=False)
     bound = EnergyBound(
         status=found.status,
         load_factor=found.load_factor,
@@ -262,6 +266,17 @@ def _in_space(
         else:
             bound = replace(bound, certificate=proof)
     return replace(bound, pinned=limits.rigid.pinned)  # without the rows of all load steps at once
+
+
+def _without_jumps_that_open(joint: Problem, metric: EnergyMetric, found: BestBound) -> bool:
+    """Whether the proof with shares is complete: no node opens in a jump, at any load factor from 0 on."""
+    if found.status != Status.OPTIMAL:
+        return found.status != Status.UNBOUNDED
+    between = (0.0, found.load_factor)
+    return found.radius < closed_radius(joint, metric, found.slip, between) and (
+        (joint.q_mean is None and joint.p_mean is None)
+        or holds_without_load(joint, metric, found.share, found.slip, found.radius)
+    )
 
 
 def _space_certificate(

@@ -4,5 +4,6 @@ Reading order: ``ball_limits`` (every limit with the room that a ball needs, and
 tied to the node's own reaction), ``own_share`` (the best such share), ``about_slip`` (the limits about a
 slip, without dimension, and the programs over them), ``sharp_end`` (their end, by Newton's method),
 ``rounds`` (centre and shares by turns), ``best_ball`` and ``best_bound`` (what they make up, and what
-confirms it), ``exact_discs`` (the conditions without round-off). The proofs are in ``docs/energy.md``.
+confirms it), ``closed_ball`` (no
+node opens in it), ``exact_discs`` (the conditions without round-off). The proofs are in ``docs/energy.md``.
 """
