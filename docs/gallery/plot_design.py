@@ -18,7 +18,7 @@ found = shakedown.sweep(
     bounds=("universal", "energy", "upper"),
 )
 _, axes = plt.subplots(figsize=(8, 5), layout="constrained")
-shakedown.plot.maps.regions(found, ax=axes)
+shakedown.plot.regions(found, ax=axes)
 
 # %%
 # More friction always raises λ_max and λ_E of this joint. What is proved from *every* state ends where so much friction
