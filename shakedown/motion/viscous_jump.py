@@ -97,7 +97,49 @@ class Rest:
     steps: int
 
 
-class ViscousMotion:
+class Relaxation:
+    """A viscous system that is carried to rest by implicit steps, longer and longer ones.
+
+    What a step is and what rest is, the kinds of it say.
+    """
+
+    kappa: FloatArray
+    damping: FloatArray
+    scale: Scales
+    start: FloatArray
+    u: FloatArray
+    steps = 0
+    endless = False
+
+    def to_rest(self) -> Rest | None:
+        """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
+        fastest = float(np.max(np.diag(self.kappa) / self.damping))
+        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
+        shortest = 1e-9 * dt
+        far = FAR * self.scale.length + FAR * np.abs(self.start).max()
+        longest = FAR * FAR * dt
+        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
+            if not self._step(dt):
+                dt *= 0.5
+                continue
+            self.steps += 1
+            rest = self._rest()
+            if rest is not None:
+                return rest
+            dt *= 1.5
+        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
+        return None
+
+    def _step(self, dt: float) -> bool:
+        """One implicit step; False, and nothing changed, where it is too long."""
+        raise NotImplementedError
+
+    def _rest(self) -> Rest | None:
+        """The state in equilibrium that the motion has come next to, if it has."""
+        raise NotImplementedError
+
+
+class ViscousMotion(Relaxation):
     """The viscous system at constant load, from a state that a small change of load has put out of balance.
 
     Parameters
@@ -128,28 +170,8 @@ class ViscousMotion:
         self.precision, self.scale = precision, scale
         self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
         self.velocity = np.zeros_like(u)
-        self.friction_work, self.steps = 0.0, 0
+        self.friction_work = 0.0
         self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
-        self.endless = False
-
-    def to_rest(self) -> Rest | None:
-        """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
-        fastest = float(np.max(np.diag(self.kappa) / self.damping))
-        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
-        shortest = 1e-9 * dt
-        far = FAR * self.scale.length + FAR * np.abs(self.start).max()
-        longest = FAR * FAR * dt
-        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
-            if not self._step(dt):
-                dt *= 0.5
-                continue
-            self.steps += 1
-            rest = self._rest()
-            if rest is not None:
-                return rest
-            dt *= 1.5
-        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
-        return None
 
     def _step(self, dt: float) -> bool:
         """One implicit step; False, and nothing changed, where it is too long."""

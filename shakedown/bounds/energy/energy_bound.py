@@ -256,7 +256,6 @@ def _in_space(
         multipliers=found.multipliers,
         share=found.share,
     )
-    bound = replace(bound, initial_slip=given)
     if zone.open_nodes:
         return _in_zone(zone, given, bound)
     if bound.status == Status.OPTIMAL and (zone.joint.n <= CERTIFIED_UP_TO if certify is None else certify):

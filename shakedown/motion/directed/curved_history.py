@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +87,10 @@ class CurvedHistory(EventHistory):
 
     def refined(self) -> "CurvedHistory":
         """The path with rows within every step, so many that straight lines between them follow it."""
+        return self._refined
+
+    @cached_property
+    def _refined(self) -> "CurvedHistory":
         lasts = self.duration > 0
         row = np.repeat(np.arange(len(self)), np.where(lasts, len(WITHIN), 1))
         first = np.cumsum(np.where(lasts, len(WITHIN), 1)) - np.where(lasts, len(WITHIN), 1)

@@ -23,14 +23,14 @@ from shakedown.motion.directed.sliding import (
     sliding,
 )
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.viscous_jump import ACCURACY, FAR, MAX_STEPS, Jump, Rest, potential_energy
+from shakedown.motion.viscous_jump import ACCURACY, Jump, Relaxation, Rest, potential_energy
 
 OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
 NEWTON_STEPS = 20
 SETTLED = 1e-12  # violation of the law at the end, relative
 
 
-class DirectedJump:
+class DirectedJump(Relaxation):
     """The viscous system at constant load, from a state that a small change of load has put out of balance.
 
     Parameters
@@ -63,31 +63,12 @@ class DirectedJump:
         self.scale = scale
         self.start, self.u, self.contact = start.u.copy(), start.u.copy(), start.contact.copy()
         self.reaction, self.velocity = reaction.copy(), np.zeros_like(start.u)
-        self.work, self.slip, self.steps = np.zeros(len(f)), np.zeros(len(f)), 0
-        self.endless = False
+        self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
 
     @property
     def layout(self) -> Layout:
         """Where slips and gaps stand."""
         return self.law.layout
-
-    def to_rest(self) -> Rest | None:
-        """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
-        fastest = float(np.max(np.diag(self.kappa) / self.damping))
-        dt = 0.05 / fastest if fastest > 0 else 1.0  # without any stiffness there is no time to compare with
-        shortest, longest = 1e-9 * dt, FAR * FAR * dt
-        far = FAR * self.scale.length + FAR * np.abs(self.start).max()
-        while self.steps < MAX_STEPS and shortest < dt < longest and np.abs(self.u - self.start).max() < far:
-            if not self._step(dt):
-                dt *= 0.5
-                continue
-            self.steps += 1
-            rest = self._rest()
-            if rest is not None:
-                return rest
-            dt *= 1.5
-        self.endless = bool(dt >= longest or np.abs(self.u - self.start).max() >= far)
-        return None
 
     def _step(self, dt: float) -> bool:
         """One implicit step; False, and nothing changed, where it is too long."""
