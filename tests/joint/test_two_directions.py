@@ -103,7 +103,7 @@ def test_the_shapes_tell_the_directions(tmp_path):
         ({"p_mean": np.ones(6)}, "key 'p_mean': expected shape (3,), found (6,)"),
         ({"initial_slip": np.ones(3)}, "key 'initial_slip': expected shape (6,), found (3,)"),
         ({"initial_slip": np.ones((2, 3))}, "key 'initial_slip': expected shape (s, 6), found (2, 3)"),
-        ({"x": np.ones((3, 4))}, "key 'x': expected shape (3, 3), found (3, 4)"),
+        ({"x": np.ones((3, 4))}, "key 'x': expected shape (3,), (3, 2) or (3, 3), found (3, 4)"),
         (
             {"tangents": np.ones((3, 2, 3))},
             "key 'tangents': expected vectors of length 1, found the length 1.73205081 at node 0",

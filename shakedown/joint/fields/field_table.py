@@ -133,6 +133,8 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], direct
     )
     if not fits:
         wanted = "(" + ", ".join(map(str, expected)) + ("," if len(expected) == 1 else "") + ")"
+        if key == "x" and directions == 2:
+            wanted = "({0},), ({0}, 2) or ({0}, 3)".format(expected[0])
         hint = _transposition_hint(shape, expected) if directions == 1 else _in_space_hint(shape, expected)
         raise ProblemError(f"key '{key}': expected shape {wanted}, found {shape}{hint}")
     for axis, have in zip(axes, shape, strict=True):
