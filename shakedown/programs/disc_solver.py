@@ -9,7 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import SelfDualEnd, self_dual_end
+from shakedown.programs.interior.self_dual import USABLE, SelfDualEnd, self_dual_end
 from shakedown.programs.interior.small_cones import TRIPLE
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
@@ -39,7 +39,7 @@ class DiscSolution:
     rows: FloatArray
 
 
-def solved(program: DiscProgram, tolerances: Tolerances = DEFAULT) -> DiscSolution:
+def solved(program: DiscProgram, tolerances: Tolerances = DEFAULT, usable: float = USABLE) -> DiscSolution:
     """The end of a program, to about ten digits; see :func:`disc_end`.
 
     Examples
@@ -56,20 +56,20 @@ def solved(program: DiscProgram, tolerances: Tolerances = DEFAULT) -> DiscSoluti
     >>> str(end.status), end.y.round(6), end.w.round(6)
     ('optimal', array([0.2]), array([0.6]))
     """
-    end, r = disc_end(program, tolerances), program.rank
+    end, r = disc_end(program, tolerances, usable), program.rank
     discs, rows, _ = program.parts(end.multipliers)
     return DiscSolution(end.status, end.x[:r], end.x[r:], discs, rows)
 
 
-def disc_end(program: DiscProgram, tolerances: Tolerances = DEFAULT) -> SelfDualEnd:
-    """The end of a program, with the points on the way to it.
+def disc_end(program: DiscProgram, tolerances: Tolerances = DEFAULT, usable: float = USABLE) -> SelfDualEnd:
+    """The end of a program, with the points on the way to it; less accurate than ``usable`` by other roads.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end = self_dual_end(program)
+    end = self_dual_end(program, usable)
     return (
         replace(_second_road(program, tolerances), path=end.path) if end.status == Status.UNDECIDED else end
     )

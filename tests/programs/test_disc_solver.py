@@ -62,7 +62,9 @@ def test_both_roads_end_alike(seed, norm, monkeypatch):
     assert discs.cones.margin(discs.limits - discs.times(end.x)) > -1e-9
     np.testing.assert_allclose(discs.transposed(end.multipliers), -discs.costs, atol=1e-8)
     monkeypatch.setattr(
-        disc_solver, "self_dual_end", lambda each: replace(self_dual_end(each), status=Status.UNDECIDED)
+        disc_solver,
+        "self_dual_end",
+        lambda each, usable: replace(self_dual_end(each, usable), status=Status.UNDECIDED),
     )
     other = disc_solver.disc_end(discs)
     np.testing.assert_allclose(other.x[-1], end.x[-1], rtol=1e-7)

@@ -86,17 +86,17 @@ class SelfDualEnd:
     path: tuple[Point, ...]
 
 
-def self_dual_end(rows: ConeRows) -> SelfDualEnd:
+def self_dual_end(rows: ConeRows, usable: float = USABLE) -> SelfDualEnd:
     """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
 
     The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
-    the predictor and corrector of Mehrotra.
+    the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
     """
     with np.errstate(all="ignore"):  # what overflows is no end, and is not taken for one
-        return _followed(rows)
+        return _followed(rows, usable)
 
 
-def _followed(rows: ConeRows) -> SelfDualEnd:
+def _followed(rows: ConeRows, usable: float) -> SelfDualEnd:
     point = Point(np.zeros(len(rows.costs)), rows.cones.unit, rows.cones.unit, 1.0, 1.0)
     best, path, idle = _judged(rows, point), list[Point](), 0
     for _ in range(ITERATIONS):
@@ -115,7 +115,8 @@ def _followed(rows: ConeRows) -> SelfDualEnd:
         found = _judged(rows, point)
         idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
         best = found if found.accuracy < best.accuracy else best
-    status = best.status if best.accuracy <= USABLE else Status.UNDECIDED
+    enough = usable if best.status == Status.OPTIMAL else USABLE
+    status = best.status if best.accuracy <= enough else Status.UNDECIDED
     return SelfDualEnd(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
 
 

@@ -23,6 +23,8 @@ ROUNDS = 4
 HALF = 0.5
 GAIN = 1e-4  # relative: less than this, and no further round is made
 NEWTON_STEPS = 30  # towards the largest load factor at a centre; each ends nearer
+ROUGH = 1e-4  # accuracy of a margin that is enough: next to nothing compared with the forces, what is
+# left of the balance counts for too much, and other solvers come no nearer
 ROUND_OFF = 4 * np.finfo(float).eps
 NEGLIGIBLE = 1e-9  # share of a disc in the proof, relative to the largest, below which it is not named
 
@@ -180,7 +182,7 @@ def holding(
 
     def one(each: DiscLimits) -> Found:
         about = discs_about(each, state).at_load(load_factor)
-        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y))
+        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), ROUGH)
         return _found(each, about, end, state)
 
     def value(found: Found) -> float:

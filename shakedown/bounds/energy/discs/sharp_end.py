@@ -10,8 +10,10 @@ from scipy.linalg import solve
 from shakedown.bounds.energy.discs.ball_limits import CONE, Places
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT
 from shakedown.programs.disc_solver import DiscSolution, solved
 from shakedown.programs.interior.disc_program import DiscProgram
+from shakedown.programs.interior.self_dual import USABLE
 
 NEWTON_STEPS = 6
 CHANGES = 8  # of what is active
@@ -60,7 +62,7 @@ class SharpEnd:
         return abs(self.proved - self.value)
 
 
-def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
+def sharp_end(program: DiscProgram, value: Value, usable: float = USABLE) -> SharpEnd:
     """The end of a program, sharpened where Newton's method gains.
 
     Parameters
@@ -69,13 +71,15 @@ def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
         Maximise w_last.
     value
         The w that the discs allow at a given y in floats, with the largest w_last.
+    usable
+        Accuracy of the interior points that is enough to begin with.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end = solved(program)
+    end = solved(program, DEFAULT, usable)
     best = SharpEnd(end.status, end.y, end.w, end.discs, end.rows)
     if end.status != Status.OPTIMAL:
         return best
