@@ -17,7 +17,7 @@ from shakedown.report.words.limit_sentences import limits_in_sentences, threshol
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
 
-from .claims import NODE_FILES, OutputFile, writes
+from .claims import NODE_FILES, RECORD, OutputFile, writes
 from .options import (
     cycles_option,
     json_option,
@@ -25,6 +25,7 @@ from .options import (
     open_option,
     problem_argument,
     quiet_option,
+    resume_option,
     slip_below_option,
 )
 from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table, tiny
@@ -59,6 +60,7 @@ from .output import echo_json, headline, length_unit, number, paragraph, progres
 @cycles_option
 @method_option
 @slip_below_option
+@resume_option
 @click.option(
     "--nodes",
     type=OutputFile(NODE_FILES),
@@ -78,15 +80,19 @@ def verify(
     cycles: int,
     method: str,
     slip_below: float | None,
+    resume: bool,
     nodes: Path | None,
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
+    if resume and output is None:
+        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if output is not None:
         from shakedown.report.html import report_path, write_report  # what draws is wanted only here
 
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
+        writes(context, RECORD, f"{output}.partial")
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,
@@ -97,10 +103,11 @@ def verify(
             cycles=cycles,
             method=method,
             slip_below=slip_below,
+            partial=None if output is None else f"{output}.partial",
+            resume=resume,
+            save=None if output is None else lambda found: write_report(output, found),
             progress=update,
         )
-        if output is not None:
-            write_report(output, result)
     if nodes is not None:
         result.nodes.save(nodes)
     if as_json:

@@ -1,14 +1,18 @@
 """Predicted against simulated: does time integration agree with the bounds?"""
 
+import functools
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import version
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
 from shakedown.assessment.every_limit import JointLimits, Limits
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
@@ -187,6 +191,9 @@ def verify(
     method: str = "event",
     budget: int = 200_000,
     slip_below: float | None = None,
+    partial: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    save: Callable[[Verification], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
@@ -225,6 +232,13 @@ def verify(
     slip_below
         A limit on the slip range of every node in the long run [length]; up to which load factor it
         holds from the first given state, or from slip zero, is said beside (:func:`slip_limit`).
+    partial
+        Where every piece of work is recorded as soon as it is done, until all are; valid after a kill at any
+        instant. None: nowhere.
+    resume
+        Whether to go on with what a killed run has recorded there, if one has.
+    save
+        Called with the result before what is recorded is removed: what writes it to a file.
     progress
         Called with (done, total) after every piece of work: the bounds, every simulation,
         every other bound.
@@ -234,7 +248,8 @@ def verify(
     Raises
     ------
     UsageError
-        If an argument is out of range.
+        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
+        another run.
 
     Examples
     --------
@@ -249,14 +264,52 @@ def verify(
         check_load_factor(load_factor, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
+    asked = _Asked(open_nodes, load_factors, budget, slip_below)
+    asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
+    settings = Settings(random_states, seed, cycles, method)
+    header = _header(problem, asked, settings, tolerances)
+    with recorded_steps(partial, header, problem, resume=resume) as steps:
+        found = _verified(problem, asked, settings, _Work(steps, progress), tolerances)
+        if save is not None:
+            save(found)
+        steps.remove()
+    return found
+
+
+class _Asked(NamedTuple):
+    """What a verification is asked beside its :class:`Settings`."""
+
+    open_nodes: Iterable[int] | Literal["auto"]
+    load_factors: Sequence[float] | None
+    budget: int
+    slip_below: float | None
+
+
+def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
+    """All that a verification depends on, by name."""
+    words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
+    factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
+    words |= asked._replace(load_factors=factors)._asdict() | vars(settings)
+    return {"run": "verify", "version": version("shakedown-bounds"), "tolerances": repr(tolerances)} | {
+        word: repr(value) for word, value in words.items()
+    }
+
+
+def _verified(
+    problem: Problem, asked: _Asked, settings: Settings, work: "_Work", tolerances: Tolerances
+) -> Verification:
+    """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    found = assess(problem, start, open_nodes=open_nodes, tolerances=tolerances)
-    limits = found.details
-    cases = list(planned_cases(limits, load_factors, random_states, seed))
-    simulate(problem, 0.0, cycles=1, method=method)  # loads compiled code: no run's time should count it
-    work = _Work(len(cases) + len(_Beside._fields), progress)
-    runs = tuple(work.done(run_of(problem, case, cycles, method, tolerances)) for case in cases)
-    beside = _beside(limits, budget, slip_below, work)
+    found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
+    limits, random = found.details, (settings.random_states, settings.seed)
+    for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
+        _find(limits, name, work.steps.done)
+    cases = work.steps.done(lambda: list(planned_cases(limits, asked.load_factors, *random)))
+    simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
+    work.pieces = len(cases) + len(_Beside._fields)
+    how = settings.cycles, settings.method, tolerances
+    runs = tuple(work.done(functools.partial(run_of, problem, case, *how)) for case in cases)
+    beside = _beside(limits, asked, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(
         assessment=found,
@@ -274,8 +327,13 @@ def verify(
             *open_questions(runs),
         ),
         notes=(*(text for agrees, text in roads if agrees is None), *beside.missing()),
-        settings=Settings(random_states, seed, cycles, method),
+        settings=settings,
     )
+
+
+def _find(limits: Limits, name: str, done: Callable[[Callable[[], Any]], Any]) -> None:
+    """Read a limit, a piece of work, and keep it with the others whether it is found now or was before."""
+    vars(limits)[name] = done(lambda: getattr(limits, name))
 
 
 class _Beside(NamedTuple):
@@ -296,17 +354,16 @@ class _Beside(NamedTuple):
                 yield f"{name} is missing: {found.reason}"
 
 
-def _beside(limits: Limits, budget: int, slip_below: float | None, work: "_Work") -> _Beside:
-    problem = limits.problem
-    few = problem.directions == 1 and subset_count(problem.n) <= budget
-    return _Beside(
-        second=work.done(second_road(problem, limits.bounds, limits.tolerances)),
-        curve=work.done(limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None),
-        critical=work.done(critical_load_factors(problem) if few else None),
-        friction=work.done(present(limits.friction)),
-        transient=work.done(limits.transient),
-        slip=work.done(None if slip_below is None else limits.slip(slip_below)),
-    )
+def _beside(limits: Limits, asked: _Asked, work: "_Work") -> _Beside:
+    problem, below = limits.problem, asked.slip_below
+    few = problem.directions == 1 and subset_count(problem.n) <= asked.budget
+    second = work.done(lambda: second_road(problem, limits.bounds, limits.tolerances))
+    curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
+    critical = work.done(lambda: critical_load_factors(problem) if few else None)
+    _find(limits, "friction", work.done)
+    _find(limits, "transient", work.done)
+    slip = work.done(lambda: None if below is None else limits.slip(below))
+    return _Beside(second, curve, critical, present(limits.friction), limits.transient, slip)
 
 
 def _check(random_states: int, seed: int) -> None:
@@ -319,13 +376,14 @@ def _check(random_states: int, seed: int) -> None:
 
 
 class _Work:
-    """Pieces of work of which somebody is told that they are done."""
+    """Pieces of work, recorded where they are to be, of which somebody is told that they are done."""
 
-    def __init__(self, pieces: int, progress: Callable[[int, int], None] | None) -> None:
-        self.pieces, self.progress, self.count = pieces, progress, 0
+    def __init__(self, steps: RecordedSteps, progress: Callable[[int, int], None] | None) -> None:
+        self.steps, self.progress, self.pieces, self.count = steps, progress, 0, 0
 
-    def done(self, result: T) -> T:
-        """The result of a piece of work, unchanged."""
+    def done(self, step: Callable[[], T]) -> T:
+        """What a piece of work finds."""
+        result = self.steps.done(step)
         self.count += 1
         if self.progress is not None:
             self.progress(self.count, self.pieces)

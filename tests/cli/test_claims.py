@@ -22,6 +22,7 @@ def folder(tmp_path):
     """A joint, a slip and a configuration, with other ways to spell them."""
     shakedown.save_problem(tmp_path / "p.npz", shakedown.example("two-node"))
     shakedown.save_problem(tmp_path / "p.npz.partial", shakedown.example("two-node"))
+    shakedown.save_problem(tmp_path / "s.html.partial", shakedown.example("two-node"))
     shakedown.save_problem(tmp_path / "r.json", shakedown.example("two-node"))
     np.save(tmp_path / "v.npy", np.zeros(2))
     (tmp_path / "joint.toml").write_text(CONFIG)
@@ -52,6 +53,7 @@ def contents(folder):
         ([*SIMULATE, "-o", "f.gif", "--animation", "f.gif"], "--animation: expected another file than -o"),
         (["adversary", "p.npz", "-o", "here/p.npz"], "-o: expected another file than FILE"),
         (["verify", "p.npz", "-o", "p.npz"], "-o: expected another file than FILE"),
+        (["verify", "s.html.partial", "-o", "s.html"], "the record of -o: expected another file than FILE"),
         (["verify", "r.json", "-o", "r.html"], "r.json: the JSON of the report r.html goes there"),
         (["import", "joint.toml", "-o", "joint.toml"], "-o: expected another file than CONFIG.toml"),
         (["import", "joint.toml", "-o", "a.png", "--picture", "a.png"], "--picture: expected another file"),

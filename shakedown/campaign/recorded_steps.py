@@ -1,0 +1,171 @@
+"""A long run of one piece, recorded step by step as it goes, and gone on with where it was stopped.
+
+The steps of such a run follow from each other and are numbered in the order in which they begin, those within
+a step by themselves; the run is simply made again, but for what the steps that are recorded have found. What
+a step finds has to be a result: dataclasses, arrays, numbers.
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from shakedown.campaign.journal import Journal, journal_at
+from shakedown.campaign.payload import packed, unpacked
+from shakedown.campaign.stored_result import restored, stored
+from shakedown.ground.errors import ProblemError
+from shakedown.joint.problem import Problem
+
+EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
+
+T = TypeVar("T")
+
+
+class _Place(NamedTuple):
+    """Where a step is recorded: its group, and from where to where in it."""
+
+    group: int
+    start: int
+    end: int
+
+
+class RecordedSteps:
+    """The steps of one run; recorded where there is a journal, else simply done.
+
+    Parameters
+    ----------
+    problem
+        The joint that the run is about.
+    journal
+        Where they are recorded; None: nowhere.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> steps = RecordedSteps(shakedown.example("two-node"))
+    >>> steps.done(lambda: 2 + steps.done(lambda: 3))
+    5
+    """
+
+    def __init__(self, problem: Problem, journal: Journal | None = None) -> None:
+        self.problem, self._journal = problem, journal
+        self._places: dict[str, _Place] = {}
+        self._waiting: dict[str, bytes] = {}  # results that are not recorded yet
+        self._read = -1, b""  # the group that was read last
+        self._begun = [0]  # how many steps have begun, within each that has not ended
+        self._since = time.monotonic()
+        for group in () if journal is None else sorted(journal.done()):
+            self._note(group)
+
+    def done(self, step: Callable[[], T], fits: Callable[[T], bool] | None = None) -> T:
+        """What a step finds, now or before; there may be steps within it.
+
+        Parameters
+        ----------
+        step
+            What there is to do.
+        fits
+            Whether what was found before is what it would find now, where steps may be cut otherwise.
+        """
+        if self._journal is None:
+            return step()
+        name = "/".join(map(str, self._begun))
+        self._begun[-1] += 1
+        found: _Found[T] | None = self._recorded(name)
+        if found is not None and (fits is None or fits(found.result)):
+            return found.result
+        self._begun.append(0)
+        try:
+            result = step()
+        finally:
+            self._begun.pop()
+        within = [key for key in self._waiting if key.startswith(f"{name}/")]
+        for key in within:
+            del self._waiting[key]
+        self._waiting[name] = stored(result, self.problem)
+        if time.monotonic() - self._since >= EVERY:
+            self.record()
+        return result
+
+    def record(self) -> None:
+        """Record what waits for it."""
+        if not self._waiting or self._journal is None:
+            return
+        ends = np.cumsum([len(result) for result in self._waiting.values()])
+        content = np.frombuffer(b"".join(self._waiting.values()), dtype=np.uint8)
+        names = np.array(list(self._waiting))
+        group = max(self._journal.done(), default=-1) + 1
+        self._journal.add(group, packed({"names": names, "ends": ends, "results": content}))
+        self._waiting, self._since = {}, time.monotonic()
+
+    def remove(self) -> None:
+        """Forget the run, which is over and saved."""
+        if self._journal is not None:
+            self._waiting = {}
+            self._journal.remove()
+
+    def _note(self, group: int) -> None:
+        """Where the steps of a group of the journal lie; one that is none is left out."""
+        assert self._journal is not None
+        try:
+            about = unpacked(self._journal.piece(group), "names", "ends")
+            names, ends = (about[key].tolist() for key in ("names", "ends"))
+            places = [_Place(group, *span) for span in zip([0, *ends[:-1]], ends, strict=True)]
+            self._places |= dict(zip(names, places, strict=True))
+        except (ProblemError, TypeError, ValueError):
+            self._journal.drop(group)
+
+    def _recorded(self, name: str) -> "_Found[Any] | None":
+        """What a step has found before, where that is recorded and can be read."""
+        place = self._places.get(name)
+        if place is None or self._journal is None:
+            return None
+        try:
+            if self._read[0] != place.group:
+                content = unpacked(self._journal.piece(place.group), "results")["results"]
+                self._read = place.group, content.tobytes()
+            return _Found(restored(self._read[1][place.start : place.end], self.problem))
+        except ProblemError:
+            return None
+
+
+class _Found(NamedTuple, Generic[T]):
+    """What a step has found, None too."""
+
+    result: T
+
+
+@contextmanager
+def recorded_steps(
+    path: str | os.PathLike[str] | None, header: Mapping[str, str], problem: Problem, *, resume: bool = False
+) -> Iterator[RecordedSteps]:
+    """The steps of a run, recorded at a path as they are done, or nowhere; the caller removes them.
+
+    Parameters
+    ----------
+    path
+        Where; None: nowhere.
+    header
+        What the run is, by name: everything that its results depend on.
+    problem
+        The joint that it is about.
+    resume
+        Whether to go on with what is recorded there, if anything is.
+
+    Raises
+    ------
+    UsageError
+        As :func:`~shakedown.campaign.journal.journal_at`.
+    """
+    if path is None:
+        yield RecordedSteps(problem)
+        return
+    with journal_at(path, header, resume=resume) as journal:
+        steps = RecordedSteps(problem, journal)
+        try:
+            yield steps
+        finally:
+            steps.record()

@@ -1,0 +1,115 @@
+"""Results as bytes, and back to the last bit: what a run records of itself, read by nobody but itself.
+
+The bytes are a pickle, but what reads them makes results of this package, arrays and numbers only: no
+file can make it call anything else.
+"""
+
+import pickle
+from collections import deque
+from dataclasses import is_dataclass
+from enum import Enum
+from fractions import Fraction
+from importlib import import_module
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.joint.problem import Problem
+
+PROTOCOL = 5
+OTHERS = {(kind.__module__, kind.__name__): kind for kind in (Fraction, deque)}
+BROKEN = (
+    pickle.UnpicklingError, ArithmeticError, AttributeError, EOFError, ImportError, LookupError, MemoryError,
+    RecursionError, TypeError, ValueError,
+)  # fmt: skip
+
+
+def stored(result: Any, problem: Problem) -> bytes:
+    """A result as bytes; of the joint that it is about they only say that it is this one.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> joint = shakedown.example("two-node")
+    >>> found = shakedown.upper_bound(joint)
+    >>> again = restored(stored(found, joint), joint)
+    >>> again == found, again.problem is joint
+    (True, True)
+    """
+    buffer = BytesIO()
+    _Writer(buffer, problem).dump(result)
+    return buffer.getvalue()
+
+
+def restored(content: bytes, problem: Problem) -> Any:
+    """The result that :func:`stored` made bytes of.
+
+    Raises
+    ------
+    ProblemError
+        If they are none of its.
+    """
+    try:
+        return _Reader(BytesIO(content), problem).load()
+    except BROKEN as error:
+        raise ProblemError(f"expected a stored result, found a damaged one ({error})") from None
+
+
+class _Writer(pickle.Pickler):
+    def __init__(self, file: BytesIO, problem: Problem) -> None:
+        super().__init__(file, PROTOCOL)
+        self.problem = problem
+
+    def persistent_id(self, thing: Any) -> str | None:
+        return "problem" if thing is self.problem else None
+
+    def reducer_override(self, thing: Any) -> Any:
+        """Arrays and their numbers by functions of our own: NumPy's change their names."""
+        if isinstance(thing, np.ndarray) and not thing.dtype.hasobject:
+            by_columns = thing.flags.f_contiguous and not thing.flags.c_contiguous
+            content = thing.tobytes("F" if by_columns else "C")
+            return array_of, (thing.dtype.str, thing.shape, by_columns, content)
+        if isinstance(thing, np.generic) and not thing.dtype.hasobject:
+            return number_of, (thing.dtype.str, thing.tobytes())
+        return NotImplemented
+
+
+def array_of(kind: str, shape: tuple[int, ...], by_columns: bool, content: bytes) -> NDArray[Any]:
+    """An array of its own, laid out in memory as it was."""
+    values = np.frombuffer(bytearray(content), dtype=np.dtype(kind))
+    return values.reshape(shape, order="F" if by_columns else "C")
+
+
+def number_of(kind: str, content: bytes) -> Any:
+    """A number of NumPy's."""
+    return np.frombuffer(content, dtype=np.dtype(kind))[0]
+
+
+class _Reader(pickle.Unpickler):
+    def __init__(self, file: BytesIO, problem: Problem) -> None:
+        super().__init__(file)
+        self.problem = problem
+
+    def persistent_load(self, name: Any) -> Problem:
+        if name != "problem":
+            raise pickle.UnpicklingError(f"no {name!r}")
+        return self.problem
+
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) in OTHERS:
+            return OTHERS[module, name]
+        if module == __name__ and name in ("array_of", "number_of"):
+            return globals()[name]
+        if module.startswith("shakedown.") and "__main__" not in module and "." not in name:
+            found = getattr(import_module(module), name)
+            if isinstance(found, type) and _holds_values_only(found):
+                return found
+        raise pickle.UnpicklingError(f"{module}.{name} is no result")
+
+
+def _holds_values_only(kind: type) -> bool:
+    """Whether it is a dataclass, a named tuple, an enumeration or a dictionary: making one does nothing."""
+    return is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, Enum | dict)
