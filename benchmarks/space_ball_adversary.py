@@ -78,7 +78,7 @@ def _ball(rng: np.random.Generator, case: dict, counts: dict) -> None:
         counts["growth"] = max(counts["growth"], growth)
         _note(counts, case, "grown" if growth > GROWTH else ended, start, load_factor)
     for way in ways[:CONTROLS]:
-        _control(counts, followed.run(ball.slip + OUTSIDE * way)[0])
+        _control(counts, followed.run(ball.slip + OUTSIDE * way, to_the_end=False)[0])
 
 
 def _universal(rng: np.random.Generator, case: dict, counts: dict) -> None:
@@ -95,7 +95,7 @@ def _universal(rng: np.random.Generator, case: dict, counts: dict) -> None:
     above = 0.5 * (bound + min(shakedown.upper_bound(problem, certify=False).load_factor, 10.0 * bound))
     controls = _Followed(problem, above)
     for start in allowed_states(rng, problem, above, CONTROLS):
-        _control(counts, controls.run(start)[0])
+        _control(counts, controls.run(start, to_the_end=False)[0])
 
 
 def allowed_states(rng: np.random.Generator, problem: Problem, load_factor: float, count: int) -> FloatArray:
@@ -127,8 +127,8 @@ class _Followed:
         self.motion = DirectedMotion(problem, load_factor)
         self.nothing = self.motion.tolerances.path * self.motion.scale.length
 
-    def run(self, start: FloatArray) -> tuple[str, list[FloatArray]]:
-        """How a motion from a slip ends, and the slips between its cycles."""
+    def run(self, start: FloatArray, *, to_the_end: bool = True) -> tuple[str, list[FloatArray]]:
+        """How a motion from a slip ends, and the slips between cycles; cycling is searched for, or taken so."""
         self.motion.begin(self.load_factor, start)
         path, quiet, slips = [start], 0, []
         for _ in range(CYCLES):
@@ -144,6 +144,8 @@ class _Followed:
                 return "still", path
         if slips[-1] <= SLOWING * slips[CYCLES // 2]:
             return "slow", path
+        if not to_the_end:
+            return "cycling", path
         found = shakedown.long_term_state(self.problem, self.load_factor, start).outcome
         ends = {Outcome.SHAKEDOWN: "still", Outcome.UNDECIDED: "undecided", Outcome.SEPARATION: "opened"}
         return ends.get(found, "cycling"), path

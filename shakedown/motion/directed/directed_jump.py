@@ -2,11 +2,14 @@
 
 As in the plane (:mod:`shakedown.motion.viscous_jump`): implicit steps of D u̇ = −(out-of-balance) are
 static problems with the stiffness κ + D/Δt, and each of them is solved by following the motion of that
-stiffer system. The end state is then put into equilibrium exactly, nodes that still slip at the limit in
-their last direction.
+stiffer system; where a node next to its apex would make that endless, all at once. The end state is then
+put into equilibrium exactly, nodes that still slip at the limit in their last direction.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
@@ -22,12 +25,24 @@ from shakedown.motion.directed.sliding import (
     reached,
     sliding,
 )
-from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
+from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.viscous_jump import ACCURACY, Jump, Relaxation, Rest, potential_energy
 
 OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
 NEWTON_STEPS = 20
 SETTLED = 1e-12  # violation of the law at the end, relative
+LABOUR = 10_000_000  # multiplications and additions after which the steps of integration are counted
+MOST_TAKEN = 5_000  # of them in an implicit step: beyond that it is solved at once
+
+
+class _End(NamedTuple):
+    """Where an implicit step ends: displacements, contact states, and friction work and ways."""
+
+    u: FloatArray
+    contact: NDArray[np.int64]
+    work: FloatArray
+    slip: FloatArray
 
 
 class DirectedJump(Relaxation):
@@ -64,6 +79,7 @@ class DirectedJump(Relaxation):
         self.start, self.u, self.contact = start.u.copy(), start.u.copy(), start.contact.copy()
         self.reaction, self.velocity = reaction.copy(), np.zeros_like(start.u)
         self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
+        self.at_once = False  # whether a path was too long to follow
 
     @property
     def layout(self) -> Layout:
@@ -74,23 +90,48 @@ class DirectedJump(Relaxation):
         """One implicit step; False, and nothing changed, where it is too long."""
         stiffer = self.kappa + np.diag(self.damping / dt)
         path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
+        end = None if self.at_once else self._followed(stiffer, path)
+        if self.at_once:
+            end = self._solved(stiffer, path)
+        if end is None:
+            return False
+        velocity = (end.u - self.u) / dt
+        motion = max(float(np.abs(end.u - self.start).max()), 1e-9 * self.scale.length)
+        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
+            return False
+        self.u, self.velocity, self.contact = end.u, velocity, end.contact
+        self.reaction = path[1] + stiffer @ end.u
+        self.work += end.work
+        self.slip += end.slip
+        return True
+
+    def _followed(self, stiffer: FloatArray, path: FloatArray) -> _End | None:
+        """The end of an implicit step along the path of its static problem; None where there is none."""
         mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
         measure_sliding(mo, *self.measures)
         mo.u[:], mo.contact[:] = self.u, self.contact
         status = kernel.PAUSED
         while status == kernel.PAUSED:
-            status = kernel.follow_curve(mo, room, 1, kernel.EFFORT)
+            status = kernel.follow_curve(mo, room, 1, LABOUR)
+            self.at_once = status == kernel.PAUSED and reached(mo, room).taken > MOST_TAKEN
+            if self.at_once:
+                return None
         if status != kernel.DONE or not np.isfinite(mo.u).all() or reached(mo, room).passes < 1:
-            return False
-        velocity = (mo.u - self.u) / dt
-        motion = max(float(np.abs(mo.u - self.start).max()), 1e-9 * self.scale.length)
-        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
-            return False
-        self.u, self.velocity, self.contact = mo.u.copy(), velocity, mo.contact.copy()
-        self.reaction = path[1] + stiffer @ mo.u
-        self.work += mo.work
-        self.slip += mo.slipped
-        return True
+            return None
+        return _End(mo.u.copy(), mo.contact.copy(), mo.work, mo.slipped)
+
+    def _solved(self, stiffer: FloatArray, path: FloatArray) -> _End | None:
+        """The end of an implicit step, solved for; None where there is none."""
+        layout = self.layout
+        body = stiffer[layout.slips, layout.slips], stiffer[layout.gaps, layout.slips]
+        joint = ImplicitJoint(*body, stiffer[layout.gaps, layout.gaps], self.law.f, self.scale.force)
+        joint.begin(*layout.split(self.u), *layout.split(path[0]))
+        found = joint.step(*layout.split(path[1]))
+        if found.status != StepStatus.SOLVED:
+            return None
+        w, length = found.w[-1], found.length[-1]
+        contact = np.where(w > 0.0, OPEN, np.where(length > 0.0, SLIP, STICK))
+        return _End(layout.joined(found.v[-1], w), contact, found.work[-1], length)
 
     def _rest(self) -> Rest | None:
         """The equilibrium of the present contact states, if the motion has come near it and it is one."""

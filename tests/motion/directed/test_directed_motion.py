@@ -9,6 +9,8 @@ import shakedown
 from shakedown import Problem, Tolerances
 from shakedown.joint.loading import loop_path
 from shakedown.motion.contact_law import law_resolution
+from shakedown.motion.directed import directed_jump
+from shakedown.motion.directed.directed_jump import DirectedJump
 from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolve import evolve
@@ -222,8 +224,16 @@ def test_what_is_not_held_is_said():
         evolve(node(), 1.0, reduce=True)
 
 
-def test_a_jump_ends_in_equilibrium():
-    """Above the friction threshold of the plane's jump: the same jump, in one direction of two."""
+@pytest.mark.parametrize("longest_path", [directed_jump.MOST_TAKEN, 0])
+def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
+    """Above the friction threshold of the plane's jump: the same jump, in one direction of two.
+
+    So it is where steps of the viscous motion that have long paths are solved at once.
+    """
+    monkeypatch.setattr(directed_jump, "MOST_TAKEN", longest_path)
+    monkeypatch.setattr(directed_jump, "LABOUR", directed_jump.LABOUR if longest_path else 1)
+    solved, solve = [], DirectedJump._solved
+    monkeypatch.setattr(DirectedJump, "_solved", lambda *step: solved.append(step) or solve(*step))
     plane = shakedown.example("jump")
     n = plane.n
     along = np.kron(np.eye(n), [[0.6], [0.8]])
@@ -243,3 +253,4 @@ def test_a_jump_ends_in_equilibrium():
         assert curved.energy_released == pytest.approx(flat.energy_released, rel=1e-6)
         np.testing.assert_allclose(curved.v_after, along @ flat.v_after, rtol=1e-6, atol=1e-6)
     assert other.cycles[0].dissipation == pytest.approx(one.cycles[0].dissipation, rel=1e-6)
+    assert bool(solved) == (longest_path == 0)
