@@ -15,8 +15,8 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.words.hint_words import simulated_path_in_words
 
-from .claims import OutputFile
-from .options import json_option, problem_argument, quiet_option
+from .claims import RECORD, OutputFile, writes
+from .options import json_option, problem_argument, quiet_option, resume_option
 from .output import (
     bound,
     by_direction,
@@ -46,6 +46,7 @@ from .output import (
 @click.option(
     "-o", "--output", type=OutputFile(), help="Write the slip that cycles here (NPY), for simulate --initial."
 )
+@resume_option
 @json_option
 @quiet_option
 @click.pass_context
@@ -57,6 +58,7 @@ def adversary(
     seed: int,
     largest: float | None,
     output: Path | None,
+    resume: bool,
     as_json: bool,
 ) -> None:
     """Search the initial states of FILE for the smallest load factor with a cycle.
@@ -67,12 +69,27 @@ def adversary(
     from every state is proved, enclose the true limit of the joint. Exit code 1 where no
     cycle is found, and where something contradicts what is proved.
     """
+    if resume and output is None:
+        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
+    if output is not None:
+        writes(context, RECORD, f"{output}.partial")
+
+    def save(found: shakedown.SmallestCycle) -> None:
+        if output is not None and found.state is not None:
+            shakedown.save_initial_slip(output, found.initial_slip)
+
     with progress("rounds") as update:
         found = shakedown.smallest_cycle(
-            problem, states=states, rounds=rounds, seed=seed, largest=largest, progress=update
+            problem,
+            states=states,
+            rounds=rounds,
+            seed=seed,
+            largest=largest,
+            partial=None if output is None else f"{output}.partial",
+            resume=resume,
+            save=save,
+            progress=update,
         )
-    if output is not None and found.state is not None:
-        shakedown.save_initial_slip(output, found.initial_slip)
     if as_json:
         echo_json({"problem": problem.to_dict()} | found.to_dict())
     else:

@@ -4,11 +4,13 @@ The bytes are a pickle, but what reads them makes results of this package, array
 file can make it call anything else.
 """
 
+import copyreg
 import pickle
 from collections import deque
 from dataclasses import is_dataclass
 from enum import Enum
 from fractions import Fraction
+from functools import cached_property
 from importlib import import_module
 from io import BytesIO
 from typing import Any
@@ -67,14 +69,22 @@ class _Writer(pickle.Pickler):
         return "problem" if thing is self.problem else None
 
     def reducer_override(self, thing: Any) -> Any:
-        """Arrays and their numbers by functions of our own: NumPy's change their names."""
+        """Arrays and their numbers by functions of our own, and results without what follows from them."""
         if isinstance(thing, np.ndarray) and not thing.dtype.hasobject:
             by_columns = thing.flags.f_contiguous and not thing.flags.c_contiguous
             content = thing.tobytes("F" if by_columns else "C")
             return array_of, (thing.dtype.str, thing.shape, by_columns, content)
         if isinstance(thing, np.generic) and not thing.dtype.hasobject:
             return number_of, (thing.dtype.str, thing.tobytes())
+        if is_dataclass(thing) and not isinstance(thing, type):
+            return copyreg.__newobj__, (type(thing),), _fields_of(thing)  # type: ignore[attr-defined]
         return NotImplemented
+
+
+def _fields_of(thing: Any) -> dict[str, Any]:
+    """The attributes of a result but for those that are worked out from the others when they are read."""
+    kind = type(thing)
+    return {k: v for k, v in vars(thing).items() if not isinstance(getattr(kind, k, None), cached_property)}
 
 
 def array_of(kind: str, shape: tuple[int, ...], by_columns: bool, content: bytes) -> NDArray[Any]:

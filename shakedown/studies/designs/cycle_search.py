@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,6 @@ from numpy.typing import NDArray
 from shakedown.assessment.every_limit import Limits
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
-from shakedown.long_term.many_states import long_term_states
 from shakedown.studies.designs.attacking_states import AttackingStates, admissible
 from shakedown.studies.designs.descent import (
     SLIPPING,
@@ -53,14 +53,9 @@ class CycleSearch:
         """Simulate a round of states at a load factor, and follow down what cycles."""
         if self.best is not None and self.best.load_factor <= self.nothing:
             return
-        near = 0 if self.best is None else int(NEAR * count)
-        starts = self.attack.drawn(load_factor, count - near)
-        if self.best is not None:
-            starts = np.vstack([starts, self.attack.near(self.best.slip, load_factor, near)])
-        ends = long_term_states(
-            self.simulator.problem, load_factor, starts, tolerances=self.simulator.tolerances
-        )
-        self.simulator.count(ends.outcome)
+        starts, state = self.simulator.steps.done(lambda: self._drawn(load_factor, count))
+        self.attack.generator.bit_generator.state = state
+        ends = self.simulator.ends(load_factor, starts)
         self._note_separation(load_factor, starts, ends.outcome == Outcome.SEPARATION)
         cycling = np.flatnonzero(np.isin(ends.outcome, SLIPPING))
         strongest = cycling[np.argsort(-ends.dissipation[cycling], kind="stable")]
@@ -68,7 +63,19 @@ class CycleSearch:
         for k in strongest[np.sort(first)][:FOLLOWED]:
             cycle = self.simulator.cycle(load_factor, starts[k])
             if cycle is not None:
-                self._take(descended(self.simulator, cycle, self.accuracy, self.nothing))
+                self._take(self._descended(cycle))
+
+    def _drawn(self, load_factor: float, count: int) -> tuple[FloatArray, Any]:
+        """The initial slips of a round, and the state of the random numbers after them."""
+        near = 0 if self.best is None else int(NEAR * count)
+        starts = self.attack.drawn(load_factor, count - near)
+        if self.best is not None:
+            starts = np.vstack([starts, self.attack.near(self.best.slip, load_factor, near)])
+        return starts, self.attack.generator.bit_generator.state
+
+    def _descended(self, cycle: FoundCycle) -> FoundCycle:
+        simulator = self.simulator
+        return simulator.done(lambda: descended(simulator, cycle, self.accuracy, self.nothing))
 
     def _note_separation(self, load_factor: float, starts: FloatArray, separated: NDArray[np.bool_]) -> None:
         """Keep the smallest load factor at which an admissible state separates."""

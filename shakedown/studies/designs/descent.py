@@ -1,17 +1,20 @@
 """From a cycle down to the smallest load factor that its kind reaches."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.many_states import long_term_states
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
 from shakedown.studies.designs.attacking_states import admissible
@@ -24,6 +27,9 @@ SHARES = (1e-4, 1e-2, 0.1, 0.5)  # of the way back from where a pattern ends, wh
 STEP_IN_SPACE = 1e-4  # of λ: a cycle in space, which has no pattern, is not followed down more finely
 STEP_OF_SEPARATION = 1e-3  # of λ: separation is not followed down more finely
 BELOW = (1e-6, 1e-4, 1e-2)  # how far below the end of a pattern another one is sought
+BATCH = 64  # states that are simulated, and recorded, together
+
+T = TypeVar("T")
 
 
 class FoundCycle(NamedTuple):
@@ -59,9 +65,17 @@ class FoundSeparation(NamedTuple):
     slip: FloatArray
 
 
+class Ends(NamedTuple):
+    """What many slips lead to: outcome, dissipation per cycle and signature, (s,) each."""
+
+    outcome: NDArray[np.str_]
+    dissipation: FloatArray
+    signature: NDArray[np.uint64]
+
+
 @dataclass
 class Simulator:
-    """Long-term states of one joint, counted.
+    """Long-term states of one joint, counted, and recorded as they are found.
 
     Attributes
     ----------
@@ -69,6 +83,8 @@ class Simulator:
         The joint, without transient load steps.
     tolerances
         What decides.
+    steps
+        Where what is found is recorded.
     tries
         How many states have been simulated.
     undecided
@@ -77,14 +93,35 @@ class Simulator:
 
     problem: Problem
     tolerances: Tolerances
+    steps: RecordedSteps
     tries: int = 0
     undecided: int = 0
 
+    def done(self, step: Callable[[], T]) -> T:
+        """What a step of the search finds, recorded with what has been counted."""
+        found = self.steps.done(lambda: (step(), self.tries, self.undecided))
+        result, self.tries, self.undecided = found
+        return result
+
     def state(self, load_factor: float, slip: FloatArray) -> LongTermState:
         """What a slip leads to."""
-        state = long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
+        state = self.steps.done(
+            lambda: long_term_state(self.problem, load_factor, slip, tolerances=self.tolerances)
+        )
         self.count([state.outcome])
         return state
+
+    def ends(self, load_factor: float, slips: FloatArray) -> Ends:
+        """What many slips (s, n) lead to, batch by batch."""
+        batches = [slips[first : first + BATCH] for first in range(0, len(slips), BATCH)]
+        found = [self.steps.done(partial(self._batch, load_factor, batch)) for batch in batches]
+        ends = Ends(*map(np.concatenate, zip(*found, strict=True)))
+        self.count(ends.outcome)
+        return ends
+
+    def _batch(self, load_factor: float, slips: FloatArray) -> Ends:
+        found = long_term_states(self.problem, load_factor, slips, tolerances=self.tolerances)
+        return Ends(found.outcome, found.dissipation, found.signature)
 
     def count(self, outcomes: ArrayLike) -> None:
         """Count simulations by what they led to."""
@@ -118,6 +155,9 @@ class Simulator:
 
     def cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
         """The cycle that a slip leads to, begun anew at its own state; None where the data resolve none."""
+        return self.done(lambda: self._cycle(load_factor, slip))
+
+    def _cycle(self, load_factor: float, slip: FloatArray) -> FoundCycle | None:
         for _ in range(2):  # the second run starts on the cycle itself
             state = self.state(load_factor, slip)
             if state.outcome not in SLIPPING or not self.resolved(state):

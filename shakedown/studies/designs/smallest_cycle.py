@@ -1,14 +1,19 @@
 """The adversary: the smallest load factors at which a cycle and separation are found, whatever the state."""
 
+import functools
+import hashlib
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from math import inf, isfinite, nan
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.every_limit import Limits, kind_of_limits
+from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
 from shakedown.ground.argument_kinds import check_count, check_seed
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing
@@ -143,6 +148,9 @@ def smallest_cycle(
     initial_slips: ArrayLike | None = None,
     largest: float | None = None,
     accuracy: float = 1e-6,
+    partial: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    save: Callable[[SmallestCycle], None] | None = None,
     progress: Progress | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> SmallestCycle:
@@ -178,6 +186,13 @@ def smallest_cycle(
         number, above λ_1, or that of the best zone of open nodes, or 1.
     accuracy
         To which the end of a sequence of contact states is approached, relative to λ.
+    partial
+        Where simulations are recorded, batch by batch, until the search is over; valid after a kill at any
+        instant. None: nowhere.
+    resume
+        Whether to go on with what a killed search has recorded there, if one has.
+    save
+        Called with the result before what is recorded is removed: what writes it to a file.
     progress
         Called with (rounds done, rounds in all).
     tolerances
@@ -186,7 +201,8 @@ def smallest_cycle(
     Raises
     ------
     UsageError
-        If an argument is out of range.
+        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
+        another search.
 
     Examples
     --------
@@ -203,29 +219,70 @@ def smallest_cycle(
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy!r}")
     seed = check_seed(seed)
     joint = replace(problem, q_transient=None, p_transient=None)
+    given = _given(joint, initial_slips)
+    asked = _Asked(states, rounds, seed, given, largest, accuracy)
+    with recorded_steps(partial, asked.header(joint, tolerances), joint, resume=resume) as steps:
+        found = _searched(joint, asked, steps, progress, tolerances)
+        if save is not None:
+            save(found)
+        steps.remove()
+    return found
+
+
+class _Asked(NamedTuple):
+    """What a search is asked."""
+
+    states: int
+    rounds: int
+    seed: int
+    initial_slips: FloatArray
+    largest: float | None
+    accuracy: float
+
+    def header(self, joint: Problem, tolerances: Tolerances) -> dict[str, str]:
+        """All that a search depends on, by name."""
+        words = {"problem": joint.fingerprint, "stiffness_accuracy": joint.stiffness_accuracy}
+        words |= self._asdict() | {"initial_slips": hashlib.sha256(self.initial_slips.tobytes()).hexdigest()}
+        return {
+            "run": "adversary",
+            "version": version("shakedown-bounds"),
+            "tolerances": repr(tolerances),
+        } | {word: repr(value) for word, value in words.items()}
+
+
+def _searched(
+    joint: Problem, asked: _Asked, steps: RecordedSteps, progress: Progress | None, tolerances: Tolerances
+) -> SmallestCycle:
+    """The search itself."""
     limits = kind_of_limits(joint)(joint, zone=(), certify=False, tolerances=tolerances)
-    top = _top(limits, largest)
-    known = [*_known_slips(limits), *_given(joint, initial_slips)]
-    simulator = Simulator(joint, tolerances)
-    attack = AttackingStates(joint, np.array(known), np.random.default_rng(seed), tolerances)
-    search = CycleSearch(simulator, attack, accuracy, accuracy * top)
+    for name in ("upper", "lower", "universal"):
+        vars(limits)[name] = steps.done(functools.partial(getattr, limits, name))
+    top = steps.done(lambda: _top(limits, asked.largest))
+    known = [*_known_slips(limits), *asked.initial_slips]
+    simulator = Simulator(joint, tolerances, steps)
+    attack = AttackingStates(joint, np.array(known), np.random.default_rng(asked.seed), tolerances)
+    search = CycleSearch(simulator, attack, asked.accuracy, asked.accuracy * top)
     proved = limits.universal.load_factor
     floor = proved if isfinite(proved) else 0.0
     search.try_witness(limits)
-    levels = [top, *(None for _ in range(rounds - 1)), *(share * floor for share in PROVED if floor > 0)]
+    levels = [
+        top,
+        *(None for _ in range(asked.rounds - 1)),
+        *(share * floor for share in PROVED if floor > 0),
+    ]
     for done, level in enumerate(levels):
         if progress is not None:
             progress(done, len(levels))
         if level is None:
             highest = top if search.best is None else min(search.best.load_factor, top)
-            if highest <= floor * (1.0 + accuracy):
+            if highest <= floor * (1.0 + asked.accuracy):
                 continue  # nothing lies between
             level = highest - DEPTHS[done % len(DEPTHS)] * (highest - floor)
-        search.look_at(level, states)
+        search.look_at(level, asked.states)
     search.lower_separation()
     if progress is not None:
         progress(len(levels), len(levels))
-    return _result(search, limits, top, seed)
+    return _result(search, limits, top, asked.seed)
 
 
 def _top(limits: Limits, largest: float | None) -> float:
