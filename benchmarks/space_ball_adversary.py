@@ -128,7 +128,7 @@ class _Followed:
         self.nothing = self.motion.tolerances.path * self.motion.scale.length
 
     def run(self, start: FloatArray, *, to_the_end: bool = True) -> tuple[str, list[FloatArray]]:
-        """How a motion from a slip ends, and the slips between cycles; a cycle is searched for, or assumed."""
+        """How a motion from a slip ends, and the slips between cycles; a cycle is looked for, or assumed."""
         self.motion.begin(self.load_factor, start)
         path, quiet, slips = [start], 0, []
         for _ in range(CYCLES):
