@@ -60,7 +60,7 @@ def _gauss_seidel(
     """One pass from the state u = (v, w), which gives its sweeps and the slip at its end."""
     scale, n = scales(problem, load_factor), problem.n
     tension = 16 * np.finfo(float).eps * scale.force
-    stiffness = Stiffness(problem.A, problem.B, problem.C, problem.f, True, tension)
+    stiffness = Stiffness(problem.A, problem.B, problem.C, problem.f, True, tension).compact()
     q_w, p_w = loading(problem).at(load_factor)
     rows = [np.empty_like(q_w) for _ in range(3)]
 

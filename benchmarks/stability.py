@@ -207,8 +207,7 @@ def _event_long(hard: Scene) -> Path:
 def _gauss_seidel(hard: Scene, tolerance: float) -> Path:
     problem, size = hard.problem, scales(hard.problem, 1.0)
     n, tension = problem.n, 16 * np.finfo(float).eps * size.force
-    C = np.ascontiguousarray(problem.kappa[n:, n:])
-    stiffness = Stiffness(problem.A, problem.B, C, problem.f, True, tension)
+    stiffness = Stiffness(problem.A, problem.B, problem.kappa[n:, n:], problem.f, True, tension).compact()
     q_w, p_w = (np.tile(part, (hard.cycles, 1)) for part in (problem.q_w, problem.p_w))
     v_path, w_path, slip = (np.zeros_like(q_w) for _ in range(3))
 

@@ -54,7 +54,8 @@ class FixedSteps:
         n = problem.n
         C = np.zeros((n, n)) if problem.C is None else problem.C
         tension = 16 * np.finfo(float).eps * self.scale.force
-        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, problem.C is not None, tension)
+        separable = problem.C is not None
+        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
         self.v, self.w = np.zeros(n), np.zeros(n)
         self.contact = np.zeros(n, dtype=np.int64)
         self.done = 0  # cycles

@@ -222,7 +222,7 @@ def test_misuse_is_refused(arguments, message):
 
 
 def stiffness(a, b, c, f, separable=True):
-    return Stiffness(*(np.array([[x]]) for x in (a, b, c)), np.array([f]), separable, 1e-15)
+    return Stiffness(*(np.array([[x]]) for x in (a, b, c)), np.array([f]), separable, 1e-15).compact()
 
 
 class TestNodalState:

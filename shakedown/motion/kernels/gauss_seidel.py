@@ -12,15 +12,18 @@ accepted only with a positive gap.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
+from shakedown.motion.kernels.linked_code import pipeline
 
 NO_STATE = 3  # beside the contact states: none of them satisfies the law
+
+linked: Any = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())  # type: ignore[call-overload]
 
 
 class Stiffness(NamedTuple):
@@ -36,6 +39,17 @@ class Stiffness(NamedTuple):
     f: FloatArray
     separable: bool
     tension: float
+
+    def compact(self) -> "Stiffness":
+        """Its arrays row by row and read-only, whatever they were: the loops are compiled for one kind."""
+        A, B, C, f = (_read_only(array) for array in self[:4])
+        return Stiffness(A, B, C, f, bool(self.separable), float(self.tension))
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    compact = np.ascontiguousarray(array, dtype=float).view()
+    compact.flags.writeable = False
+    return compact
 
 
 @numba.njit(cache=True)
@@ -67,7 +81,7 @@ def nodal_state(stiff, i, q_stick, p_stick, v_stick):  # type: ignore[no-untyped
     return NO_STATE, v_stick, 0.0
 
 
-@numba.njit(cache=True)
+@linked
 def contact_position(stiff, i, q, p, v, w, v_old, w_old):  # type: ignore[no-untyped-def]
     """Where node i touches: its old slip or, after separation, its slip when the gap closes.
 
@@ -85,7 +99,7 @@ def contact_position(stiff, i, q, p, v, w, v_old, w_old):  # type: ignore[no-unt
     return v_old + (free_v - v_old) * w_old / (w_old - free_w)
 
 
-@numba.njit(cache=True)
+@linked
 def load_step(stiff, q_w, p_w, v, w, v_contact, change_tol, max_sweeps):  # type: ignore[no-untyped-def]
     """Solve one load step in place; returns (sweeps, last relative change, unsolved node or −1).
 

@@ -4,11 +4,15 @@ Nothing is allocated in the walk, so it is compiled without counting references
 (``_nrt=False``): to count those of a dozen arrays costs as much as the leaves of a call.
 """
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 from shakedown.ground.code_cache import ensure_code_can_be_compiled
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.linked_code import pipeline
 from shakedown.planar.enumeration.walk_state import (
     REGULAR,
     STORED,
@@ -28,8 +32,11 @@ DOUBTFUL = 1e3  # tolerances within which a point is solved again before it is j
 
 ensure_code_can_be_compiled()
 
+linked: Any = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline())
+"""Compiles a function that only compiled code calls."""
 
-@njit(nogil=True, cache=True)
+
+@linked()
 def set_aside(path: IntArray, length: int, suspects: Suspects) -> None:
     """Store the first ``length`` rows of a path as a suspect, while there is room; count it in any case."""
     index = suspects.counters[SUSPECTS]
@@ -40,7 +47,7 @@ def set_aside(path: IntArray, length: int, suspects: Suspects) -> None:
     suspects.counters[SUSPECTS] += 1
 
 
-@njit(nogil=True, cache=True)
+@linked()
 def _keep(value: float, values: FloatArray, counters: IntArray) -> None:
     """Store a load factor above the cut, while there is room; count it in any case."""
     if counters[STORED] < values.size:
@@ -48,7 +55,7 @@ def _keep(value: float, values: FloatArray, counters: IntArray) -> None:
     counters[STORED] += 1
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"}, inline="always", _nrt=False)  # type: ignore[call-overload]
+@linked(fastmath={"contract"}, inline="always", _nrt=False)
 def leaves(whole: Whole) -> None:
     """The last two rows: one slip and the load factor (or, where that is known, two slips) are left."""
     search, state, found = whole.search, whole.state, whole.found
@@ -93,7 +100,7 @@ def leaves(whole: Whole) -> None:
             _consider(whole, value, N - 3)
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
+@linked(fastmath={"contract"}, _nrt=False)
 def triples(
     work: FloatArray,
     path: IntArray,
@@ -143,7 +150,7 @@ def triples(
                 _consider(whole, value, N - 4)
 
 
-@njit(nogil=True, cache=True)
+@linked()
 def _two_slips(reduced: FloatArray, path: IntArray, value: float, x: FloatArray) -> None:
     """The two slips left, once the load factor is known, from the two rows that determine them best."""
     N = path.size
@@ -161,7 +168,7 @@ def _two_slips(reduced: FloatArray, path: IntArray, value: float, x: FloatArray)
     x[2] = value
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"})
+@linked(fastmath={"contract"})
 def _looks_safe(search: Search, state: Elimination, counters: IntArray, deepest: int) -> bool:
     """Put back the eliminated slips and look for a violated row, first where one was found last time.
 
@@ -191,7 +198,7 @@ def _looks_safe(search: Search, state: Elimination, counters: IntArray, deepest:
     return True
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"})
+@linked(fastmath={"contract"})
 def _excess(rows: FloatArray, i: int, x: FloatArray) -> float:
     """By how much a point violates a row."""
     N = rows.shape[1] - 1
@@ -201,7 +208,7 @@ def _excess(rows: FloatArray, i: int, x: FloatArray) -> float:
     return excess
 
 
-@njit(nogil=True, cache=True)
+@linked()
 def _consider(whole: Whole, value: float, deepest: int) -> None:
     """Solve a promising subset from scratch; keep it if it breaks a record."""
     search, state, found = whole.search, whole.state, whole.found
@@ -234,7 +241,7 @@ def _consider(whole: Whole, value: float, deepest: int) -> None:
             found.subsets[1, c] = state.path[c]
 
 
-@njit(nogil=True, cache=True)
+@linked()
 def _solved(rows: FloatArray, path: IntArray, m: FloatArray, x: FloatArray) -> float:
     """Solve one subset for ``x`` by partial pivoting; gives the smallest pivot relative to the largest."""
     N = rows.shape[1] - 1

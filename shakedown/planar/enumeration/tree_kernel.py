@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.planar.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, set_aside, triples
+from shakedown.planar.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, linked, set_aside, triples
 from shakedown.planar.enumeration.walk_state import Elimination, IntArray, Limits, Whole
 
 
@@ -82,7 +82,7 @@ def walk(whole: Whole, prefix: IntArray) -> None:
             depth, entered = depth + 1, False
 
 
-@njit(nogil=True, cache=True, inline="always")
+@linked(inline="always")
 def _children(depth: int, previous: int, R: int, N: int, one_pair: bool) -> tuple[int, int]:
     """First and last row that can stand at a depth."""
     if one_pair:
@@ -92,7 +92,7 @@ def _children(depth: int, previous: int, R: int, N: int, one_pair: bool) -> tupl
     return previous + 1, R - N + depth
 
 
-@njit(nogil=True, cache=True, _nrt=False)  # type: ignore[call-overload]
+@linked(_nrt=False)
 def _pivot(work: FloatArray, depth: int, row: int, width: int, known: bool) -> tuple[int, bool]:
     """The largest entry of a row to eliminate, −1 if it is too small, and whether λ is known then."""
     pivot, size = 0, abs(work[depth, 0, row])
@@ -107,7 +107,7 @@ def _pivot(work: FloatArray, depth: int, row: int, width: int, known: bool) -> t
     return width - 1, True
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
+@linked(fastmath={"contract"}, _nrt=False)
 def _eliminate(work: FloatArray, depth: int, pivot: int, row: int, first: int) -> None:
     """Eliminate one column from all rows that can follow, from ``first`` on."""
     R = work.shape[2]
