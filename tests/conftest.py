@@ -1,6 +1,7 @@
 """The whole suite is shared among the cores, file by file; no kernel is compiled in two processes at once."""
 
 import os
+import sys
 
 os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
@@ -25,6 +26,7 @@ POSIX = (  # pipes, signals, devices, limits of a process
 )
 collect_ignore = [] if os.name == "posix" else list(POSIX)
 
+COMPILING = ("tests/assessment/test_assess.py", "tests/benchmarks/test_benchmarks.py")
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
 
@@ -46,6 +48,14 @@ def pytest_cmdline_main(config):
     if config.option.numprocesses and config.option.dist == "no":
         config.option.dist = "loadfile"  # fixtures of a module are made once
         config.option.loadscopereorder = False
+        sys.dont_write_bytecode = False  # some fifty processes read the sources: once is enough
+        os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_collection_modifyitems(items):
+    """Files that compile the most first, each of them other kernels: no worker waits for another's."""
+    first = {path: place for place, path in enumerate(COMPILING)}
+    items.sort(key=lambda item: first.get(item.nodeid.split("::")[0], len(first)))
 
 
 @pytest.fixture(scope="session", autouse=True)

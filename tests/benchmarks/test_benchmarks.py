@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 import shakedown
 from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
@@ -30,12 +31,16 @@ FEWEST = {
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],
     "siconos_agreement": [{"seed": 1}],
+    "space_adversary": [{"n": 1, "strength": 0.6, "loads": "smooth"}],
     "space_hard_cases": [{"problem": "circle of 4 steps"}],
     "space_ball_adversary": [{"against": "universal", "n": 2, "seed": 0, "runs": 12}],
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
     "space_upper": [{"grid": [3, 3], "joint": "half-space", "road": "cvxpy + Clarabel, v"}],
     "stability": [{"scene": "from the limit"}],
 }
+
+# Studies whose own loops take seconds to compile and, for these cases, tenths of a second as Python.
+INTERPRETED = ("space_adversary", "universal_adversary")
 
 
 def test_a_slip_is_the_overshoot_over_the_resistance() -> None:
@@ -82,6 +87,10 @@ def test_a_study_measures_prints_and_draws(
 ) -> None:
     monkeypatch.setattr(timing, "LEAST", 0.0)  # times mean nothing here
     study = importlib.import_module(f"benchmarks.{name}")
+    if name in INTERPRETED:
+        for own, loop in vars(study).copy().items():
+            if isinstance(loop, Dispatcher):
+                monkeypatch.setattr(study, own, loop.py_func)
     cases = list(study.cases(True))
     if name in PEERS and not PEERS[name].is_here():
         assert cases == []
