@@ -7,7 +7,7 @@ behind it, so that one that leaves its limit and returns within the step is seen
 
 import numpy as np
 
-from shakedown.motion.directed.exchange import move
+from shakedown.motion.directed.exchange import move, move_twice
 from shakedown.motion.directed.explicit_step import find_curve
 from shakedown.motion.directed.sliding import DEGREE, REACHES_LIMIT, STOPS, Sliding
 from shakedown.motion.kernels.contact_status import OPEN, STICK
@@ -30,9 +30,9 @@ def step_out(sl: Sliding, h: float) -> None:
 @inner
 def end_of_step(sl: Sliding, h: float) -> None:
     """Outputs and their rates at the end of the step."""
-    step_out(sl, h)
-    move(sl, sl.k, 6 * 2 * sl.n, sl.next_rate)
+    move_twice(sl, sl.slip, sl.next_out, sl.k, 6 * 2 * sl.n, sl.next_rate)
     for i in range(3 * sl.n):
+        sl.next_out[i] += sl.out[i] + h * sl.base[i]
         sl.next_rate[i] += sl.base[i]
 
 

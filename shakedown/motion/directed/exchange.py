@@ -58,16 +58,17 @@ def is_free(sl: Sliding, place: int) -> bool:
 @inner
 def arrange(sl: Sliding) -> bool:
     """Exchange places until those that the contact states say are free; False where nothing holds one."""
-    N, held = 3 * sl.n, True
-    if sl.exchanges > MOST_EXCHANGES:
+    N, held, afresh = 3 * sl.n, True, sl.exchanges > MOST_EXCHANGES
+    if afresh:
         for k in range(N * N):
             sl.exchanged[k] = sl.kappa[k]
         for place in range(N):
             sl.free[place] = 0
-        sl.exchanges = 0
     for place in range(N):
         if is_free(sl, place) != (sl.free[place] == 1):
             held = exchange(sl, place) and held
+    if afresh:
+        sl.exchanges = 0  # those that make it are not counted: many open nodes would have it made every time
     return held
 
 
@@ -119,3 +120,23 @@ def move(sl: Sliding, slip: FloatArray, start: int, target: FloatArray) -> None:
     for i in range(N):
         if sl.free[i] == 1:
             target[i] = -target[i]
+
+
+@summing
+def move_twice(
+    sl: Sliding, slip: FloatArray, out: FloatArray, k: FloatArray, start: int, rate: FloatArray
+) -> None:
+    """As :func:`move`, what packed slips and, from ``start`` on, their rates change, in one pass."""
+    N, S = 3 * sl.n, sl.exchanged
+    for i in range(N):
+        out[i], rate[i] = 0.0, 0.0
+    for a in range(sl.s):
+        first = 2 * sl.node[a] * N
+        x, y, dx, dy = slip[2 * a], slip[2 * a + 1], k[start + 2 * a], k[start + 2 * a + 1]
+        for i in range(N):
+            one, other = S[first + i], S[first + N + i]
+            out[i] += x * one + y * other
+            rate[i] += dx * one + dy * other
+    for i in range(N):
+        if sl.free[i] == 1:
+            out[i], rate[i] = -out[i], -rate[i]

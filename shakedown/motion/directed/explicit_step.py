@@ -98,10 +98,10 @@ def return_to_cones(sl: Sliding, h: float) -> float:
         if last < np.inf and worst > RETURNS * last:
             find_directions(sl, q)
             find_matrix(sl, sl.M)
-            if factor(sl.M, sl.order, s) <= 0:
+            if factor(sl, s) <= 0:
                 sl.factored = False
                 return np.inf
-        substitute(sl.M, sl.order, s, sl.correction)
+        substitute(sl, s, sl.correction)
         for a in range(s):
             sl.normal[2 * a] = sl.correction[a] * sl.unit[2 * a]
             sl.normal[2 * a + 1] = sl.correction[a] * sl.unit[2 * a + 1]

@@ -199,7 +199,7 @@ def choose_slipping(sl: Sliding) -> bool:
             largest = max(largest, max(abs(sl.base[i]), abs(sl.welded[i])))
     for a in range(c):
         i = sl.node[a]
-        sl.room_rate[a] = -sl.speed[a]
+        sl.room_rate[a] = -sl.drive[a]
         sl.active[a] = 1 if sl.contact[i] == SLIP or sl.arrived[i] == 1 else 0
     if not (pivot(sl, c, largest) or (c <= ENUMERABLE and enumerate_choices(sl, c, largest))):
         return False
@@ -235,10 +235,10 @@ def broken(sl: Sliding, c: int, largest: float) -> int:
             sl.speed[row] = -sl.room_rate[a]
             row += 1
     if size > 0:
-        sign = factor(sl.M, sl.order, size)
+        sign = factor(sl, size)
         if sign == 0:
             return -1
-        substitute(sl.M, sl.order, size, sl.speed)
+        substitute(sl, size, sl.speed)
     for a in range(size):
         fastest = max(fastest, abs(sl.speed[a]))
     row = 0

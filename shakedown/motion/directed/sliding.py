@@ -7,6 +7,7 @@ from numba import types
 from numba.experimental import structref
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.implicit.dense_solver import solver_routines
 from shakedown.motion.kernels.moving_state import JUMPS, LOAD_STEP
 from shakedown.motion.kernels.named_state import (
     Flags,
@@ -14,6 +15,7 @@ from shakedown.motion.kernels.named_state import (
     Integers,
     NamedState,
     Reals,
+    Shorts,
     entered,
     fields,
     keeping,
@@ -84,8 +86,10 @@ class Sliding(NamedState):
     M, order, factored
         Triangular factors of the matrix of the speeds, (s, s), and their row exchanges, (s,); whether they
         are those of the packed nodes.
-    speed, correction : (s,)
-        Right-hand side and solution.
+    sizes, routines : (4,), (2,)
+        Of LAPACK: unknowns, right sides, what went wrong, "N"; addresses of what factorises and what solves.
+    drive, speed, correction : (s,)
+        Right-hand side −z, solution, and what is taken from it; ``load_size`` the largest load in it.
     k, k_q, mu, heat : (7, 2s), (7, 2s), (7, s), (7, s)
         Rates of slip and reaction, speeds and dissipation at the stages.
     slip : (2s,)
@@ -93,7 +97,7 @@ class Sliding(NamedState):
     curve : (4, 2s)
         Packed: slip at the share x of the step is Σ x^(k+1) curve_k.
     limits, room_rate : (n, n), (n,)
-        Matrix and constants of the rate problem.
+        Matrix of the speeds in the present directions, that of the rate problem too, and its constants.
     candidate, arrived, chosen : (n,)
         1 where a node is on its cone, has just reached it, is to be packed.
     active, wanted, at_zero : (n,)
@@ -148,7 +152,11 @@ class Sliding(NamedState):
     size: Reals
     normal: Reals
     M: Reals
-    order: Integers
+    order: Shorts
+    sizes: Shorts
+    routines: Integers
+    drive: Reals
+    load_size: float
     speed: Reals
     k: Reals
     k_q: Reals
@@ -276,11 +284,13 @@ def _curve_record(time, duration, u, curve, contact, node, kind):  # type: ignor
 
 OF_PLACES = ("u", "out", "welded", "base", "rate", "next_rate", "next_out", "held", "scratch")  # (N,)
 OF_SLIPS = ("direction", "load_q", "q", "stage_q", "unit", "normal", "slip")  # (2n,)
-OF_NODES = ("slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate", "correction")  # (n,)
+OF_NODES = (
+    "slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate", "correction", "drive",
+)  # (n,)  # fmt: skip
 FLAGS = (
     "resting", "apex", "opened", "closed", "candidate", "arrived", "chosen", "active", "wanted", "at_zero",
 )  # (n,)  # fmt: skip
-NUMBERS = ("contact", "node", "order", "before")  # (n,)
+NUMBERS = ("contact", "node", "before")  # (n,)
 
 
 def sliding(
@@ -298,23 +308,28 @@ def sliding(
     square |= {"stages": np.zeros((4, STAGES, 2 * n)), "curve": np.zeros((DEGREE, 2 * n))}
     given = {"friction": np.array(friction, dtype=float), "bend": np.zeros(3 * DEGREE)}
     free = np.zeros(3 * n, dtype=np.uint8)
+    order, sizes, routines = np.zeros(n, dtype=np.int32), np.zeros(4, dtype=np.int32), solver_routines()
     tables = [
         np.zeros((len(names), size)) for names, size in ((OF_PLACES, 3 * n), (OF_SLIPS, 2 * n), (OF_NODES, n))
     ]
     tables += [np.zeros((len(FLAGS), n), dtype=np.uint8), np.zeros((len(NUMBERS), n), dtype=np.int64)]
-    made = _sliding(*square.values(), *given.values(), free, *tables, first, separable)
+    made = _sliding(
+        *square.values(), *given.values(), free, order, sizes, routines, *tables, first, separable
+    )
     rows = {
         name: row
         for names, table in zip((OF_PLACES, OF_SLIPS, OF_NODES, FLAGS, NUMBERS), tables, strict=True)
         for name, row in zip(names, table, strict=True)
     }
-    return keeping(made, square | given | rows | {"free": free})
+    return keeping(
+        made, square | given | rows | {"free": free, "order": order, "sizes": sizes, "routines": routines}
+    )
 
 
 @entered
 def _sliding(  # type: ignore[no-untyped-def]
-    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, free, places, slips, nodes, flags,
-    numbers, first, separable,
+    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, free, order, sizes, routines,
+    places, slips, nodes, flags, numbers, first, separable,
 ):  # fmt: skip
     sl = structref.new(SLIDING)
     sl.kappa, sl.exchanged, sl.path, sl.A, sl.B = (
@@ -339,7 +354,8 @@ def _sliding(  # type: ignore[no-untyped-def]
     )
     sl.slipped, sl.work, sl.f, sl.load_p = nodes[0].ctypes, nodes[1].ctypes, nodes[2].ctypes, nodes[3].ctypes
     sl.p, sl.size, sl.speed, sl.room_rate = nodes[4].ctypes, nodes[5].ctypes, nodes[6].ctypes, nodes[7].ctypes
-    sl.correction, sl.factored = nodes[8].ctypes, False
+    sl.correction, sl.drive, sl.factored, sl.load_size = nodes[8].ctypes, nodes[9].ctypes, False, 0.0
+    sl.order, sl.sizes, sl.routines = order.ctypes, sizes.ctypes, routines.ctypes
     sl.resting, sl.apex, sl.opened, sl.closed = (
         flags[0].ctypes,
         flags[1].ctypes,
@@ -348,8 +364,7 @@ def _sliding(  # type: ignore[no-untyped-def]
     )
     sl.candidate, sl.arrived, sl.chosen = flags[4].ctypes, flags[5].ctypes, flags[6].ctypes
     sl.active, sl.wanted, sl.at_zero = flags[7].ctypes, flags[8].ctypes, flags[9].ctypes
-    sl.contact, sl.node = numbers[0].ctypes, numbers[1].ctypes
-    sl.order, sl.before = numbers[2].ctypes, numbers[3].ctypes
+    sl.contact, sl.node, sl.before = numbers[0].ctypes, numbers[1].ctypes, numbers[2].ctypes
     sl.n, sl.steps, sl.first, sl.separable = len(friction), len(path) - 1, first, separable
     begin_sliding(sl)
     return sl

@@ -9,20 +9,38 @@ vanishes: with v̇ = μ u, for the speeds μ of all nodes that slip
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.directed.sliding import Sliding
-from shakedown.motion.kernels.named_state import Integers, inner, summing
+from shakedown.motion.directed.sliding import STAGES, Sliding
+from shakedown.motion.implicit.dense_solver import address, call
+from shakedown.motion.kernels.named_state import Shorts, inner, summing
 
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row, that counts as zero
-FEW = 12  # slipping nodes up to which equations are always solved afresh
-MOST_CORRECTIONS = 7  # of speeds, with the factors of an earlier stage
+FEW = 12  # slipping nodes up to which equations are always solved afresh, and without LAPACK
+MOST_CORRECTIONS = 9  # of speeds, with the factors of an earlier stage
 CONTRACTS = 0.25  # of a rate of room that is left, by each
-SOLVED = 1e-12  # rate of room that is left, relative to the load
+SOLVED = 1e-4  # rate of room that is left, relative to the load and to the accuracy that is asked for
+ROUND_OFF = 1e-14  # of it
+TRANSPOSED = ord("T")
+SHARES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0)  # of a step, of its first stages
+
+
+def _guesses() -> FloatArray:
+    """Weights of the speeds of earlier stages in the polynomial through them, at each stage."""
+    found = np.zeros((STAGES, STAGES))
+    for k in range(1, STAGES - 1):
+        for j in range(k):
+            others = [SHARES[i] for i in range(k) if i != j]
+            found[k, j] = np.prod([(SHARES[k] - at) / (SHARES[j] - at) for at in others])
+    found[STAGES - 1, STAGES - 2] = 1.0
+    return found
+
+
+GUESS = _guesses()
 
 
 @inner
 def pack(sl: Sliding) -> None:
     """Gather what belongs to the nodes that are chosen to slip."""
-    n, N, s = sl.n, 3 * sl.n, 0
+    n, N, s, largest = sl.n, 3 * sl.n, 0, 0.0
     for i in range(n):
         if sl.chosen[i] == 1:
             sl.node[s] = i
@@ -33,8 +51,10 @@ def pack(sl: Sliding) -> None:
         i = sl.node[a]
         sl.f[a] = sl.friction[i]
         sl.load_p[a], sl.p[a] = sl.base[2 * n + i], sl.out[2 * n + i]
+        largest = max(largest, abs(sl.f[a] * sl.load_p[a]))
         for c in range(2):
             sl.load_q[2 * a + c], sl.q[2 * a + c] = sl.base[2 * i + c], sl.out[2 * i + c]
+            largest = max(largest, abs(sl.load_q[2 * a + c]))
             if sl.apex[i] == 1:
                 sl.q[2 * a + c] = -sl.f[a] * max(sl.p[a], 0.0) * sl.direction[2 * i + c]
         for b in range(s):
@@ -44,6 +64,7 @@ def pack(sl: Sliding) -> None:
             for c in range(2):
                 A[(2 * a + c) * 2 * s + 2 * b] = S[(2 * i + c) * N + 2 * j]
                 A[(2 * a + c) * 2 * s + 2 * b + 1] = S[(2 * i + c) * N + 2 * j + 1]
+    sl.load_size = largest
 
 
 @inner
@@ -62,7 +83,7 @@ def find_directions(sl: Sliding, q: FloatArray) -> None:
 
 @summing
 def find_matrix(sl: Sliding, M: FloatArray) -> None:
-    """M and, as ``speed``, −z in the present directions."""
+    """M and, as ``drive``, −z in the present directions."""
     s, A, B, unit, normal = sl.s, sl.A, sl.B, sl.unit, sl.normal
     for a in range(s):
         x, y, f, row, second, last = (
@@ -77,12 +98,18 @@ def find_matrix(sl: Sliding, M: FloatArray) -> None:
             normal[c] = x * A[row + c] + y * A[second + c] + f * B[last + c]
         for b in range(s):
             M[a * s + b] = normal[2 * b] * unit[2 * b] + normal[2 * b + 1] * unit[2 * b + 1]
-        sl.speed[a] = -(x * sl.load_q[2 * a] + y * sl.load_q[2 * a + 1] + f * sl.load_p[a])
+        sl.drive[a] = -(x * sl.load_q[2 * a] + y * sl.load_q[2 * a + 1] + f * sl.load_p[a])
+
+
+@inner
+def factor(sl: Sliding, s: int) -> int:
+    """Triangular factors of M (s, s) in place: sign of the determinant, 0 where the matrix is singular."""
+    return factor_few(sl.M, sl.order, s) if s <= FEW else factor_many(sl, s)
 
 
 @summing
-def factor(M: FloatArray, order: Integers, s: int) -> int:
-    """Triangular factors in place: sign of the determinant, 0 where the matrix is singular."""
+def factor_few(M: FloatArray, order: Shorts, s: int) -> int:
+    """Triangular factors, row by row."""
     sign = 1
     for k in range(s):
         best, size = k, 0.0
@@ -111,9 +138,42 @@ def factor(M: FloatArray, order: Integers, s: int) -> int:
     return sign
 
 
+@inner
+def factor_many(sl: Sliding, s: int) -> int:
+    """Triangular factors of the transpose by LAPACK, whose columns are our rows."""
+    M, sizes, sign = sl.M, sl.sizes, 1
+    sizes[0], sizes[1], sizes[2], sizes[3] = s, 1, 0, TRANSPOSED
+    at = address(sizes)
+    call(sl.routines[0], (at, at, address(M), at, address(sl.order), at + 8))
+    for k in range(s):
+        pivot, size = M[k * s + k], 0.0
+        for b in range(k, s):
+            size = max(size, abs(M[b * s + k]))
+        if not abs(pivot) > SINGULAR * size:
+            return 0
+        if (sl.order[k] != k + 1) != (pivot < 0.0):
+            sign = -sign
+    return sign
+
+
+@inner
+def substitute(sl: Sliding, s: int, x: FloatArray) -> None:
+    """Solve with the triangular factors, in place."""
+    if s <= FEW:
+        substitute_few(sl.M, sl.order, s, x)
+    else:
+        sizes = sl.sizes
+        sizes[0], sizes[1], sizes[2], sizes[3] = s, 1, 0, TRANSPOSED
+        at = address(sizes)
+        call(
+            sl.routines[1],
+            (at + 12, at, at + 4, address(sl.M), at, address(sl.order), address(x), at, at + 8),
+        )
+
+
 @summing
-def substitute(M: FloatArray, order: Integers, s: int, x: FloatArray) -> None:
-    """Solve with triangular factors, in place."""
+def substitute_few(M: FloatArray, order: Shorts, s: int, x: FloatArray) -> None:
+    """Solve with the triangular factors, row by row."""
     for k in range(s):
         y = x[order[k]]
         x[order[k]] = x[k]
@@ -137,27 +197,55 @@ def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
 
     Where many nodes slip, the factors of an earlier stage serve as long as a few corrections suffice.
     """
+    s = sl.s
     find_directions(sl, q)
-    if sl.s > FEW and sl.factored:
-        last = np.inf
-        for _ in range(MOST_CORRECTIONS):
-            spread_rates(sl, stage)
-            left = residual_speeds(sl, stage)
-            if left <= SOLVED:
-                return True
-            if not left < CONTRACTS * last:
-                break
-            last = left
-            substitute(sl.M, sl.order, sl.s, sl.correction)
-            for a in range(sl.s):
-                sl.speed[a] += sl.correction[a]
-    find_matrix(sl, sl.M)
-    sl.factored = factor(sl.M, sl.order, sl.s) > 0
-    if not sl.factored:
-        return False
-    substitute(sl.M, sl.order, sl.s, sl.speed)
+    find_matrix(sl, sl.limits)
+    if not (s > FEW and sl.factored and correct_speeds(sl, stage)):
+        for t in range(s * s):
+            sl.M[t] = sl.limits[t]
+        sl.factored = factor(sl, s) > 0
+        if not sl.factored:
+            return False
+        for a in range(s):
+            sl.speed[a] = sl.drive[a]
+        substitute(sl, s, sl.speed)
     spread_rates(sl, stage)
     return True
+
+
+@inner
+def correct_speeds(sl: Sliding, stage: int) -> bool:
+    """Speeds at a stage from those of earlier ones, corrected with old factors; False where they diverge."""
+    s, last, solved = sl.s, np.inf, max(SOLVED * sl.accuracy, ROUND_OFF) * sl.load_size
+    for a in range(s):
+        total = 0.0
+        for j in range(stage):
+            total += GUESS[stage, j] * sl.mu[j * sl.n + a]
+        sl.speed[a] = total
+    for _ in range(MOST_CORRECTIONS):
+        left = residual_speeds(sl)
+        if left <= solved:
+            return True
+        if not left < CONTRACTS * last:
+            return False
+        last = left
+        substitute(sl, s, sl.correction)
+        for a in range(s):
+            sl.speed[a] += sl.correction[a]
+    return False
+
+
+@summing
+def residual_speeds(sl: Sliding) -> float:
+    """Rates of the rooms at the present speeds, ``correction`` with the other sign: the largest."""
+    s, M, largest = sl.s, sl.limits, 0.0
+    for a in range(s):
+        total = sl.drive[a]
+        for b in range(s):
+            total -= M[a * s + b] * sl.speed[b]
+        sl.correction[a] = total
+        largest = max(largest, abs(total))
+    return largest
 
 
 @summing
@@ -173,20 +261,3 @@ def spread_rates(sl: Sliding, stage: int) -> None:
         for b in range(2 * s):
             total += sl.A[c * 2 * s + b] * k[start + b]
         sl.k_q[start + c] = total
-
-
-@summing
-def residual_speeds(sl: Sliding, stage: int) -> float:
-    """Rates of the rooms at a stage, ``correction`` with the other sign: the largest, over the load."""
-    s, start, largest, terms = sl.s, stage * 2 * sl.n, 0.0, 0.0
-    for a in range(s):
-        total = sl.load_p[a]
-        for b in range(2 * s):
-            total += sl.B[a * 2 * s + b] * sl.k[start + b]
-        normal = sl.f[a] * total
-        x, y = sl.k_q[start + 2 * a], sl.k_q[start + 2 * a + 1]
-        left = sl.unit[2 * a] * x + sl.unit[2 * a + 1] * y + normal
-        sl.correction[a] = -left
-        largest = max(largest, abs(left))
-        terms = max(terms, max(abs(normal), max(abs(sl.load_q[2 * a]), abs(sl.load_q[2 * a + 1]))))
-    return largest / terms if terms > 0.0 else largest

@@ -33,10 +33,9 @@ class Factors(NamedTuple):
 
 def no_factors(n: int) -> Factors:
     """Room for the equations of n nodes."""
-    addresses = [get_cython_function_address("scipy.linalg.cython_lapack", f"dget{k}") for k in ("rf", "rs")]
     return Factors(
         np.empty((2 * n, 2 * n)), np.empty(n, dtype=np.int64), np.full(2, -1), np.zeros(5, dtype=np.int32),
-        np.empty(2 * n, dtype=np.int32), np.array(addresses),
+        np.empty(2 * n, dtype=np.int32), solver_routines(),
     )  # fmt: skip
 
 
@@ -55,6 +54,25 @@ def _call(typing: Any, address: Any, arguments: Any) -> Any:
 
 
 call: Any = _call
+
+
+@intrinsic
+def _address(typing: Any, pointer: Any) -> Any:
+    """Where a pointer points."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.ptrtoint(values[0], ir.IntType(64))
+
+    return types.int64(pointer), generate
+
+
+address: Any = _address
+
+
+def solver_routines() -> NDArray[np.int64]:
+    """The addresses of what factorises and of what solves."""
+    found = [get_cython_function_address("scipy.linalg.cython_lapack", f"dget{k}") for k in ("rf", "rs")]
+    return np.array(found, dtype=np.int64)
 
 
 @inner

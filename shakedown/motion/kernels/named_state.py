@@ -23,6 +23,7 @@ from shakedown.motion.kernels.linked_code import pipeline
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
 Integers = Annotated[NDArray[np.int64], types.CPointer(types.int64)]
+Shorts = Annotated[NDArray[np.int32], types.CPointer(types.int32)]
 Flags = Annotated[NDArray[np.uint8], types.CPointer(types.uint8)]
 Hash = Annotated[np.uint64, types.uint64]
 
