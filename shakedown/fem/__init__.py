@@ -29,9 +29,18 @@ from shakedown.fem.classical import Hertz, cylinder_on_flat, hertz, press_fit, p
 from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.dovetail import dovetail
+from shakedown.fem.half_space import half_space_compliance, mean_half_space_compliance
 from shakedown.fem.lap_joint import lap_joint
 from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
+from shakedown.fem.sphere import (
+    SphereContact,
+    disc_patches,
+    rolling_limit,
+    rolling_sphere,
+    sphere_contact,
+    sphere_on_flat,
+)
 
 __all__ = [
     "BodyForce",
@@ -43,6 +52,7 @@ __all__ = [
     "Load",
     "Material",
     "Pressure",
+    "SphereContact",
     "Support",
     "Traction",
     "WeldedCorner",
@@ -52,13 +62,20 @@ __all__ = [
     "contact_condensation",
     "contact_problem",
     "cylinder_on_flat",
+    "disc_patches",
     "dovetail",
+    "half_space_compliance",
     "hertz",
     "lap_joint",
+    "mean_half_space_compliance",
     "press_fit",
     "press_fit_pressure",
     "read_mesh",
     "receding_block",
+    "rolling_limit",
+    "rolling_sphere",
     "shipped_blocks",
+    "sphere_contact",
+    "sphere_on_flat",
     "welded_corner",
 ]

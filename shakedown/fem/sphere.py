@@ -1,0 +1,297 @@
+"""A sphere on a flat, pushed to and fro (Hertz, Cattaneo, Mindlin) or rolled under a force (Wetter, Popov).
+
+Two elastic half-spaces of the same material, so that pressure and shear are not coupled (B = 0). The units
+are the normal force, the radius of the contact under it and Young's modulus: all three are 1.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.fem.half_space import mean_half_space_compliance
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+
+FIRST_LOADING = 4  # load steps in which the tangential force is put on, before rolling
+MARGIN = 1.0  # squares beyond Hertz's disc that may still touch, in sizes
+CHORD = np.deg2rad(12.0)  # longest arc that a straight edge stands for
+SECTORS = 6  # of the first ring; the k-th has k times as many
+
+
+@checked
+def sphere_on_flat(
+    rings: int = 4, *, shear: float = 0.8, direction: float = 0.0, f: float = 0.5, poisson: float = 0.0
+) -> Problem:
+    """A sphere pressed on a flat, then pushed to and fro along it (Cattaneo, Mindlin); similar materials.
+
+    The contact is the disc of Hertz's solution with his pressure, cut into rings of 1, 6, 12, … patches of
+    uniform traction, whose mean displacements follow (:func:`mean_half_space_compliance`). The bodies are
+    moved by forces: a rigid translation along the flat meets no resistance but friction. Load steps 0, F, 0,
+    -F of a tangential force F of ``shear`` · f N, which the load factor multiplies. :func:`sphere_contact`
+    gives the classical solution, exact for ``poisson`` = 0: else slip is not quite opposite to the traction.
+
+    Parameters
+    ----------
+    rings
+        Rings around the middle patch: 1 + 3 rings (rings + 1) patches.
+    shear
+        Largest tangential force over f N [–].
+    direction
+        Of the force, from the x axis [rad].
+    f
+        Friction coefficient [–].
+    poisson
+        Of both bodies [–].
+
+    Raises
+    ------
+    UsageError
+        If there is no ring, or ``shear`` or ``f`` is not positive.
+
+    Examples
+    --------
+    >>> joint = sphere_on_flat(2, shear=0.6, direction=0.4)
+    >>> joint.n, joint.directions
+    (19, 2)
+    >>> forces = joint.q_w.reshape(4, 19, 2).sum(axis=1)  # on the sphere: the other way
+    >>> (-forces[1] / 0.3).round(6)  # of f N = 0.5
+    array([0.921061, 0.389418])
+    """
+    if rings < 1 or not (shear > 0 and f > 0):
+        raise UsageError(
+            f"sphere_on_flat: expected rings >= 1, shear > 0 and f > 0, found {rings}, {shear}, {f}"
+        )
+    patches, edges = disc_patches(rings)
+    along, _ = _bodies(patches, poisson)
+    share = np.diff(_within(edges))
+    counts = np.array([1, *(SECTORS * k for k in range(1, rings + 1))])
+    force = shear * f * np.array([np.cos(direction), np.sin(direction)])
+    pressed = np.repeat(share / counts, counts)
+    n = len(pressed)
+    return Problem(
+        A=along.stiffness, B=np.zeros((n, 2 * n)), f=f,
+        q_w=np.outer([0.0, -1.0, 0.0, 1.0], along.reactions @ force), p_w=np.tile(pressed, (4, 1)),
+        q_mean=np.zeros(2 * n), x=np.array([patch.mean(axis=0) for patch in patches]),
+        node_area=np.repeat(np.pi * np.diff(edges**2, prepend=0.0)[1:] / counts, counts),
+        name="sphere on a flat",
+    )  # fmt: skip
+
+
+@checked
+def disc_patches(rings: int) -> tuple[list[FloatArray], FloatArray]:
+    """The unit disc cut into a middle and rings of 6, 12, 18, … patches of about the same size.
+
+    Every arc is replaced by chords further out, by so much that the patch keeps its area.
+
+    Returns
+    -------
+    patches : n of (c, 2)
+        Corners, ring by ring from the middle.
+    edges : (rings + 2,)
+        Radii between the rings, from 0 to 1.
+    """
+    edges = np.concatenate([[0.0], (np.arange(rings + 1) + 0.5) / (rings + 0.5)])
+    found = []
+    for k, (inner, outer) in enumerate(pairwise(edges)):
+        sectors = max(SECTORS * k, 1)
+        wide = 2 * np.pi / sectors
+        chords = int(np.ceil(wide / CHORD))
+        stretch = np.sqrt((wide / chords) / np.sin(wide / chords))
+        for sector in range(sectors):
+            angle = wide * (sector - 0.5 + np.arange(chords + 1) / chords)
+            arc = stretch * np.column_stack([np.cos(angle), np.sin(angle)])
+            found.append(np.concatenate([inner * arc[::-1], outer * arc]) if k else outer * arc[:-1])
+    return found, edges
+
+
+@checked
+def rolling_sphere(
+    size: float = 0.25, *, amplitude: float = 0.3, shear: float = 0.5, direction: float = 0.0, f: float = 0.5,
+    poisson: float = 0.3, steps: int = 8,
+) -> Problem:  # fmt: skip
+    """A sphere rolled to and fro under a constant tangential force (Wetter, Popov); similar materials.
+
+    Square patches are laid over all that the contact reaches; which of them touch follows from the gaps,
+    whose lowest place rolls along x as ``amplitude`` · sin over the period, from its middle. Transient load
+    steps put the tangential force on before. All loads are those of load factor 1. Where the tangential
+    force exceeds :func:`rolling_limit` · f N, the sphere creeps on with every period (in the limit of small
+    squares).
+
+    Parameters
+    ----------
+    size
+        Edge of the squares, over the contact's radius.
+    amplitude
+        w/a: how far the contact's middle goes to either side, over its radius.
+    shear
+        Tangential force over f N [–].
+    direction
+        Of the tangential force, from the direction of rolling [rad].
+    f, poisson
+        Friction coefficient; Poisson's ratio of both bodies [–].
+    steps
+        Load steps of a period, a multiple of four: the farthest places are among them.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> joint = rolling_sphere(0.5, amplitude=0.2)
+    >>> joint.n, joint.directions, joint.m
+    (31, 2, 8)
+    """
+    if not (0 < size <= 1 and amplitude >= 0 and shear >= 0 and f > 0) or steps < 4 or steps % 4:
+        raise UsageError(
+            "rolling_sphere: expected 0 < size <= 1, amplitude >= 0, shear >= 0, f > 0 and steps a multiple "
+            f"of 4, found {size}, {amplitude}, {shear}, {f}, {steps}"
+        )
+    centres = _squares(size, amplitude)
+    square = size / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    along, across = _bodies([centre + square for centre in centres], poisson)
+    places = amplitude * np.sin(2 * np.pi * np.arange(steps) / steps)
+    curvature = 1.5 * (1 - poisson**2)  # 1/R = 3 N/4 E* a³, E* = E/2(1 − ν²)
+    gaps = [
+        ((centres - [place, 0.0]) ** 2).sum(axis=1) * curvature / 2 + size**2 * curvature / 12
+        for place in places
+    ]
+    pressed = across.reactions[:, 0] - np.array(gaps) @ across.stiffness  # symmetric
+    sheared = -along.reactions @ (shear * f * np.array([np.cos(direction), np.sin(direction)]))
+    n, first = len(centres), np.linspace(0.0, 1.0, FIRST_LOADING + 1)
+    return Problem(
+        A=along.stiffness, B=np.zeros((n, 2 * n)), C=across.stiffness, f=f,
+        q_w=np.tile(sheared, (steps, 1)), p_w=pressed,
+        q_transient=np.outer(first, sheared), p_transient=np.tile(pressed[0], (len(first), 1)),
+        x=centres, node_area=np.full(n, size**2), name="rolled sphere",
+    )  # fmt: skip
+
+
+def _squares(size: float, amplitude: float) -> FloatArray:
+    """Centres of the squares that the unit disc reaches on its way, or nearly."""
+    reach = int(np.ceil((1 + amplitude) / size)) + 1
+    line = size * np.arange(-reach, reach + 1)
+    centres = np.array([(x, y) for y in line for x in line])
+    beside = np.maximum(np.abs(centres[:, 0]) - amplitude, 0.0)
+    return centres[np.hypot(beside, centres[:, 1]) < 1 + MARGIN * size]
+
+
+@checked
+def rolling_limit(amplitude: float) -> float:
+    """Largest tangential force over f N that a sphere rolled by ±w holds in the end: 1 − 3w/2a + w³/2a³.
+
+    The integral of the least pressure that Hertz's has at each place over the period: once nothing slips the
+    tractions stay as they are, below f times that, and where shear and pressure are not coupled tractions
+    that find room there are reached (Melan). Wetter and Popov found it by their reduction to one dimension
+    (Int. J. Solids Struct. 51 (2014) 930–935). 0 from w = a on.
+
+    Examples
+    --------
+    >>> rolling_limit(0.0), rolling_limit(0.5), rolling_limit(1.0)
+    (1.0, 0.3125, 0.0)
+    """
+    w = min(amplitude, 1.0)
+    return 1.0 - 1.5 * w + 0.5 * w**3
+
+
+@dataclass(frozen=True)
+class SphereContact:
+    """Hertz's contact of a sphere under the normal force 1 with radius 1, and tangential forces T in turn.
+
+    Cattaneo's and Mindlin's solution for the first push, Mindlin's and Deresiewicz's for the cycles; forces
+    over the normal force, lengths over the contact's radius.
+
+    Attributes
+    ----------
+    f
+        Friction coefficient [–].
+    compliance
+        Of the tangential approach, both bodies: (2 − ν)/4 G a, before anything slips.
+    """
+
+    f: float
+    compliance: float
+
+    def pressure(self, r: FloatArray) -> FloatArray:
+        """3/2π √(1 − r²)."""
+        return 1.5 / np.pi * np.sqrt(np.maximum(1 - np.square(r), 0.0))
+
+    def stick(self, force: float) -> float:
+        """Radius (1 − T/f)^⅓ of the zone that sticks."""
+        return float(np.cbrt(max(1 - force / self.f, 0.0)))
+
+    def held_back(self, edges: FloatArray, force: float) -> FloatArray:
+        """Tangential force between radii (k,): f times Hertz's, less c³ times that of radius c (k − 1,)."""
+        c = self.stick(force)
+        inner = c**3 * _within(np.minimum(edges / c, 1.0)) if c > 0 else np.zeros(len(edges))
+        return self.f * np.diff(_within(edges) - inner)
+
+    def displacement(self, force: float) -> float:
+        """Of the bodies by a first push: 3/2 f · compliance · (1 − (1 − T/f)^⅔)."""
+        return 1.5 * self.f * self.compliance * (1 - self.stick(force) ** 2)
+
+    def dissipation(self, force: float) -> float:
+        """Friction work of a cycle between ±T."""
+        share, stick = force / self.f, self.stick(force)
+        return 7.2 * self.f**2 * self.compliance * (1 - stick**5 - 5 / 6 * share * (1 + stick**2))
+
+
+@checked
+def sphere_contact(f: float = 0.5, poisson: float = 0.0) -> SphereContact:
+    """The classical solution for :func:`sphere_on_flat`; exact for ``poisson`` = 0.
+
+    Johnson, Contact Mechanics, (7.41), (7.42a) and (7.53), for two bodies of the same material.
+
+    Examples
+    --------
+    >>> contact = sphere_contact(0.5)
+    >>> contact.stick(0.4375), round(contact.displacement(0.4375), 6)
+    (0.5, 0.5625)
+    """
+    return SphereContact(f, (2 - poisson) * (1 + poisson) / 2)
+
+
+class _Floating(NamedTuple):
+    """Bodies that forces hold, and friction: a stiffness without resistance to rigid translations.
+
+    Attributes
+    ----------
+    stiffness : (k, k)
+        Reactions by slips or gaps; the translations follow.
+    reactions : (k, d)
+        By unit forces along the translations.
+    """
+
+    stiffness: FloatArray
+    reactions: FloatArray
+
+
+def _floating(compliance: FloatArray, translations: FloatArray) -> _Floating:
+    """Bodies with this relative compliance (k, k), free to translate (k, d)."""
+    stiffness = np.linalg.inv(compliance)
+    moved = stiffness @ translations
+    reactions = np.linalg.solve(translations.T @ moved, moved.T).T
+    found = stiffness - reactions @ moved.T
+    return _Floating(np.asarray(0.5 * (found + found.T)), np.asarray(reactions))
+
+
+def _bodies(patches: list[FloatArray], poisson: float) -> tuple[_Floating, _Floating]:
+    """Two half-spaces of the same material, along and across the contact: not coupled, twice as compliant."""
+    one = mean_half_space_compliance(patches, poisson=poisson)
+    n = len(patches)
+    each = np.arange(3 * n).reshape(n, 3)
+    along, across = each[:, :2].ravel(), each[:, 2]
+    return (
+        _floating(2 * one[np.ix_(along, along)], np.tile(np.eye(2), (n, 1))),
+        _floating(2 * one[np.ix_(across, across)], np.ones((n, 1))),
+    )
+
+
+def _within(r: FloatArray) -> FloatArray:
+    """Share of Hertz's force within a radius, which is 1 at most."""
+    return 1 - (1 - np.square(r)) ** 1.5
