@@ -2,6 +2,7 @@
 
 Reading order: ``contact_status`` (stick, slip, open), ``gauss_seidel`` (fixed load steps);
 ``named_state`` (how a state is handed down), ``linked_code`` (what is compiled into its callers alone),
+``code_stamp`` (whether code on disk is of the present sources),
 ``active_set`` (systems of the moving nodes), ``moving_state`` (the state between events, its course and
 its record), ``rate_problem`` (rates at an event, by pivoting), ``quiet_steps`` (load steps in which
 nothing happens), ``run`` (all of these together), ``event_loop`` (from event to event), ``rate_search``

@@ -8,7 +8,7 @@ a matrix row after row, and not checked for their ends. The numbers of a state
 live in compiled code; what of them the caller needs is returned to it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import numba
@@ -19,6 +19,7 @@ from numba.experimental import structref
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from shakedown.motion.kernels.code_stamp import stamped
 from shakedown.motion.kernels.linked_code import pipeline
 
 Reals = Annotated[NDArray[np.float64], types.CPointer(types.float64)]
@@ -29,8 +30,17 @@ Hash = Annotated[np.uint64, types.uint64]
 
 NUMBERS = {int: types.int64, float: types.float64, bool: types.boolean}
 
-entered: Any = numba.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)  # type: ignore[call-overload]
-"""Compiles a function that is called from Python."""
+
+def entered(function: Callable[..., Any]) -> Any:
+    """Compiles a function that is called from Python."""
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    return stamped(numba.njit(function, cache=True, **options))
+
+
+def handed_on(function: Callable[..., Any]) -> Any:
+    """As ``entered``, for a function that other compiled code has the address of, not compiled into it."""
+    return stamped(numba.njit(function, cache=True, nogil=True, error_model="numpy"))
+
 
 inner: Any = numba.njit(  # type: ignore[call-overload]
     error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, **pipeline()
@@ -45,9 +55,6 @@ summing: Any = numba.njit(  # type: ignore[call-overload]
     **pipeline(),
 )
 """As ``inner``, for sums that may be taken in any order, so that they are vectorised."""
-
-handed_on: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
-"""As ``entered``, for a function that other compiled code is handed the address of, not compiled into it."""
 
 State = TypeVar("State")
 

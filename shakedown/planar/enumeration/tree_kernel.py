@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.motion.kernels.code_stamp import stamped
 from shakedown.planar.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, linked, set_aside, triples
 from shakedown.planar.enumeration.walk_state import Elimination, IntArray, Limits, Whole
 
@@ -30,6 +31,7 @@ def elimination(rows: FloatArray, prefix: IntArray) -> Elimination:
     return Elimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *room)
 
 
+@stamped
 @njit(nogil=True, cache=True, fastmath={"contract"}, _nrt=False)  # type: ignore[call-overload]
 def walk(whole: Whole, prefix: IntArray) -> None:
     """Visit every completion of a prefix of fewer than N rows.
