@@ -9,11 +9,9 @@ import time
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown.motion.integrator import Evolution
 from shakedown.report.text_table import table
 
 TITLE = "Cost growth: time and peak memory, with fitted exponents"
@@ -78,6 +76,8 @@ def _do(task: str, problem: shakedown.Problem, load_factor: float, cycles: int) 
     elif task == "upper bound":
         shakedown.upper_bound(problem, certify=False)
     elif task == "event-driven cycles":
+        from shakedown.motion.integrator import Evolution
+
         evolution = Evolution(problem, load_factor)
         for _ in range(cycles):
             assert evolution.cycle() is not None
@@ -128,7 +128,9 @@ def tables(rows: list[dict]) -> str:
     return "\n".join(parts)
 
 
-def figures(rows: list[dict]) -> dict[str, Figure]:
+def figures(rows: list[dict]) -> dict:
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(12.0, 3.8), layout="constrained")
     axes = figure.subplots(1, 3)
     for axis, grows in zip(axes, ("n", "m", "cycles"), strict=True):

@@ -27,6 +27,7 @@ FEWEST = {
     "complete_contact": [{"elements": 16}],
     "enumeration": [{"n": 6}],
     "evolution": [{"scene": "two-node", "method": "gauss-seidel", "parts": 1}],
+    "initial_states": [{"joint": "block-33"}],
     "growth": [{"task": "upper bound", "grows": "n", "value": size} for size in (8, 16)],
     "hard_cases": [{"problem": "load factor 0"}],
     "long_term": [{"scene": "random 2", "exponent": 1, "start": 0}],

@@ -24,7 +24,7 @@ def agree(one: tuple[float, ...], two: tuple[float, ...]) -> bool:
 
 @pytest.mark.parametrize("law", SAME_BOUNDS)
 def test_bounds(law):
-    for number in numbers(len(KINDS) * 2):
+    for number in numbers(len(KINDS)):
         rng = np.random.default_rng([21, number])
         problem = joint(rng, KINDS[number % len(KINDS)])
         with named(number, law):

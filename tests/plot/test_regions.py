@@ -94,7 +94,7 @@ def test_points_without_numbers_are_drawn_without_complaint(vary):
     found = shakedown.sweep(TWO, vary, bounds=["universal", "upper"])
     for load_factor in (0.0, 0.5):
         axes = plot.regions(found, load_factor=load_factor)
-        axes.figure.savefig("/dev/null", format="png")
+        axes.figure.savefig("/dev/null", format="png", dpi=20)
 
 
 def test_what_cannot_be_drawn_is_said():

@@ -47,7 +47,7 @@ def test_the_document_says_what_there_is(found):
 
 
 def test_the_command_answers(tmp_path):
-    code, out, err = run("verify", "one-node-3d", "--random", "0", cwd=tmp_path)
+    code, out, err = run("verify", "one-node-3d", "--random", "0", "--load-factor", "0.5", cwd=tmp_path)
     assert code == 0, err
     assert "Prediction and time integration agree" in out
     assert max(map(len, out.splitlines())) <= 80

@@ -18,7 +18,7 @@ from tests.partly_open import SOME, partly_open
 RECEDING = shakedown.example("receding-block")
 
 
-@pytest.mark.parametrize("seed", SOME[:10])
+@pytest.mark.parametrize("seed", SOME[:6])
 def test_predictions_of_zones_agree(seed):
     problem = partly_open(seed)
     result = verify(problem, random_states=1)

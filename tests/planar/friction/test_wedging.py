@@ -91,7 +91,7 @@ def test_coupling_of_the_size_of_round_off_is_none() -> None:
 
 
 @pytest.mark.parametrize("kind", range(3))
-@pytest.mark.parametrize("n", range(1, 9))
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_units_do_not_matter_to_the_last_bit(kind: int, n: int) -> None:
     rng = np.random.default_rng(10 * n + kind)
     if kind == 0:
