@@ -15,7 +15,7 @@ from shakedown.report.node_words import open_in_words, resolution, without_round
 from shakedown.report.words.hint_words import simulated_path_in_words
 from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
-from .claims import OutputFile
+from .claims import RECORD, OutputFile, writes
 from .initial import moved_by_transient, start_of
 from .options import (
     cycles_option,
@@ -25,6 +25,7 @@ from .options import (
     open_at_start_option,
     problem_argument,
     quiet_option,
+    resume_option,
     slip_below_option,
     start_option,
 )
@@ -60,6 +61,7 @@ FILMED = 3.0  # cycles
 @method_option
 @slip_below_option
 @click.option("-o", "--output", type=OutputFile(), help="Write the path here (NPZ): events or load steps.")
+@resume_option
 @click.option(
     "--animation",
     type=OutputFile((".gif",)),
@@ -79,10 +81,15 @@ def simulate(
     method: str,
     slip_below: float | None,
     output: Path | None,
+    resume: bool,
     animation: Path | None,
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
+    if resume and output is None:
+        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
+    if output is not None:
+        writes(context, RECORD, f"{output}.partial")
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     wanted = output is not None or animation is not None
     run = shakedown.simulate(
@@ -94,9 +101,10 @@ def simulate(
         method=method,
         record=wanted,
         slip_below=slip_below,
+        partial=None if output is None else f"{output}.partial",
+        resume=resume,
+        save=None if output is None else lambda found: shakedown.save_history(output, found),
     )
-    if output is not None:
-        shakedown.save_history(output, run)
     if animation is not None:
         _animate(problem, run, animation)
     if as_json:

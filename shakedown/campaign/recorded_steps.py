@@ -20,6 +20,9 @@ from shakedown.ground.errors import ProblemError
 from shakedown.joint.problem import Problem
 
 EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
+HALT = 5.0  # the same within a step that says where it has got to, at least
+LEISURE = 20.0  # times as long as it takes to say so
+SIZE = 1 << 20  # bytes that are recorded per second of such a step, about
 
 T = TypeVar("T")
 
@@ -56,7 +59,7 @@ class RecordedSteps:
         self._waiting: dict[str, bytes] = {}  # results that are not recorded yet
         self._read = -1, b""  # the group that was read last
         self._begun = [0]  # how many steps have begun, within each that has not ended
-        self._since = time.monotonic()
+        self._since, self._wait = time.monotonic(), HALT
         for group in () if journal is None else sorted(journal.done()):
             self._note(group)
 
@@ -72,23 +75,60 @@ class RecordedSteps:
         """
         if self._journal is None:
             return step()
-        name = "/".join(map(str, self._begun))
-        self._begun[-1] += 1
-        found: _Found[T] | None = self._recorded(name)
-        if found is not None and (fits is None or fits(found.result)):
+        found = self.found(fits)
+        if found is not None:
             return found.result
+        name = self._enter()
         self._begun.append(0)
         try:
             result = step()
         finally:
             self._begun.pop()
-        within = [key for key in self._waiting if key.startswith(f"{name}/")]
-        for key in within:
-            del self._waiting[key]
+        for within in [key for key in self._waiting if key.startswith(f"{name}/")]:
+            del self._waiting[within]
         self._waiting[name] = stored(result, self.problem)
         if time.monotonic() - self._since >= EVERY:
             self.record()
         return result
+
+    def found(self, fits: Callable[[Any], bool] | None = None) -> "Found[Any] | None":
+        """What the next step has found before; None where it is to be done."""
+        found = self._recorded(self._name)
+        if found is None or not (fits is None or fits(found.result)):
+            return None
+        self._enter()
+        return found
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time to say where a long step has got to."""
+        return self._journal is not None and time.monotonic() - self._since >= self._wait
+
+    def keep(self, result: Any) -> None:
+        """Record what a step has found that has just been done."""
+        self._halt(self._enter(), result)
+
+    def halt(self) -> "Halt":
+        """Where the present step was stopped, and where it says how far it has got."""
+        found = self._recorded(self._name)
+        return Halt(self, self._enter(), None if found is None else found.result)
+
+    def _halt(self, name: str, result: Any) -> None:
+        began = time.monotonic()
+        self._waiting[name] = stored(result, self.problem)
+        size = len(self._waiting[name])
+        self.record()
+        self._wait = max(HALT, LEISURE * (time.monotonic() - began), size / SIZE if HALT else 0.0)
+
+    @property
+    def _name(self) -> str:
+        """Of the next step."""
+        return "/".join(map(str, self._begun))
+
+    def _enter(self) -> str:
+        name = self._name
+        self._begun[-1] += 1
+        return name
 
     def record(self) -> None:
         """Record what waits for it."""
@@ -118,7 +158,7 @@ class RecordedSteps:
         except (ProblemError, TypeError, ValueError):
             self._journal.drop(group)
 
-    def _recorded(self, name: str) -> "_Found[Any] | None":
+    def _recorded(self, name: str) -> "Found[Any] | None":
         """What a step has found before, where that is recorded and can be read."""
         place = self._places.get(name)
         if place is None or self._journal is None:
@@ -127,15 +167,36 @@ class RecordedSteps:
             if self._read[0] != place.group:
                 content = unpacked(self._journal.piece(place.group), "results")["results"]
                 self._read = place.group, content.tobytes()
-            return _Found(restored(self._read[1][place.start : place.end], self.problem))
+            return Found(restored(self._read[1][place.start : place.end], self.problem))
         except ProblemError:
             return None
 
 
-class _Found(NamedTuple, Generic[T]):
-    """What a step has found, None too."""
+class Found(NamedTuple, Generic[T]):
+    """What a step has found before, be it None."""
 
     result: T
+
+
+class Halt(NamedTuple):
+    """Where a long step says how far it has got.
+
+    Attributes
+    ----------
+    steps, name
+        Whose it is, and which.
+    found
+        Where a run before was stopped; None at the beginning.
+    """
+
+    steps: RecordedSteps
+    name: str
+    found: Any
+
+    def note(self, standing: Callable[[], Any]) -> None:
+        """Record how far it has got, if it is time to."""
+        if self.steps.due:
+            self.steps._halt(self.name, standing())
 
 
 @contextmanager

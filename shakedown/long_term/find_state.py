@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -79,16 +81,24 @@ def long_term_state(
     """
     check_arguments(load_factor, max_cycles, problem)
     check_count("longest_period", longest_period, MANY)
-    opened = tuple(open_nodes)
+    opened, patience = tuple(open_nodes), Patience(max_cycles, longest_period)
     if reduce:
         require_plane("a reduced scene", problem)
         require_closed(opened)
         scene = reduced_scene(problem, load_factor, initial_slip)
         moving = scene.initial_slip[scene.moving]
-        found = settled_state(scene.problem, load_factor, moving, (), max_cycles, longest_period, tolerances)
+        found = settled_state(scene.problem, load_factor, moving, (), patience, tolerances)
         if found.period and not found.jumps_per_cycle:
             return _expanded(problem, found, scene)
-    return settled_state(problem, load_factor, initial_slip, opened, max_cycles, longest_period, tolerances)
+    return settled_state(problem, load_factor, initial_slip, opened, patience, tolerances)
+
+
+class Patience(NamedTuple):
+    """How long a long-term state is sought, and where the search says how far it has got."""
+
+    most_cycles: int
+    longest_period: int
+    halt: Halt | None = None
 
 
 def settled_state(
@@ -96,15 +106,16 @@ def settled_state(
     load_factor: float,
     initial_slip: ArrayLike | None,
     open_nodes: tuple[int, ...],
-    most_cycles: int,
-    longest_period: int,
+    patience: Patience,
     tolerances: Tolerances,
 ) -> LongTermState:
     """As :func:`long_term_state`, by the search last used on the problem if its settings are these."""
     if problem.directions > 1:
         start = checked_initial_slip(problem, initial_slip)
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
-        return returned_state(begun, most_cycles, longest_period)
+        return returned_state(begun, *patience)
+
+    most_cycles, longest_period, halt = patience
 
     def build() -> LimitSearch:
         evolution = Evolution(problem, load_factor, initial_slip, tolerances, open_nodes=open_nodes)
@@ -112,15 +123,17 @@ def settled_state(
 
     with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
         search.begin(load_factor, initial_slip, open_nodes)
-        return _found(search, open_nodes, most_cycles)
+        return _found(search, open_nodes, most_cycles, halt)
 
 
-def _found(search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int) -> LongTermState:
+def _found(
+    search: LimitSearch, open_nodes: tuple[int, ...], most_cycles: int, halt: Halt | None
+) -> LongTermState:
     """What the motion of a search settles into from its start, with these nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
     start, answers = evolution.motion.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
-    search.from_here(answers)
+    search.from_here(answers, halt)
     seen, at, length = search.compiled, search.standing, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN
     left, nan, count = verdict == LEFT, np.full(n, np.nan), max(at.done, 1)

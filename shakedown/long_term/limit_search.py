@@ -1,10 +1,12 @@
 """Search for the long-term state: compiled, and what compiled code leaves to Python."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
@@ -30,8 +32,11 @@ from shakedown.long_term.settling.settle import (
     settle,
     standing,
     tell,
+    walk_on,
+    walked,
     weigh,
 )
+from shakedown.motion.cycle_record import Interim
 from shakedown.motion.integrator import ROUNDING, Evolution
 from shakedown.motion.kernels.event_loop import DONE, EFFORT, NO_RATES, PAUSED, address_of_follow
 from shakedown.motion.kernels.run import progress
@@ -93,12 +98,31 @@ class LimitSearch:
         scale, t = self.evolution.scale, self.evolution.tolerances
         weigh(self.compiled, scale.force, scale.length, t.periodicity * scale.length)
 
-    def from_here(self, answers: Answers) -> None:
-        """Answer for the state that the evolution is in, at its very start."""
+    def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
+        """Answer for the state that the evolution is in, at its very start, or go on from a halt."""
         tell(self.compiled, FROM_HERE, 0.0, 0.0)
-        if not self.evolution.held:
+        if halt is not None and halt.found is not None:
+            self._walk_on(*halt.found)
+        elif not self.evolution.held:
             self._give_up()
-        self._settle(answers.final_slip, answers, lambda: False)
+        self._settle(answers.final_slip, answers, lambda: self._note(halt))
+
+    def _note(self, halt: Halt | None) -> bool:
+        """Say how far a walk has got, where somebody wants to know; never a reason to stop."""
+        if halt is not None and walked(self.compiled)[0]:
+            halt.note(self._walked)
+        return False
+
+    def _walked(self) -> tuple[Any, ...]:
+        seen, (_, *counted) = self.compiled, walked(self.compiled)
+        *_, remembered, signed, _ = counted
+        past = seen.past[:remembered].copy(), seen.signatures[:signed].copy()
+        return self.evolution.interim(), *past, counted
+
+    def _walk_on(self, interim: Interim, past: FloatArray, signatures: NDArray[Any], counted: Any) -> None:
+        self.evolution.go_on(interim)
+        self.compiled.past[: len(past)], self.compiled.signatures[: len(signatures)] = past, signatures
+        walk_on(self.compiled, *counted)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         """Answer for one initial slip (s, n) after the other, until there is no more wish for it."""

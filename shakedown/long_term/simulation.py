@@ -1,31 +1,35 @@
 """Evolution of a joint from a chosen initial state, what becomes of it, and the path as a file."""
 
+import hashlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from importlib.metadata import version
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
 from shakedown.files.atomic_write import atomic_write
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import check_arguments, checked
+from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
 from shakedown.joint.problem import Problem
-from shakedown.long_term.find_state import settled_state
+from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.contact_law import law_resolution
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.implicit_path import ImplicitPath
-from shakedown.motion.method import Walk, cycles_of, walk
+from shakedown.motion.method import Walk, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
@@ -128,6 +132,9 @@ def simulate(
     method: str = "event",
     record: bool = False,
     slip_below: float | None = None,
+    partial: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    save: Callable[[Simulation], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Simulation:
     """Follow a joint through its transient and then cycle by cycle until the outcome is clear.
@@ -154,11 +161,19 @@ def simulate(
     slip_below
         A limit on the slip range of every node in the long run [length]; whether it holds is said
         beside the outcome (:class:`SlipCriterion`).
+    partial
+        Where it is recorded every few seconds how far the simulation has got, with the path so far, until it
+        is over; valid after a kill at any instant. None: nowhere.
+    resume
+        Whether to go on with what a killed run has recorded there, if one has.
+    save
+        Called with the result before what is recorded is removed: what writes it to a file.
 
     Raises
     ------
     UsageError
-        If an argument is out of range.
+        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
+        another run.
 
     Examples
     --------
@@ -170,21 +185,52 @@ def simulate(
     check_arguments(load_factor, cycles, problem)
     if slip_below is not None:
         check_slip_below(slip_below)
-    opened = tuple(open_nodes)
-    if method == "event":
-        settled = settled_state(
-            problem, load_factor, initial_slip, opened, cycles, LONGEST_PERIOD, tolerances
-        )
-        run = _from_event_to_event(settled, record)
-    elif method in METHODS:
-        run = _at_fixed_steps(
-            _stepping(problem, load_factor, initial_slip, opened, method, tolerances), method, cycles, record
-        )
-    else:
+    if method not in METHODS:
         raise UsageError(f"method: expected one of {', '.join(METHODS)}, found '{method}'")
-    if slip_below is None:
-        return run
-    return replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
+    asked = _Asked(float(load_factor), initial_slip, tuple(open_nodes), cycles, method, record, slip_below)
+    header = {} if partial is None else asked.header(problem, tolerances)
+    with recorded_steps(partial, header, problem, resume=resume) as steps:
+        run = _run(problem, asked, steps, tolerances)
+        if slip_below is not None:
+            run = replace(run, slip_criterion=slip_criterion(run.settled, slip_below, tolerances))
+        if save is not None:
+            save(run)
+        steps.remove()
+    return run
+
+
+class _Asked(NamedTuple):
+    """What a simulation is asked."""
+
+    load_factor: float
+    initial_slip: ArrayLike | None
+    open_nodes: tuple[int, ...]
+    cycles: int
+    method: str
+    record: bool
+    slip_below: float | None
+
+    def header(self, problem: Problem, tolerances: Tolerances) -> dict[str, str]:
+        """All that a simulation depends on, by name."""
+        words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
+        start = checked_initial_slip(problem, self.initial_slip)
+        words |= self._asdict() | {"initial_slip": hashlib.sha256(start.tobytes()).hexdigest()}
+        return {"run": "simulate", "version": version("shakedown-bounds"), "tolerances": repr(tolerances)} | {
+            word: repr(value) for word, value in words.items()
+        }
+
+
+def _run(problem: Problem, asked: _Asked, steps: RecordedSteps, tolerances: Tolerances) -> Simulation:
+    """The simulation itself."""
+    start = problem, asked.load_factor, asked.initial_slip
+    if asked.method != "event":
+        return _at_fixed_steps(_stepping(*start, asked.open_nodes, asked.method, tolerances), asked, steps)
+
+    def settled() -> LongTermState:
+        patience = Patience(asked.cycles, LONGEST_PERIOD, steps.halt())
+        return settled_state(*start, asked.open_nodes, patience, tolerances)
+
+    return _from_event_to_event(steps.done(settled), asked.record, steps)
 
 
 def _simulation(
@@ -194,17 +240,21 @@ def _simulation(
     return Simulation(**said, settled=settled, method=method, followed=followed)
 
 
-def _from_event_to_event(settled: LongTermState, record: bool) -> Simulation:
+def _from_event_to_event(settled: LongTermState, record: bool, steps: RecordedSteps) -> Simulation:
     if not record:
         return _simulation(settled, "event")
-    path = way_there(settled, record=True)
+    path = recorded_walk(settled.begun.motion(), _cycles_there(settled), steps, record=True)
     return _simulation(_judged(settled, path), "event", path)
 
 
 def way_there(settled: LongTermState, *, record: bool) -> Walk:
     """The cycles one by one from the start until as many are done as were needed, or until it stops."""
-    most = min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
-    return walk(settled.begun.motion(), most, record=record)
+    return walk(settled.begun.motion(), _cycles_there(settled), record=record)
+
+
+def _cycles_there(settled: LongTermState) -> int:
+    """How many cycles were needed, with the one in which it stops."""
+    return min(settled.cycles_simulated + (settled.stop is not None), settled.most_cycles)
 
 
 def _judged(state: LongTermState, path: Walk) -> LongTermState:
@@ -254,22 +304,22 @@ def _stepping(
     return FixedSteps(problem, load_factor, initial_slip, tolerances, open_nodes)
 
 
-def _at_fixed_steps(motion: FixedSteps | ImplicitPath, method: str, most: int, record: bool) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps | ImplicitPath, asked: _Asked, steps: RecordedSteps) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
     threshold, records = motion.tolerances.steadiness * motion.scale.length, []
     slips = motion.problem.layout.slips
     start = motion.state.u[slips].copy()
     verdict = None
-    for cycle in cycles_of(motion, most, record=record):
+    for cycle in recorded_cycles(motion, asked.cycles, steps, record=asked.record):
         records.append(cycle)
         verdict = judge(records, threshold)
         if verdict is not None:
             break
     if verdict is None:
-        reason = motion.stop.reason if motion.stop else f"no steady state within {most} cycles"
+        reason = motion.stop.reason if motion.stop else f"no steady state within {asked.cycles} cycles"
         verdict = Verdict(Outcome.UNDECIDED, 0, np.full(len(start), np.nan), reason)
-    path = Walk(start, tuple(records), motion.history if record else None)
-    return _simulation(_stepped_state(motion, verdict, path), method, path)
+    path = Walk(start, tuple(records), motion.history if asked.record else None)
+    return _simulation(_stepped_state(motion, verdict, path), asked.method, path)
 
 
 def _stepped_state(motion: FixedSteps | ImplicitPath, verdict: Verdict, log: Walk) -> SteppedState:

@@ -1,6 +1,7 @@
 """What one cycle of a motion did, the state between cycles, and why an evolution stopped."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +79,10 @@ class CycleRecord:
     def dissipation(self) -> float:
         """What friction and the damping of jumps take [force × length]."""
         return self.friction_dissipation + self.jump_dissipation
+
+
+Interim = tuple[Any, ...]
+"""Where a motion stands between two cycles: what all that follows depends on, to the last bit."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales
-from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
@@ -93,6 +93,15 @@ class FixedSteps:
             paths.append(path)
             slips.append(slip)
         return EventHistory.joined(paths), np.concatenate(slips)
+
+    def interim(self) -> Interim:
+        """Where it stands, for :meth:`go_on`."""
+        return self.done, self.v.copy(), self.w.copy(), self.contact.copy(), self.residual, tuple(self.recent)
+
+    def go_on(self, interim: Interim) -> None:
+        """Stand where a motion stood, but for what is recorded."""
+        self.done, self.v[:], self.w[:], self.contact[:], self.residual, recent = interim
+        self.recent.extend(recent)
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""

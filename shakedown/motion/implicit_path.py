@@ -13,7 +13,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, reactions, scales
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
 from shakedown.motion.initial_state import beginning
@@ -114,6 +114,17 @@ class ImplicitPath:
         paths = [path for path, _ in chosen] or [self._nothing()]
         lengths = [length for _, length in chosen] or [np.zeros((0, self.problem.n))]
         return EventHistory.joined(paths), np.concatenate(lengths)
+
+    def interim(self) -> Interim:
+        """Where it stands, for :meth:`go_on`."""
+        joint = self.joint.interim()
+        return self.done, self.begun, self.contact.copy(), self.residual, tuple(self.recent), joint
+
+    def go_on(self, interim: Interim) -> None:
+        """Stand where a motion stood, but for what is recorded."""
+        self.done, self.begun, self.contact, self.residual, recent, joint = interim
+        self.recent.extend(recent)
+        self.joint.go_on(joint)
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""

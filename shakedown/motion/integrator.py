@@ -14,11 +14,11 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, scales_of
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.kernels import event_loop as kernel
-from shakedown.motion.kernels.active_set import active_set, factorize
+from shakedown.motion.kernels.active_set import active_set, count_from, counts, factorize
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import (
     LOAD_STEP,
@@ -56,7 +56,6 @@ class _Piece(NamedTuple):
     """Rows of a record, and the cycles done before them."""
 
     done: int
-    course: Course
     time: FloatArray
     kind: NDArray[np.int64]
     node: NDArray[np.int64]
@@ -121,7 +120,7 @@ class Evolution:
         self.load, transient = loop_path(problem, load_factor), transient_path(problem)
         self.scale = scales_of(problem, self.load, transient)
         self.precision = self._precision(start.state.u)
-        self._pieces: list[_Piece] = []
+        self.pieces: list[_Piece] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
         self._before = np.vstack([start.load, transient])
@@ -164,6 +163,22 @@ class Evolution:
         self.motion.u[:] = state.u
         self.active.state[:] = state.contact
         self.held = factorize(self.active) != 0
+
+    def interim(self) -> Interim:
+        """Where it stands, for :meth:`go_on`: the equations of the moving nodes depend on the way there."""
+        act = self.active
+        size, sign, updates = counts(act)
+        places = act.state.copy(), act.place.copy(), act.col[:size].copy(), act.coef[:size].copy()
+        return self.done, self.motion.u.copy(), *places, act.inverse[:size, :size].copy(), sign, updates
+
+    def go_on(self, interim: Interim) -> None:
+        """Stand where a motion stood, but for what is recorded."""
+        act, size = self.active, len(interim[-3])
+        done, self.motion.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = interim[:6]
+        act.inverse[:size, :size], sign, updates = interim[6:]
+        count_from(act, size, sign, updates)
+        self.held = True
+        self.enter_cycle(done)
 
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
@@ -241,7 +256,7 @@ class Evolution:
             now = progress(run)
             found = status == kernel.NO_RATES and self.finds_rates()
             if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
-                self._pieces.append(self._piece(run, now.rows - found))
+                self.pieces.append(self._piece(run, now.rows - found))
             self.done = before + now.passes
             if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
                 continue
@@ -315,14 +330,14 @@ class Evolution:
         room = run.record
         u, r, states = room.u[:rows].copy(), room.r[:rows].copy(), room.state[:rows].copy()
         times, kinds, nodes = room.time[:rows].copy(), room.kind[:rows].copy(), room.node[:rows].copy()
-        return _Piece(self.done, run.course, times, kinds, nodes, u, r, states)
+        return _Piece(self.done, times, kinds, nodes, u, r, states)
 
     def _joined(self, pieces: list[_Piece]) -> EventHistory:
         """The history of pieces of one course."""
-        split, path = self.problem.layout.split, pieces[0].course.path
+        split, path = self.problem.layout.split, self.run(pieces[0].done == 0, True).course.path
         done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
         steps, kind, node, u, r, state = (
-            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[2:]
+            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[1:]
         )
         first = self.problem.m - len(path)
         index = np.minimum((steps - first).astype(int), len(path) - 2)
@@ -354,7 +369,7 @@ class Evolution:
             state=self.active.state[None, :].copy(),
         )
         end = last if self.stop is None else EventHistory.none(self.problem.n)
-        by_course = groupby(self._pieces, key=lambda piece: id(piece.course))
+        by_course = groupby(self.pieces, key=lambda piece: piece.done == 0)
         return EventHistory.joined([*(self._joined(list(pieces)) for _, pieces in by_course), end])
 
     def say_not_held(self, run: Run) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.viscous_jump import Jump
 
@@ -31,11 +31,14 @@ class Motion(Protocol):
         Why the last cycle could not be followed; None where it could.
     history
         The path over all cycles that were recorded.
+    pieces
+        What has been recorded, piece by piece.
     """
 
     problem: Problem
     done: int
     stop: Stop | None
+    pieces: list[Any]
 
     @property
     def state(self) -> State: ...
@@ -46,6 +49,12 @@ class Motion(Protocol):
 
     def cycle(self, *, record: bool = False) -> CycleRecord | None:
         """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""
+
+    def interim(self) -> Interim:
+        """Where it stands; another motion of the same joint and load factor can go on from there."""
+
+    def go_on(self, interim: Interim) -> None:
+        """Stand where a motion stood, as if it had been followed so far, but for what is recorded."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

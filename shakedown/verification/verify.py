@@ -267,7 +267,7 @@ def verify(
     asked = _Asked(open_nodes, load_factors, budget, slip_below)
     asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
     settings = Settings(random_states, seed, cycles, method)
-    header = _header(problem, asked, settings, tolerances)
+    header = {} if partial is None else _header(problem, asked, settings, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:
         found = _verified(problem, asked, settings, _Work(steps, progress), tolerances)
         if save is not None:

@@ -53,6 +53,7 @@ def contents(folder):
         ([*SIMULATE, "-o", "f.gif", "--animation", "f.gif"], "--animation: expected another file than -o"),
         (["adversary", "p.npz", "-o", "here/p.npz"], "-o: expected another file than FILE"),
         (["verify", "p.npz", "-o", "p.npz"], "-o: expected another file than FILE"),
+        (["simulate", "p.npz.partial", *SIMULATE[2:], "-o", "p.npz"], "the record of -o: expected another file"),
         (["verify", "s.html.partial", "-o", "s.html"], "the record of -o: expected another file than FILE"),
         (["verify", "r.json", "-o", "r.html"], "r.json: the JSON of the report r.html goes there"),
         (["import", "joint.toml", "-o", "joint.toml"], "-o: expected another file than CONFIG.toml"),

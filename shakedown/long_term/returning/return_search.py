@@ -3,16 +3,18 @@
 from collections import deque
 from dataclasses import dataclass, field, replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.long_term.returning.approach import Approach
 from shakedown.long_term.returning.extrapolation import FARTHEST, Course, course_of
-from shakedown.motion.cycle_record import CycleRecord, State, Stop
+from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.method import Motion
 
@@ -196,8 +198,12 @@ class ReturnSearch:
         self.memory = _Memory(self.rules, self.weights)
         self.memory.add(self.motion.state)
 
-    def settle(self) -> Settled:
+    def settle(self, halt: Halt | None = None) -> Settled:
         """Follow cycles until the outcome is clear, the motion stops or the cycles allowed are spent."""
+        if halt is not None and halt.found is not None:
+            standing, interim = halt.found
+            vars(self).update(standing)
+            self.motion.go_on(interim)
         while self.cycles < self.rules.most_cycles:
             if not self._cycle():
                 stop = self.motion.stop
@@ -207,8 +213,15 @@ class ReturnSearch:
                 return found
             if self.cycles >= self.next_leap:
                 self._leap()
+            if halt is not None:
+                halt.note(self._standing)
         found = self._periodic(goal=np.inf)
         return found or self._undecided(f"no periodic state within {cycles_in_words(self.rules.most_cycles)}")
+
+    def _standing(self) -> tuple[dict[str, Any], Interim]:
+        """How far the search has got, and the motion."""
+        given = ("motion", "rules", "layout")
+        return {k: v for k, v in vars(self).items() if k not in given}, self.motion.interim()
 
     def _cycle(self) -> bool:
         record = self.motion.cycle()

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import Passage
@@ -71,7 +72,9 @@ class ReturnedStates:
                 answers.signature[k] = found.signature
 
 
-def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> ReturnedState:
+def returned_state(
+    begun: Passage, most_cycles: int, longest_period: int, halt: Halt | None = None
+) -> ReturnedState:
     """What a joint settles into from where its motion begins.
 
     Parameters
@@ -80,18 +83,20 @@ def returned_state(begun: Passage, most_cycles: int, longest_period: int) -> Ret
         The joint, its loading and where its motion begins.
     most_cycles, longest_period
         As for :func:`long_term_state`.
+    halt
+        Where the search says how far it has got.
     """
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
     assert isinstance(motion, DirectedMotion)
     start = motion.state.u[begun.problem.layout.slips].copy()
     rules = rules_of(motion, scale, most_cycles, longest_period)
-    found = settled(motion, rules)
+    found = settled(motion, rules, halt)
     return _state(begun, found, start, scale, most_cycles)
 
 
-def settled(motion: DirectedMotion, rules: Rules) -> Settled:
+def settled(motion: DirectedMotion, rules: Rules, halt: Halt | None = None) -> Settled:
     """What a motion settles into, undecided where the period found breaks the friction law."""
-    found = ReturnSearch(motion, rules).settle()
+    found = ReturnSearch(motion, rules).settle(halt)
     if not found.period:
         return found
     motion.forget()

@@ -198,6 +198,20 @@ def tell(se: Search, word: int, one: float, other: float) -> None:
 
 
 @entered
+def walked(se: Search) -> tuple[bool, int, int, int, int, int]:
+    """Whether a search is between two cycles that it has walked, and what it has counted until there."""
+    between = se.phase == WALK and not se.resumed and se.placed and se.cycles > 0
+    return between, se.cycles, se.events, se.remembered, se.signed, se.patience
+
+
+@entered
+def walk_on(se: Search, cycles: int, events: int, remembered: int, signed: int, patience: int) -> None:
+    """Go on from there; the states and signatures are given."""
+    begin_walk(se)
+    se.cycles, se.events, se.remembered, se.signed, se.patience = cycles, events, remembered, signed, patience
+
+
+@entered
 def weigh(se: Search, force: float, length: float, near: float) -> None:
     """Set the scales of force and length, and the slip or gap that counts as none."""
     se.least_force, se.check.force, se.check.length, se.check.near = force, force, length, near

@@ -15,7 +15,7 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, law_violation, scales_of
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.directed import curved_loop as kernel
 from shakedown.motion.directed.curved_history import CurvedHistory
 from shakedown.motion.directed.directed_jump import DirectedJump, jump_of
@@ -67,10 +67,9 @@ def measures(scale: Scales, locked: float, tolerances: Tolerances) -> Measures:
 
 
 class _Piece(NamedTuple):
-    """Rows of a record, the cycles done before them and the course that they belong to."""
+    """Rows of a record, and the cycles done before them."""
 
     done: int
-    path: FloatArray
     time: FloatArray
     duration: FloatArray
     u: FloatArray
@@ -145,7 +144,7 @@ class DirectedMotion:
         self._later = np.vstack([self.load[-1:], self.load])
         self.sliding = sliding(self.kappa, problem.f, self._later, -1, problem.C is not None)
         measure_sliding(self.sliding, *self.measures)
-        self._pieces: list[_Piece] = []
+        self.pieces: list[_Piece] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
         self.done = 0  # cycles
@@ -167,6 +166,16 @@ class DirectedMotion:
         self.sliding.u[:] = state.u
         self.sliding.contact[:] = state.contact
 
+    def interim(self) -> Interim:
+        """Where it stands, for :meth:`go_on`: apart from u and contact, directions of slip at an apex."""
+        mo = self.sliding
+        return self.done, mo.u.copy(), mo.contact.copy(), mo.direction.copy()
+
+    def go_on(self, interim: Interim) -> None:
+        """Stand where a motion stood, but for what is recorded."""
+        done, self.sliding.u[:], self.sliding.contact[:], self.sliding.direction[:] = interim
+        self.enter_cycle(done)
+
     def enter_cycle(self, done: int) -> None:
         """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
         self.done, self.jumps, self._nudged = done, [], None
@@ -174,7 +183,7 @@ class DirectedMotion:
 
     def forget(self) -> None:
         """Keep nothing of what has been recorded."""
-        self._pieces = []
+        self.pieces = []
 
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
@@ -226,7 +235,7 @@ class DirectedMotion:
             status = kernel.follow_curve(mo, room, 1, kernel.EFFORT)
             now = reached(mo, room)
             if now.rows:
-                self._pieces.append(self._piece(room, now.rows, path))
+                self.pieces.append(self._piece(room, now.rows))
             if status in (kernel.RECORD_FULL, kernel.PAUSED):
                 continue
             if status != kernel.NO_RATES or not self._jump(now, path):
@@ -275,17 +284,17 @@ class DirectedMotion:
             return 0
         return self._nudged[2] + 1
 
-    def _piece(self, room: CurveRecord, rows: int, path: FloatArray) -> _Piece:
+    def _piece(self, room: CurveRecord, rows: int) -> _Piece:
         """What a record has been filled with."""
-        kept = (getattr(room, key)[:rows].copy() for key in _Piece._fields[2:])
-        return _Piece(self.done, path, *kept)
+        kept = (getattr(room, key)[:rows].copy() for key in _Piece._fields[1:])
+        return _Piece(self.done, *kept)
 
     @property
     def history(self) -> CurvedHistory:
         """All recorded steps, closed by the present state."""
         parts = [
             self._joined(list(pieces))
-            for _, pieces in groupby(self._pieces, key=lambda piece: id(piece.path))
+            for _, pieces in groupby(self.pieces, key=lambda piece: piece.done == 0)
         ]
         if self.stop is None:
             parts.append(self._end())
@@ -293,10 +302,11 @@ class DirectedMotion:
 
     def _joined(self, pieces: list[_Piece]) -> CurvedHistory:
         """The history of pieces of one course."""
-        path, first = pieces[0].path, self.problem.m - len(pieces[0].path)
+        path = self._first if pieces[0].done == 0 else self._later
+        first = self.problem.m - len(path)
         done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
         steps, duration, u, curve, contact, node, kind = (
-            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[2:]
+            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[1:]
         )
         index = np.minimum((steps - first).astype(int), len(path) - 2)
         change = np.diff(path, axis=0)[index]

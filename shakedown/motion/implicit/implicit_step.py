@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -141,7 +142,7 @@ class ImplicitJoint:
     @property
     def v(self) -> FloatArray:
         """Present slips (2n,) [length]."""
-        return self._state.reshape(-1, 3)[:, :2].ravel()
+        return self._state.reshape(-1, 3)[:, :2].flatten()  # of one node ravel would be a view
 
     @property
     def w(self) -> FloatArray:
@@ -159,6 +160,19 @@ class ImplicitJoint:
         np.dot(tableau.N, tableau.given, out=tableau.out)
         self._slips[:] = 0.0
         tableau.r_w[:] = self._by_node(q_w, p_w)
+
+    def interim(self) -> tuple[NDArray[Any], ...]:
+        """All that the next step depends on, for :meth:`go_on`."""
+        return tuple(array.copy() for array in self._changing())
+
+    def go_on(self, interim: tuple[NDArray[Any], ...]) -> None:
+        """Stand where a joint with these arguments stood."""
+        for array, kept in zip(self._changing(), interim, strict=True):
+            array[...] = kept
+
+    def _changing(self) -> tuple[NDArray[Any], ...]:
+        """What steps change: all but the addresses of LAPACK's routines."""
+        return self._state, self._slips, *self._tableau, *self._factors[:-1]
 
     def forget(self) -> None:
         """Count the slip of the next step from v = 0; the state it begins from stays."""

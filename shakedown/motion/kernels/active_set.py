@@ -128,6 +128,18 @@ def _active_set(  # type: ignore[no-untyped-def]
     return act
 
 
+@entered
+def counts(act: ActiveSet) -> tuple[int, int, int]:
+    """Number of equations, sign of the determinant of their matrix, changes of its inverse."""
+    return act.size, act.sign, act.updates
+
+
+@entered
+def count_from(act: ActiveSet, size: int, sign: int, updates: int) -> None:
+    """Go on with these, the inverse being given."""
+    act.size, act.sign, act.updates = size, sign, updates
+
+
 @inner
 def larger(a: float, b: float) -> float:
     """The larger of two numbers (``max`` takes any number of anything, and longer to compile)."""

@@ -221,7 +221,8 @@ def smallest_cycle(
     joint = replace(problem, q_transient=None, p_transient=None)
     given = _given(joint, initial_slips)
     asked = _Asked(states, rounds, seed, given, largest, accuracy)
-    with recorded_steps(partial, asked.header(joint, tolerances), joint, resume=resume) as steps:
+    header = {} if partial is None else asked.header(joint, tolerances)
+    with recorded_steps(partial, header, joint, resume=resume) as steps:
         found = _searched(joint, asked, steps, progress, tolerances)
         if save is not None:
             save(found)

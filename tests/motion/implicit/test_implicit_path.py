@@ -62,6 +62,16 @@ def test_what_a_cycle_did_is_what_its_load_steps_say():
     np.testing.assert_array_equal(second.end_slip, history.v[-1])
 
 
+def test_what_a_cycle_of_one_node_ends_with_stays_so():
+    joint = Problem(A=np.eye(2), B=np.zeros((1, 2)), f=0.3, q_w=[[1.0, 0.0], [0.0, 1.0]], p_w=[[2.0], [2.0]])
+    motion = ImplicitPath(joint, 1.0)
+    first = motion.cycle().end_slip
+    kept = first.copy()
+    motion.cycle()
+    np.testing.assert_array_equal(first, kept)
+    assert (motion.state.u[:2] != kept).any()
+
+
 def test_sweeps_alone_follow_the_same_path():
     problem = joint(seed=2, mean=3.0)
     one, other = (walk(ImplicitPath(problem, 1.3, sweeps_only=only), 2) for only in (False, True))

@@ -1,0 +1,103 @@
+"""A simulation that was killed goes on with what is recorded, and ends as an undisturbed one, to the last bit."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from joints_in_space import random_joint
+
+import shakedown
+from shakedown.campaign import recorded_steps as room
+from shakedown.long_term import limit_search
+
+PLANE = shakedown.example("receding-block")  # nodes open and close
+SPACE = random_joint(np.random.default_rng(1), 3, pressure=1.5)
+CASES = {
+    "event-plane": (PLANE, {"method": "event"}),
+    "gauss-seidel-plane": (PLANE, {"method": "gauss-seidel"}),
+    "event-space": (SPACE, {"method": "event"}),
+    "newton": (SPACE, {"method": "newton"}),
+    "gauss-seidel-space": (SPACE, {"method": "gauss-seidel"}),
+}
+
+
+@pytest.fixture(autouse=True)
+def recorded_after_every_cycle(monkeypatch):
+    for name in ("EVERY", "HALT", "LEISURE"):
+        monkeypatch.setattr(room, name, 0.0)
+    monkeypatch.setattr(room.os, "fsync", lambda _: None)
+    monkeypatch.setattr(limit_search, "EFFORT", 1000)
+
+
+def simulated(joint, **words):
+    start = 0.1 * np.random.default_rng(0).normal(size=joint.layout.slip_size)
+    return shakedown.simulate(joint, 0.7, start, cycles=8, record=True, **words)
+
+
+def assert_same(one, other):
+    """Every number of two simulations, and of their paths."""
+    assert one == other
+    assert one.to_dict() == other.to_dict()
+    assert one.cycles.records
+    for field in fields(one.history):
+        np.testing.assert_array_equal(getattr(one.history, field.name), getattr(other.history, field.name))
+    if one.long_term is not None:
+        assert one.long_term.history == other.long_term.history
+
+
+@pytest.fixture(params=CASES)
+def case(request):
+    return CASES[request.param]
+
+
+def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, case):
+    (joint, words), path, kept = case, tmp_path / "history.npz.partial", []
+    whole = simulated(joint, **words)
+    again = simulated(joint, partial=path, save=lambda _: kept.append(path.read_bytes()), **words)
+    assert_same(again, whole)
+    assert kept[0].count(b"\x93piece") > 4
+    assert not path.exists()
+    for place in np.random.default_rng(2).integers(kept[0].index(b"\x93piece"), len(kept[0]), 3):
+        path.write_bytes(kept[0][:place])
+        assert_same(simulated(joint, partial=path, resume=True, **words), whole)
+
+
+def test_damage_costs_no_more_than_what_it_hits(tmp_path):
+    (joint, words), path, kept = CASES["newton"], tmp_path / "history.npz.partial", []
+    whole = simulated(joint, partial=path, save=lambda _: kept.append(bytearray(path.read_bytes())), **words)
+    for place in np.random.default_rng(3).integers(kept[0].index(b"\x93piece"), len(kept[0]), 3):
+        kept[0][place] ^= 1
+        path.write_bytes(kept[0])
+        assert_same(simulated(joint, partial=path, resume=True, **words), whole)
+
+
+def test_what_is_recorded_is_not_followed_again(tmp_path, monkeypatch, case):
+    (joint, words), path = case, tmp_path / "history.npz.partial"
+
+    def disk_is_full(_):
+        raise shakedown.UsageError("cannot be written")
+
+    with pytest.raises(shakedown.UsageError, match="cannot be written"):
+        simulated(joint, partial=path, save=disk_is_full, **words)
+    followed = []
+
+    def counted(motion, most, **other):
+        followed.append(most)
+        return iter(())
+
+    monkeypatch.setattr("shakedown.long_term.recorded_walk.cycles_of", counted)
+    simulated(joint, partial=path, resume=True, **words)
+    assert len(followed) <= 1
+    assert sum(followed) <= 2  # the last cycle is not recorded by itself, nor one in which the motion stops
+
+
+def test_a_simulation_asked_otherwise_is_refused(tmp_path):
+    path = tmp_path / "history.npz.partial"
+    with pytest.raises(shakedown.UsageError, match="full"):
+        simulated(SPACE, partial=path, save=lambda _: (_ for _ in ()).throw(shakedown.UsageError("full")))
+    with pytest.raises(shakedown.UsageError, match="unfinished run is recorded there; resume it, or remove"):
+        simulated(SPACE, partial=path)
+    with pytest.raises(shakedown.UsageError, match="recorded with method = 'event', not 'newton'"):
+        simulated(SPACE, partial=path, resume=True, method="newton")
+    with pytest.raises(shakedown.UsageError, match="recorded with initial_slip"):
+        shakedown.simulate(SPACE, 0.7, cycles=8, record=True, partial=path, resume=True)
