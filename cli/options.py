@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,9 @@ class OpenNodes(click.ParamType):
 def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None:
     context.meta[QUIET] = value
     if value:
-        logging.getLogger("shakedown").setLevel(logging.ERROR)
+        log = logging.getLogger("shakedown")
+        context.find_root().call_on_close(partial(log.setLevel, log.level))  # as it was, also after bad usage
+        log.setLevel(logging.ERROR)
 
 
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())

@@ -1,6 +1,7 @@
 """The command: JSON fields, exit codes, one line for every error, 80 columns, light imports."""
 
 import json
+import logging
 import os
 import re
 import subprocess
@@ -258,6 +259,15 @@ def test_light_commands_import_nothing_heavy(words):
     loaded = set(done.stdout.rpartition("MODULES")[2].split())
     assert "shakedown" in loaded
     assert not loaded & (HEAVY if words == ["solve", "two-node"] else HEAVY | SOLVERS)
+
+
+@pytest.mark.parametrize(
+    "words", [("example", "-q"), ("solve", "-q", "--none-such"), ("solve", "none-such", "-q")]
+)
+def test_quiet_ends_with_the_command(words, caplog):
+    caplog.set_level("INFO", logger="shakedown")
+    run(*words)
+    assert logging.getLogger("shakedown").level == logging.INFO
 
 
 def test_a_closed_pipe_ends_quietly():

@@ -110,7 +110,6 @@ def test_a_map_that_somebody_else_sealed_is_none(tmp_path, finished):
 
 
 def test_what_is_made_again_is_said(tmp_path, caplog):
-    caplog.set_level("WARNING", logger="shakedown")  # a quiet command in this process has changed it
     path = tmp_path / "map.npz"
     mapped(path, 4)
     whole = path.read_bytes()
