@@ -1,7 +1,11 @@
 """The whole suite is shared among the cores, file by file; no kernel is compiled in two processes at once."""
 
+import gc
 import os
 import sys
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
 
 os.environ.setdefault(
     "OPENBLAS_NUM_THREADS", "1"
@@ -12,6 +16,7 @@ import pytest
 from compiled_once import one_compiler_at_a_time
 from markupsafe import Markup
 
+gc.set_threshold(50_000, 20, 20)  # as the command line does: at 700 the search for garbage takes its share
 hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
 hypothesis.settings.load_profile("shakedown")
 
@@ -26,6 +31,7 @@ POSIX = (  # pipes, signals, devices, limits of a process
 )
 collect_ignore = [] if os.name == "posix" else list(POSIX)
 
+HERE = Path(__file__).parent
 COMPILING = ("tests/assessment/test_assess.py", "tests/benchmarks/test_benchmarks.py")
 MOST_WORKERS = 8  # each reads all tests before it runs its share
 
@@ -50,6 +56,18 @@ def pytest_cmdline_main(config):
         config.option.loadscopereorder = False
         sys.dont_write_bytecode = False  # some fifty processes read the sources: once is enough
         os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Each worker imports its share of the tests before it collects all: what pytest makes of them is kept on disk."""
+    worker = getattr(session.config, "workerinput", None)
+    if worker is None or sys.dont_write_bytecode:
+        return
+    number, count = int(worker["workerid"].removeprefix("gw")), worker["workercount"]
+    for path in sorted(HERE.rglob("test_*.py"))[number::count]:
+        with suppress(Exception, pytest.skip.Exception):  # said where the file is collected
+            import_module(".".join(path.relative_to(HERE.parent).with_suffix("").parts))
 
 
 def pytest_collection_modifyitems(items):
