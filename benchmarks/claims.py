@@ -173,12 +173,23 @@ def _proofs() -> list[str]:
     failed = counted("runs 1") - counted("still 1")
     outside = 1.0 - counted("still 1.5") / counted("runs 1.5")
     cycling = sum(row["cycling"] for row in every)
-    return [
+    told = (
         f"Tried against the energy ball: {counted('runs 1'):,} exact simulations from its surface, of which "
         f"{failed} failed to shake down; at 1.5 times the radius {outside:.0%} did (`energy_adversary`). Tried "
         f"against λ_U: {sum(row['runs'] for row in every):,} simulations from large random slips just below it, "
         f"of which {cycling} cycle (`universal_adversary`)."
+    )
+    space = {word: _in_space(word) for word in ("ball", "universal")}
+    return [
+        f"{told} In space: {space['ball']} against the ball, {space['universal']} against λ_U "
+        "(`space_ball_adversary`)."
     ]
+
+
+def _in_space(against: str) -> str:
+    found = [row for row in rows("space_ball_adversary") if row["against"] == against]
+    runs, failed = sum(row["runs"] for row in found), sum(len(row["failures"]) for row in found)
+    return f"{failed} of {runs:,} failed"
 
 
 def _many_states() -> list[str]:

@@ -4,9 +4,9 @@ Random joints with two tangential directions and up to six nodes. *Ball*: from s
 of the largest energy ball (with the split), or, where the first load does not allow those, from its limit on
 the way there, at load factors up to 0.999 λ_max. *Universal*: at 0.999 λ_U from states anywhere among those
 that the first load allows, half of them at its limits. A run ends at rest, or is *slow*: after 60 cycles its
-slip per cycle is less than 0.9 of that 30 cycles before, and dies away. It fails if it goes on slipping, if a
-node opens, if the motion stops, or if in the ball the energy norm grows. At four times the radius, and half
-way from λ_U to λ_max, runs must fail now and then.
+slip per cycle is less than 0.9 of that 30 cycles before, and dies away, or it rests within 20,000. It fails
+if it goes on slipping, if a node opens, if the motion stops, or if in the ball the energy norm grows. At four
+times the radius, and half way from λ_U to λ_max, runs must fail now and then.
 """
 
 import os
@@ -30,6 +30,7 @@ SHARES = (0.5, 0.9, 0.99, 0.999)  # of λ_max, for balls
 INSIDE, OUTSIDE = 0.999, 4.0  # of the radius, and of λ_U the first
 RUNS, CONTROLS = 1000, 20  # per joint, and how many of them are farther out
 CYCLES = 60  # then it is slow, or the long-term state is searched for
+MOST_CYCLES = 20_000  # to come to rest within, where that search is undecided
 SLOWING = 0.9  # slip of the last cycle, relative to that of the one half way: it dies away
 QUIET = 2  # cycles without slip beyond the accuracy, one after the other: at rest
 GROWTH = 1e-6  # of the energy norm, relative to the radius
@@ -147,8 +148,15 @@ class _Followed:
         if not to_the_end:
             return "cycling", path
         found = shakedown.long_term_state(self.problem, self.load_factor, start).outcome
+        if found is Outcome.UNDECIDED and self._comes_to_rest():
+            return "slow", path
         ends = {Outcome.SHAKEDOWN: "still", Outcome.UNDECIDED: "undecided", Outcome.SEPARATION: "opened"}
         return ends.get(found, "cycling"), path
+
+    def _comes_to_rest(self) -> bool:
+        """Whether a cycle without slip follows in the end."""
+        following = (self.motion.cycle() for _ in range(MOST_CYCLES))
+        return any(record is not None and record.slip.max() <= self.nothing for record in following)
 
 
 def _note(counts: dict, case: dict, ended: str, start: FloatArray, load_factor: float) -> None:

@@ -6,5 +6,6 @@ limit where it drifts), ``limit_search`` (the search as Python drives it, and wh
 verdict with proof), ``state`` (the answer), ``returning/`` (for motions that are known cycle by cycle
 only), ``find_state`` (for one initial state), ``many_states`` (for many); ``verdict`` (what the last
 cycles of any motion show), ``recorded_walk`` (cycles of a run that can be resumed), ``simulation`` (from
-event to event or at fixed load steps, and the path as a file). Below them ``nodes/``: what a period does to each node.
+event to event or at fixed load steps, and the path as a file). Below them ``nodes/``: what a period does to
+each node.
 """
