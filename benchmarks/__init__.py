@@ -18,7 +18,9 @@ checkout against those of another one, to the last bit; ``before_and_after`` hol
 
 STUDIES: tuple[str, ...] = (
     "adversary",
+    "blade_root",
     "block_cycle",
+    "bolted_flange",
     "bounds",
     "calculix_contact",
     "calculix_solids",

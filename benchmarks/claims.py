@@ -5,8 +5,9 @@ import statistics
 import sys
 from pathlib import Path
 
+from benchmarks import blade_root, bolted_flange, lap_joint
 from benchmarks.calculix_contact import is_compared, verdict
-from benchmarks.lap_joint import exponent
+from benchmarks.friction_work import exponent
 from benchmarks.runner import RESULTS
 from shakedown.files.atomic_write import atomic_write
 
@@ -32,6 +33,8 @@ def lines() -> list[str]:
         *_calculix(),
         *_calculix_solids(),
         *_lap_joint(),
+        *_bolted_flange(),
+        *_blade_root(),
         *_long_term(),
         *_stability(),
     ]
@@ -279,9 +282,37 @@ def _lap_joint() -> list[str]:
         f"A bolted lap joint in space with {fine['n']} pairs, after the Brake–Reuß beam: model, λ_max, λ_E and seven loads "
         f"followed over three cycles take {sum(fine['seconds']):.0f} s of one core. λ_E is "
         f"{fine['energy'] / fine['upper']:.4f} of λ_max; at 0.9 λ_max no pair slips in the end, above λ_max the friction work of a cycle "
-        f"grows with the amplitude to the power {exponent(fine):.2g} ({exponent(coarse):.2g} with {coarse['n']} pairs). λ_max "
+        f"grows with the amplitude to the power {exponent(fine, lap_joint.RELATIVE):.2g} ({exponent(coarse, lap_joint.RELATIVE):.2g} with {coarse['n']} pairs). λ_max "
         f"falls with the mesh, from {10 * coarse['upper']:.0f} N to {10 * fine['upper']:.0f} N: it is about the first pair at "
         "the edge of a pad (`lap_joint`)."
+    ]
+
+
+def _bolted_flange() -> list[str]:
+    *_, before, fine = rows("bolted_flange")
+    coarse, load = rows("bolted_flange")[0], bolted_flange.SHEAR
+    return [
+        f"A sector of a bolted flange, {fine['n']} pairs on a ring around the bolt, pulled and sheared a quarter of a period "
+        f"apart: model, limits and {len(bolted_flange.RELATIVE)} loads followed over {bolted_flange.CYCLES} cycles take "
+        f"{sum(fine['seconds']):.0f} s of one core. λ_max is a shear of {load * fine['upper']:.3g} kN "
+        f"({load * before['upper']:.3g} kN with {before['n']} pairs, {load * coarse['upper']:.3g} kN with {coarse['n']}), "
+        f"λ_E {1 - fine['energy'] / fine['upper']:.0e} below it; λ_U is {fine['universal']:g}, as of every body that friction alone "
+        f"holds. The friction work of a cycle grows with the amplitude to the power {exponent(fine, bolted_flange.RELATIVE):.2g} "
+        f"from {bolted_flange.RELATIVE[-2]:g} to {bolted_flange.RELATIVE[-1]:g} λ_max, where {fine['slipping'][-1]} pairs "
+        "slip (`bolted_flange`)."
+    ]
+
+
+def _blade_root() -> list[str]:
+    *_, before, fine = rows("blade_root")
+    still = max(r for r, count in zip(blade_root.RELATIVE, fine["slipping"], strict=True) if count == 0)
+    return [
+        f"The dovetail root of a blade, {fine['n']} pairs on two flanks, slips out along them as the rotor gets to speed: from "
+        f"the state after that λ_E is {fine['energy'] / fine['upper']:.2f} of λ_max, no pair slips in the end at "
+        f"{still:g} λ_max, and {fine['slipping'][blade_root.RELATIVE.index(0.9)]} do at 0.9 λ_max, of which only another state "
+        f"would be safe. λ_max is {blade_root.BENDING * fine['upper']:.0f} N at the tip "
+        f"({blade_root.BENDING * before['upper']:.0f} N with {before['n']} pairs, in proportion to the element's size), the exponent "
+        f"of the friction work {exponent(fine, blade_root.RELATIVE):.2g} (`blade_root`)."
     ]
 
 

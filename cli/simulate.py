@@ -46,6 +46,8 @@ from .output import (
 )
 
 FILMED = 3.0  # cycles
+DIGITS_IN_SPACE = 5  # so that the numbers of two directions fit a line
+IN_SPACE = "x, y: the two tangential directions of a node; slip: the length of its way per period"
 
 
 @click.command(
@@ -181,11 +183,20 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
     ]
     lines.append(listing(facts))
     lines.append("")
+    lines += _node_lines(problem, run, without_round_off(run.slip_per_cycle, none_of_slip))
+    return "\n".join(lines)
+
+
+def _node_lines(problem: Problem, run: shakedown.Simulation, per_period: list[float]) -> list[str]:
+    """The table of the nodes; with two directions narrower, its unit below it."""
+    plane, length = problem.directions == 1, length_unit(problem)
     columns = {
         **by_direction(problem, "initial", run.initial_slip),
         **by_direction(problem, "final", run.final_slip),
-        "slip per period": without_round_off(run.slip_per_cycle, none_of_slip),
+        "slip per period" if plane else "slip": per_period,
     }
-    shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}
-    lines.append(node_table(problem, shown))
-    return "\n".join(lines)
+    if plane:
+        shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}
+        return [node_table(problem, shown)]
+    digits = {name: [number(x, DIGITS_IN_SPACE) for x in values] for name, values in columns.items()}
+    return [node_table(problem, digits), "", paragraph(f"{IN_SPACE}{with_unit('', length)}.")]

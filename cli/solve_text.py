@@ -36,6 +36,7 @@ F_THRESHOLD = (
     "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
     "A_jj/|B_jj|."
 )
+LONGEST_RANGES = 24  # characters of a column
 Fact = tuple[str, str, str]  # name, value, remark
 DIRECTIONS = (
     "x, y: the two tangential directions of a node, in the order of the file; active at λ_max: the load "
@@ -185,4 +186,13 @@ def _reached(problem: Problem, upper: shakedown.UpperBound, node: int) -> str:
     reached = [where for at, where in upper.active if at == node]
     if problem.directions == 1:
         return "+".join(SIDE_NAMES[side] for side in reached) or "-"
-    return ", ".join(map(str, sorted(reached))) or "-"
+    return _ranges(sorted(reached)) or "-"
+
+
+def _ranges(steps: list[int]) -> str:
+    """Numbers in order, neighbours as ``first–last``; how many there are where that is long."""
+    starts = [step for step in steps if step - 1 not in steps]
+    ends = [step for step in steps if step + 1 not in steps]
+    runs = (f"{a}" if a == b else f"{a}–{b}" for a, b in zip(starts, ends, strict=True))
+    said = ", ".join(runs)
+    return said if len(said) <= LONGEST_RANGES else f"{len(steps)} load steps"

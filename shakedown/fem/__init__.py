@@ -30,9 +30,11 @@ from shakedown.fem.contact import contact_condensation, contact_problem
 from shakedown.fem.corner import WeldedCorner, welded_corner
 from shakedown.fem.dovetail import dovetail
 from shakedown.fem.half_space import half_space_compliance, mean_half_space_compliance
-from shakedown.fem.lap_joint import lap_joint
 from shakedown.fem.loads import BodyForce, Displacement, Force, Load, Pressure, Traction
 from shakedown.fem.mesh import block_mesh, brick_mesh, read_mesh
+from shakedown.fem.solids.blade_root import blade_root
+from shakedown.fem.solids.bolted_flange import bolted_flange
+from shakedown.fem.solids.lap_joint import lap_joint
 from shakedown.fem.sphere import (
     SphereContact,
     disc_patches,
@@ -56,7 +58,9 @@ __all__ = [
     "Support",
     "Traction",
     "WeldedCorner",
+    "blade_root",
     "block_mesh",
+    "bolted_flange",
     "brick_mesh",
     "cantilevered_block",
     "contact_condensation",

@@ -9,6 +9,8 @@ from shakedown.fem.classical import cylinder_on_flat, press_fit
 from shakedown.fem.contact import contact_problem
 from shakedown.fem.loads import Pressure
 from shakedown.fem.mesh import block_mesh
+from shakedown.fem.solids.blade_root import blade_root
+from shakedown.fem.solids.bolted_flange import bolted_flange
 from shakedown.ground.errors import UsageError
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
@@ -142,7 +144,7 @@ def cantilevered_block(
 
 
 def shipped_blocks() -> dict[str, Problem]:
-    """The built-in problems that come from scikit-fem, by name: these blocks, and the classical contacts.
+    """The built-in problems that come from scikit-fem, by name: blocks, classical contacts, joints of solids.
 
     They are kept in ``shakedown/files/data``, so that scikit-fem need not be there to
     use them; to make them again::
@@ -155,4 +157,6 @@ def shipped_blocks() -> dict[str, Problem]:
         "cantilevered-block": cantilevered_block(),
         "press-fit": press_fit(),
         "cylinder-on-flat": cylinder_on_flat(),
+        "bolted-flange": bolted_flange((8, 2, 2)),
+        "blade-root": blade_root((2, 3)),
     }

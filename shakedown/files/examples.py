@@ -265,4 +265,7 @@ _EXAMPLES: dict[str, Callable[[], Problem]] = {
     "two-node-3d": partial(_shipped, "two-node-3d"),
     "four-node-3d": partial(_shipped, "four-node-3d"),
     "block-3x3": partial(_shipped, "block-3x3"),
+    # A sector of a bolted flange, and the dovetail root of a blade after its spin; 24 pairs each.
+    "bolted-flange": partial(_shipped, "bolted-flange"),
+    "blade-root": partial(_shipped, "blade-root"),
 }

@@ -32,7 +32,7 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
         number, x, y, *steps = line.split()
         assert int(number) == node
         np.testing.assert_allclose([float(x), float(y)], safe[2 * node : 2 * node + 2], rtol=1e-6)
-        assert all(0 <= int(step.rstrip(",")) < 40 for step in steps if step != "-")
+        assert all(0 <= int(step) < 40 for run in steps if run != "-" for step in run.rstrip(",").split("–"))
     assert "x, y: the two tangential directions of a node" in out
 
 

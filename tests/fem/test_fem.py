@@ -355,7 +355,10 @@ def test_half_a_receding_block_is_half_of_the_whole():
     np.testing.assert_allclose(half.p_w, weight * whole.p_w[:, 8:], atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat"])
+@pytest.mark.parametrize(
+    "name",
+    ["receding-block", "cantilevered-block", "press-fit", "cylinder-on-flat", "bolted-flange", "blade-root"],
+)
 def test_shipped_blocks_are_made_again(name):
     """Every number, to round-off of stiffness and reactions: what vanishes by symmetry is nothing else."""
     shipped, made = shakedown.example(name), BLOCKS()[name]

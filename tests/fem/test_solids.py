@@ -8,7 +8,7 @@ import pytest
 import solids
 from calculix import ccx, needs_ccx
 
-from shakedown import ProblemError, UsageError, import_model
+from shakedown import ProblemError, UsageError, example, import_model
 from shakedown.fem import (
     BodyForce,
     Bolt,
@@ -19,7 +19,9 @@ from shakedown.fem import (
     Pressure,
     Support,
     Traction,
+    blade_root,
     block_mesh,
+    bolted_flange,
     brick_mesh,
     contact_condensation,
     contact_problem,
@@ -225,6 +227,48 @@ def test_the_lap_joint_carries_its_load_and_is_pressed_alike_on_both_sides():
     np.testing.assert_allclose(pressed[across], pressed, rtol=1e-7)
     with pytest.raises(UsageError, match="lap_joint: expected >= 6 elements along the lap"):
         lap_joint((4, 2, 1))
+    with pytest.raises(UsageError, match="bolted_flange: expected a multiple of 8 elements around the hole"):
+        bolted_flange((12, 2, 2))
+    with pytest.raises(UsageError, match="blade_root: expected >= 1 elements along a flank"):
+        blade_root((0, 3))
+
+
+def on_first_body(joint, q, p):
+    """Forces of the contact on the first body, (n, 3), of tangential and normal reactions of one load step."""
+    return np.einsum("nk,nkj->nj", joint.layout.by_node(q), joint.tangents) + p[:, None] * joint.normal
+
+
+def test_the_flange_carries_its_load_on_a_ring_that_its_bolt_presses():
+    joint = bolted_flange((16, 2, 2), steps=4)
+    radius = np.hypot(*joint.coordinates[:, :2].T)
+    assert (joint.n, np.unique(radius.round(9)).tolist()) == (48, [13.0, 19.5, 26.0])
+    assert joint.node_area.sum() == pytest.approx(np.pi * (26.0**2 - 13.0**2), rel=0.03)
+    p, q = joint.p_w.mean(axis=0), joint.q_w.mean(axis=0)
+    assert p.min() > 0
+    assert 0.7 * 150e3 < p.sum() < 150e3
+    sheared = on_first_body(joint, joint.q_w[1] - q, joint.p_w[1] - p).sum(axis=0)
+    np.testing.assert_allclose(sheared, [0.0, -4e3, 0.0], atol=1e-6)
+    pulled = on_first_body(joint, joint.q_w[0] - q, joint.p_w[0] - p).sum(axis=0)
+    assert pulled[2] < -1e3  # the rest of 2 kN goes through the bolt
+    mirrored = [int(np.argmin(np.hypot(joint.x[:, 0] - x, joint.x[:, 1] + y))) for x, y in joint.x]
+    np.testing.assert_allclose(p[mirrored], p, rtol=1e-7)
+
+
+def test_the_blade_hangs_on_both_flanks_and_is_in_equilibrium_after_its_spin():
+    joint = example("blade-root")
+    q, p = joint.q_w.mean(axis=0), joint.p_w.mean(axis=0)
+    slip = joint.initial_slip[0]
+    q, p = q + joint.A @ slip, p + joint.B @ slip
+    assert p.min() > 0
+    assert (joint.law.limit(p) - np.hypot(*joint.layout.by_node(q).T)).min() > -1e-9 * p.max()
+    held = on_first_body(joint, q, p).sum(axis=0)
+    np.testing.assert_allclose(held, [0.0, held[1], 0.0], atol=1e-6 * abs(held[1]))
+    volume = 40.0 * (
+        6.0 * 24.0 + 8.0 * 18.0 + 4.0 * 12.0 + 52.0 * 8.5
+    )  # depth, times the parts between heights
+    acceleration = (2 * np.pi * 8000 / 60) ** 2 * 300.0
+    assert held[1] == pytest.approx(-7.85e-9 * acceleration * volume, rel=1e-6)
+    np.testing.assert_allclose(np.abs(joint.normal[:, 1]), 0.6, atol=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "suffix"), [("tetra", ".msh"), ("hexahedron", ".inp")])

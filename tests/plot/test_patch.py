@@ -124,6 +124,9 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
         middle = x[mesh.triangles].mean(axis=1)
         assert len(mesh.triangles) > 20
         assert np.linalg.norm(middle[:, None] - x, axis=2).min(axis=1).max() < 1.0
+    angle = 2 * np.pi * np.arange(24) / 24
+    ring = np.concatenate([r * np.stack([np.cos(angle), np.sin(angle)], axis=1) for r in (8.0, 10.0, 12.0)])
+    assert len(places_of(placed(ring)).triangles.triangles) == 2 * 2 * 24
     assert places_of(placed(grid(5, 1))).triangles is None
     assert len(places_of(placed(grid(2, 2) + 1e9)).triangles.triangles) == 2
 

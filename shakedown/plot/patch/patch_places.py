@@ -19,7 +19,9 @@ from shakedown.plot.style import GREY, axes_for
 FLAT = 0.99  # of a normal along an axis of the model: then the other two axes are those of the picture
 THIN = 1e-6  # of the length of a patch: a width that is none, whose nodes lie on a line
 NEAREST_AXIS = 1e-9  # of a unit vector: tangents that are taken as equal
-LONGEST_SIDE = 3.0  # of the usual one: triangles with longer ones lie across a hole or between two patches
+# Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
+# circle) or between two patches.
+LARGEST_TRIANGLE = 2.0
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 MARGIN = 0.06  # of the patch about it
@@ -70,8 +72,12 @@ class Places:
         )  # of a size of its own: coordinates may be large numbers
         sides = np.roll(mesh.triangles, -1, axis=1)
         ends = np.stack([mesh.x, mesh.y], axis=1)
-        longest = np.linalg.norm(ends[sides] - ends[mesh.triangles], axis=2).max(axis=1)
-        kept = mesh.triangles[longest <= LONGEST_SIDE * np.median(longest)]
+        edges = np.linalg.norm(ends[sides] - ends[mesh.triangles], axis=2)
+        first, second, _ = (ends[sides] - ends[mesh.triangles]).swapaxes(0, 1)
+        area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+        radius = edges.prod(axis=1) / (4.0 * np.maximum(area, THIN**2))
+        sizes = edges.max(axis=1), radius
+        kept = mesh.triangles[np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)]
         return Triangulation(self.points[:, 0], self.points[:, 1], kept)
 
     @cached_property

@@ -1,11 +1,12 @@
 """The end of a program over discs: interior points, then Newton's method on what is active."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve
+from scipy.linalg import LinAlgWarning, solve
 
 from shakedown.bounds.energy.discs.ball_limits import CONE, Places
 from shakedown.ground.float_array import FloatArray
@@ -262,7 +263,10 @@ def _step(matrix: FloatArray, value: FloatArray) -> FloatArray | None:
     if len(matrix) <= SMALL:
         return np.asarray(np.linalg.lstsq(matrix, -value, rcond=SINGULAR)[0])
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", LinAlgWarning
+            )  # a step that leads nowhere is seen by its residual
             return np.asarray(solve(matrix, -value, check_finite=False))
     except (np.linalg.LinAlgError, ValueError):
         return None

@@ -1,0 +1,36 @@
+"""The dovetail root of a blade: what is proved of it, and what it dissipates above that.
+
+Spun to 1.1 times its speed and back, the root has slipped out along both flanks as far as they let it; then
+the blade vibrates, in bending and at twice that frequency in torsion. On some meshes: λ_max, λ_E
+from the state after the spin, λ_U, and the friction work of a cycle over the amplitude.
+"""
+
+from functools import partial
+
+from matplotlib.figure import Figure
+
+from benchmarks.friction_work import measured, work_picture, work_table
+from shakedown.fem import blade_root
+
+TITLE = "The dovetail root of a blade: limits, and friction work over the amplitude"
+MESHES = ((2, 3), (4, 6), (6, 9), (8, 12))  # along a flank, along the slot
+RELATIVE = (0.2, 0.3, 0.5, 0.9, 1.1, 1.5, 2.0)  # λ / λ_max
+BENDING = 200.0  # amplitude of the force at the tip at λ = 1 [N]
+CYCLES = 10
+
+
+def cases(short: bool) -> list[dict]:
+    return [{"elements": list(mesh)} for mesh in (MESHES[:1] if short else MESHES)]
+
+
+def measure(case: dict) -> dict:
+    return measured(partial(blade_root, tuple(case["elements"])), RELATIVE, CYCLES)
+
+
+def tables(rows: list[dict]) -> str:
+    return work_table(rows, RELATIVE, BENDING, "N")
+
+
+def figures(rows: list[dict]) -> dict[str, Figure]:
+    label = "amplitude of the force at the tip [N]"
+    return {"blade_root": work_picture(rows, RELATIVE, BENDING, label)}

@@ -1,0 +1,145 @@
+"""Limits of a joint in space and the friction work of a cycle over the amplitude, for its studies."""
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+import shakedown
+from shakedown import Problem
+from shakedown.joint.loading import loading
+from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.plot.patch.patch_places import Places, patch_axes, places_of
+from shakedown.report.text_table import table
+
+PARTS = 8  # equal parts of every load step
+SLIPS = 1e-6  # of the longest way: what counts as slip
+MARKED = 25.0  # area of a mark on the patch [points²]
+
+
+def measured(make: Callable[[], Problem], relative: Sequence[float], cycles: int) -> dict:
+    """Limits; work, slipping and open pairs in the last of so many cycles at every λ = relative · λ_max.
+
+    The joint begins with the slip that it gives, else with none. The patch is that at the first and at the
+    last load factor above λ_max.
+    """
+    began = time.process_time()
+    problem = make()
+    start = np.zeros(problem.layout.slip_size) if problem.initial_slip is None else problem.initial_slip[0]
+    made = time.process_time()
+    upper, energy = shakedown.upper_bound(problem), shakedown.energy_bound(problem, start)
+    universal = shakedown.universal_bound(problem)
+    bounded = time.process_time()
+    runs = [_cycle(problem, factor * upper.load_factor, start, cycles) for factor in relative]
+    shown = [next(k for k, factor in enumerate(relative) if factor > 1.0), -1]
+    places, area = places_of(problem), problem.node_area
+    at_rest = loading(problem).at(0.0)[1].mean(axis=0) + problem.B @ start
+    return {
+        "n": problem.n,
+        "upper": float(upper.load_factor),
+        "energy": float(energy.load_factor),
+        "universal": float(universal.load_factor),
+        "work": [float(run["work"].sum()) for run in runs],
+        "slipping": [int(_slips(run["way"], runs[-1]["way"]).sum()) for run in runs],
+        "open": [run["open"] for run in runs],
+        "x": places.points.tolist(),
+        "axes": [*places.axes, places.unit],
+        "pressure": (at_rest / area).tolist(),
+        "shown": [float(relative[k]) for k in shown],
+        "way": [runs[k]["way"].tolist() for k in shown],
+        "seconds": [made - began, bounded - made, time.process_time() - bounded],
+    }
+
+
+def _cycle(problem: Problem, load_factor: float, start: np.ndarray, cycles: int) -> dict:
+    """Friction work and way [length] of every node in the last cycle, and how many of them open."""
+    q_w, p_w = loading(problem).at(load_factor)
+    path = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, float(np.abs(p_w).max()))
+    nodes = np.zeros(problem.n)
+    path.begin(start, nodes, *(rows[0] for rows in loading(problem).at(0.0)))
+    for _ in range(cycles):
+        found = path.follow(q_w, p_w, PARTS)
+        if found.solved < problem.m:
+            raise RuntimeError(f"load step {found.solved} at {load_factor:g}: {found.status.name}")
+    return {
+        "work": found.work.sum(axis=0),
+        "way": found.length.sum(axis=0),
+        "open": int((found.w > 0).any(axis=0).sum()),
+    }
+
+
+def _slips(way: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    return way > SLIPS * longest.max()
+
+
+def exponent(row: dict, relative: Sequence[float]) -> float:
+    """Of the power law of friction work over the amplitude, between the two largest amplitudes."""
+    return float(np.log(row["work"][-1] / row["work"][-2]) / np.log(relative[-1] / relative[-2]))
+
+
+def work_table(rows: list[dict], relative: Sequence[float], amplitude: float, unit: str) -> str:
+    """Limits, friction work and slipping pairs of every mesh; ``amplitude`` is the load at λ = 1."""
+    lines = [
+        [
+            " x ".join(map(str, row["elements"])), str(row["n"]), f"{amplitude * row['upper']:.4g}",
+            f"{row['energy'] / row['upper']:.4f}", f"{row['universal'] / row['upper']:.2g}",
+            *(f"{work:.2e} ({count})" for work, count in zip(row["work"], row["slipping"], strict=True)),
+            f"{exponent(row, relative):.2f}", f"{sum(row['seconds']):.1f}",
+        ]
+        for row in rows
+    ]  # fmt: skip
+    headers = [
+        "elements", "pairs", f"at λ_max [{unit}]", "λ_E/λ_max", "λ_U/λ_max",
+        *(f"{r:g} λ_max" for r in relative), "exponent", "s",
+    ]  # fmt: skip
+    about = "Friction work per cycle [N mm], and how many pairs slip, over the load:"
+    return f"{about}\n{table(headers, lines)}"
+
+
+def work_picture(rows: list[dict], relative: Sequence[float], amplitude: float, load: str) -> Figure:
+    """Friction work over the amplitude; pressure and slip over the patch of the finest mesh."""
+    figure = Figure(figsize=(9.6, 7.6), layout="constrained")
+    panels = figure.subplots(2, 2)
+    row = rows[-1]
+    _work_curves(panels[0, 0], rows, relative, amplitude, load)
+    _patch(panels[0, 1], row, np.array(row["pressure"]), "mean pressure [MPa]", None)
+    for axes, factor, way in zip(panels[1], row["shown"], row["way"], strict=True):
+        slips = _slips(np.array(way), np.array(row["way"][-1]))
+        _patch(axes, row, 1e3 * np.array(way), "way of a cycle [µm]", slips)
+        axes.set_title(f"{factor:g} λ_max: {slips.sum()} of {row['n']} pairs slip", fontsize="medium")
+    panels[0, 1].set_title(f"{row['n']} pairs before the vibration", fontsize="medium")
+    return figure
+
+
+def _work_curves(
+    axes: Axes, rows: list[dict], relative: Sequence[float], amplitude: float, load: str
+) -> None:
+    for row in rows:
+        kept = [k for k, count in enumerate(row["slipping"]) if count]
+        loads = [amplitude * row["upper"] * relative[k] for k in kept]
+        axes.loglog(loads, [row["work"][k] for k in kept], "o-", label=f"{row['n']} pairs")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set(xlabel=load, ylabel="friction work per cycle [N mm]")
+    axes.legend(fontsize="small")
+
+
+def _patch(axes: Axes, row: dict, values: np.ndarray, label: str, slips: np.ndarray | None) -> None:
+    """Values in colours; where slipping nodes are given they are marked, and so are those that stick."""
+    *names, unit = row["axes"]
+    points = np.array(row["x"])
+    places = Places(points, np.tile(np.eye(2), (len(points), 1, 1)), tuple(names), unit)
+    patch_axes(places, axes, 0.5 * places.spacing)
+    shown = (
+        axes.scatter(*points.T, c=values, s=MARKED)
+        if places.triangles is None
+        else axes.tripcolor(places.triangles, values, shading="gouraud", rasterized=True)
+    )
+    axes.figure.colorbar(shown, ax=axes, label=label)
+    if slips is not None:
+        axes.scatter(*points[slips].T, s=0.25 * MARKED, c="tab:red", label="slips")
+        axes.scatter(*points[~slips].T, s=0.25 * MARKED, fc="none", ec="white", lw=0.6, label="sticks")

@@ -1,0 +1,163 @@
+"""A blade in its slot: a dovetail root in three dimensions, pulled onto two inclined flanks."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshHex
+
+from shakedown.fem.body import ElasticBody, Material, Support
+from shakedown.fem.contact import contact_problem
+from shakedown.fem.loads import BodyForce, Force, Traction
+from shakedown.fem.solids.extrusion import extruded, grid
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.arguments import checked
+from shakedown.joint.loading import loading
+from shakedown.joint.problem import Problem
+from shakedown.motion.implicit.implicit_step import ImplicitJoint
+
+# Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.
+HEIGHTS, HALVES = (0.0, 6.0, 14.0, 18.0, 70.0), (12.0, 12.0, 6.0, 6.0, 2.5)  # [mm]
+DEPTH, OUTER, ROOM = 40.0, 26.0, 0.5  # length of the slot; half of the disc's piece; beside the flanks [mm]
+YOUNG, DENSITY, RADIUS = 210e3, 7.85e-9, 300.0  # [N/mm²], [t/mm³], of the root from the shaft [mm]
+LAYERS = (2, 1, 6)  # elements below the flanks, above them within the slot, along the blade
+SPIN = 8  # load steps from rest to the overspeed, and half as many from there to the speed
+ACROSS, POST = 6, 4  # through the root, through each post of the disc
+
+
+@checked
+def blade_root(
+    elements: tuple[int, int] = (8, 12),
+    *,
+    f: float = 0.3,
+    speed: float = 8000.0,
+    overspeed: float = 1.1,
+    bending: float = 200.0,
+    twist: float = 4e3,
+    steps: int = 24,
+) -> Problem:
+    """A blade whose dovetail root is pulled onto both flanks of its slot by its own weight in rotation.
+
+    The flanks lean by 37° from the radius. The pull is the mean load, the vibration of the blade the cyclic
+    one: a force at its tip across the slot, bending · sin t, and a moment about the radius, twist · sin 2t.
+    The flanks carry the blade; along the slot friction alone holds it. The disc is held at its sides and
+    below. Steel. Slips are those of the root relative to the disc, the first along the slot.
+
+    The root slips out along both flanks until they carry it. ``initial_slip`` is the state after the rotor
+    has once run faster than it does: slip zero, the welded joint, has tension at the inner ends of both.
+
+    Parameters
+    ----------
+    elements
+        Along a flank, and along the slot. There are 2 (flank + 1) (slot + 1) node pairs, 234 by default.
+    f
+        Friction coefficient [–].
+    speed
+        Of the rotor [1/min]; the acceleration is taken at the root, all over the blade.
+    overspeed
+        Largest speed before the vibration begins, in units of ``speed``, >= 1 [–].
+    bending
+        Amplitude of the force at the tip at λ = 1 [N].
+    twist
+        Amplitude of the moment at the tip at λ = 1 [N mm].
+    steps
+        Load steps of one period.
+
+    Examples
+    --------
+    >>> joint = blade_root((2, 3), steps=8)
+    >>> joint.n, joint.directions, joint.load_names
+    (24, 2, ('bodyforce', 'force', 'traction'))
+    """
+    flank, slot = elements
+    if min(flank, slot, steps - 3) < 1 or not overspeed >= 1:
+        raise UsageError(
+            "blade_root: expected >= 1 elements along a flank and along the slot, >= 4 load steps and an "
+            f"overspeed >= 1, found {flank}, {slot}, {steps}, {overspeed}"
+        )
+    steel = Material(YOUNG, 0.3)
+    weight = DENSITY * (2 * np.pi * speed / 60) ** 2 * RADIUS
+    second_moment = 2 * HALVES[-1] * DEPTH**3 / 12
+    loads = [
+        BodyForce((0.0, weight, 0.0), history=1.0),
+        Force("tip", (bending, 0.0, 0.0), history=lambda t: np.sin(2 * np.pi * t)),
+        Traction(
+            "tip",
+            (lambda x: twist / second_moment * (x[2] - 0.5 * DEPTH), 0.0, 0.0),
+            history=lambda t: np.sin(4 * np.pi * t),
+        ),
+    ]
+    blade = ElasticBody(_blade(flank, slot), steel, loads=loads)
+    disc = ElasticBody(_disc(flank, slot), steel, supports=[Support("outer"), Support("below")])
+    joint = contact_problem(
+        blade,
+        "flanks",
+        f,
+        against=(disc, "flanks"),
+        tangent=(0.0, 0.0, 1.0),
+        steps=steps,
+        name="dovetail root of a blade",
+        units="N, mm",
+    )
+    return replace(joint, initial_slip=_spun(joint, overspeed**2))
+
+
+def _spun(joint: Problem, most: float) -> FloatArray:
+    """The slips once the mean load has risen from nothing to ``most`` times itself, and fallen to itself."""
+    q, p = loading(joint).at(0.0)
+    path = ImplicitJoint(joint.A, joint.B, joint.C, joint.f, float(np.abs(p[0]).max()))
+    nothing = np.zeros(joint.layout.slip_size), np.zeros(joint.n)
+    path.begin(*nothing, *nothing)
+    factors = np.concatenate(
+        [most * np.arange(1, SPIN + 1) / SPIN, np.linspace(most, 1.0, SPIN // 2 + 1)[1:]]
+    )
+    found = path.follow(factors[:, None] * q[0], factors[:, None] * p[0])
+    return found.v[-1]
+
+
+def _rows(layers: tuple[int, ...]) -> FloatArray:
+    """Heights of the rows of nodes, so many elements between each two of :data:`HEIGHTS`."""
+    parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(HEIGHTS, HEIGHTS[1:], layers, strict=False)]
+    return np.concatenate([[HEIGHTS[0]], *parts])
+
+
+def _half(y: FloatArray) -> FloatArray:
+    return np.asarray(np.interp(y, HEIGHTS, HALVES))
+
+
+def _blade(flank: int, slot: int) -> MeshHex:
+    rows = _rows((LAYERS[0], flank, *LAYERS[1:]))
+    place = np.linspace(-1.0, 1.0, ACROSS + 1)
+    points = np.array([(_half(rows)[:, None] * place).ravel(), np.repeat(rows, ACROSS + 1)])
+    return _drawn_out(points, grid(ACROSS, len(rows) - 1), slot).with_boundaries(
+        {"flanks": _on_flanks, "tip": lambda x: np.abs(x[1] - HEIGHTS[-1]) < 1e-9 * HEIGHTS[-1]}
+    )
+
+
+def _disc(flank: int, slot: int) -> MeshHex:
+    """Both posts of the disc beside the slot."""
+    rows = _rows((LAYERS[0], flank, LAYERS[1]))
+    touching = (rows > HEIGHTS[1] * (1 - 1e-9)) & (rows < HEIGHTS[2] * (1 + 1e-9))
+    inner = _half(rows) + np.where(touching, 0.0, ROOM)
+    place = np.linspace(0.0, 1.0, POST + 1)
+    x = (inner[:, None] + place * (OUTER - inner[:, None])).ravel()
+    right, quads = np.array([x, np.repeat(rows, POST + 1)]), grid(POST, len(rows) - 1)
+    points = np.hstack([right, right * [[-1.0], [1.0]]])
+    mesh = _drawn_out(points, np.hstack([quads, quads[::-1] + len(x)]), slot)
+    return mesh.with_boundaries(
+        {
+            "flanks": _on_flanks,
+            "outer": lambda x: np.abs(np.abs(x[0]) - OUTER) < 1e-9 * OUTER,
+            "below": lambda x: np.abs(x[1]) < 1e-9 * OUTER,
+        }
+    )
+
+
+def _drawn_out(points: FloatArray, quads: NDArray[np.intp], slot: int) -> MeshHex:
+    levels = np.linspace(0.0, DEPTH, slot + 1)
+    return extruded(points, quads, levels, np.ones((slot, quads.shape[1]), bool))
+
+
+def _on_flanks(x: FloatArray) -> FloatArray:
+    return (x[1] > HEIGHTS[1]) & (x[1] < HEIGHTS[2]) & (np.abs(np.abs(x[0]) - _half(x[1])) < 1e-9 * OUTER)

@@ -1,0 +1,52 @@
+"""A plan of quadrilaterals drawn out to hexahedra, level by level."""
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshHex
+
+from shakedown.fem.mesh import KINDS
+from shakedown.ground.float_array import FloatArray
+
+
+def extruded(
+    points: FloatArray, quads: NDArray[np.intp], levels: FloatArray, there: NDArray[np.bool_]
+) -> MeshHex:
+    """Hexahedra over the quadrilaterals of a plan, between ascending levels of z.
+
+    Parameters
+    ----------
+    points : (2, k)
+        Corners in the plan [length].
+    quads : (4, e)
+        Corners of its elements, counter-clockwise.
+    levels : (l + 1,)
+        Heights of the layers' ends [length].
+    there : (l, e)
+        Which element a layer has.
+
+    Examples
+    --------
+    >>> plan = np.array([[0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]])
+    >>> mesh = extruded(plan, np.arange(4)[:, None], np.array([0.0, 1.0, 3.0]), np.ones((2, 1), bool))
+    >>> mesh.nvertices, mesh.nelements
+    (12, 2)
+    """
+    count = points.shape[1]
+    layer, element = np.nonzero(there)
+    below = quads[:, element] + layer * count
+    cells = np.vstack([below, below + count])[KINDS["hexahedron"].order]
+    every = np.vstack([np.tile(points, len(levels)), np.repeat(levels, count)])
+    used, flat = np.unique(cells, return_inverse=True)
+    return MeshHex(np.ascontiguousarray(every[:, used]), np.ascontiguousarray(flat.reshape(cells.shape)))
+
+
+def grid(across: int, up: int) -> NDArray[np.intp]:
+    """Elements (4, across × up), counter-clockwise, of corners numbered row by row from below.
+
+    Examples
+    --------
+    >>> grid(2, 1).T.tolist()
+    [[0, 1, 4, 3], [1, 2, 5, 4]]
+    """
+    first = (np.arange(up)[:, None] * (across + 1) + np.arange(across)).ravel()
+    return np.stack([first, first + 1, first + across + 2, first + across + 1])
