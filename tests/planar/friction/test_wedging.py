@@ -42,10 +42,9 @@ def test_the_smallest_hard_case_ends_at_once() -> None:
     assert wedged.programs <= PROGRAMS
 
 
-@pytest.mark.parametrize("block", range(3))
-def test_sparse_and_integer_joints_end_with_a_bracket(block: int) -> None:
+def test_sparse_and_integer_joints_end_with_a_bracket() -> None:
     known = 0
-    for seed in range(24 * block, 24 * block + 24):
+    for seed in range(24):
         problem = sparse_joint(seed)
         limits = shakedown.friction_thresholds(problem)
         wedged = limits.wedging
