@@ -8,6 +8,7 @@ import shakedown
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.motion.contact_law import scales
+from shakedown.motion.directed.directed_motion import DirectedMotion
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])
 NAMES = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")
@@ -90,6 +91,20 @@ def test_an_approach_like_a_power_of_time_is_no_drift():
     assert found.contraction > 0.98
     later = shakedown.long_term_state(problem, load_factor, start, max_cycles=1500)
     assert np.abs(later.final_slip - found.final_slip).max() < found.error
+
+
+@pytest.mark.parametrize(("load_factor", "outcome"), [(1.249625, "shakedown"), (1.24963, "cyclic-slip")])
+def test_a_slow_approach_ends_where_plain_cycles_do(load_factor, outcome):
+    """Next to the change from one outcome to the other 800 cycles settle what leaps settle in a fifth of them."""
+    problem = shakedown.example("one-node-3d")
+    found = shakedown.long_term_state(problem, load_factor)
+    plain = DirectedMotion(problem, load_factor)
+    plain.advance(800)
+    last = plain.cycle()
+    assert found.outcome == outcome
+    assert found.cycles_simulated < 200
+    assert np.abs(found.final_slip - last.end_slip).max() < min(found.error, 1e-6)
+    np.testing.assert_allclose(found.slip_per_cycle, last.slip, rtol=1e-3, atol=1e-9)
 
 
 def test_a_body_that_nothing_holds_slides_away():

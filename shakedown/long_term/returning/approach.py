@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from math import inf, nan
 
 REMEMBERED = 24  # changes, for their ratios
+STEADY = 12  # ratios in a row …
+ALIKE = 0.1  # … that differ by no more than this share of 1 − rate
 BEND = 5  # ratios that tell whether the rate is settled
 
 
@@ -18,17 +20,22 @@ class Approach:
         In cycles.
     noise
         Changes up to this size are errors of the integration [length].
+    before
+        Rate until one is seen below the noise: that before a leap.
     """
 
     period: int
     noise: float
+    before: float = 0.0
     changes: deque[float] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     _shrinking: deque[float] = field(init=False)  # change by change of those one period later; NaN: unknown
+    _all_shrinking: deque[float] = field(init=False)  # the same, below the noise too
     _ratios: list[float] | None = None
     _rate: float | None = None
 
     def __post_init__(self) -> None:
         self._shrinking = deque(maxlen=max(REMEMBERED - self.period, 0))
+        self._all_shrinking = deque(maxlen=STEADY)
 
     def add(self, change: float) -> None:
         """The largest change of an entry of the state over the last period [length]."""
@@ -36,6 +43,7 @@ class Approach:
         if len(self.changes) >= self.period:
             before = self.changes[-self.period]
             self._shrinking.append(max(change, self.noise) / before if before > 8 * self.noise else nan)
+            self._all_shrinking.append(change / before if before > 0.0 else nan)
         self.changes.append(change)
 
     @property
@@ -45,19 +53,32 @@ class Approach:
 
     @property
     def ratios(self) -> list[float]:
-        """Factors from the changes above the noise to those one period later."""
+        """Factors from the changes above the noise to those one period later.
+
+        Below it only where so many in a row are alike that nothing is to be seen of any noise.
+        """
         if self._ratios is None:
-            self._ratios = [ratio for ratio in self._shrinking if ratio == ratio]
+            self._ratios = [ratio for ratio in self._shrinking if ratio == ratio] or self._steady
         return self._ratios
+
+    @property
+    def _steady(self) -> list[float]:
+        """Ratios of changes below the noise, where they are alike; else none."""
+        last = list(self._all_shrinking)
+        if len(last) < STEADY or not max(last) - min(last) <= ALIKE * (1.0 - max(last)):
+            return []
+        return last
 
     @property
     def rate(self) -> float:
         """Factor per period by which the change shrinks: the largest of the last three, from above the noise.
 
-        1 where nothing is known: a sequence that does not shrink has no limit.
+        1 where nothing is known: a sequence that does not shrink has no limit. 0 where noise is all there is.
         """
         if self._rate is None:
-            self._rate = min(max(self.ratios[-3:]), 1.0) if self.ratios else 0.0 if self.known else 1.0
+            seen = min(max(self.ratios[-3:]), 1.0) if self.ratios else 0.0
+            waits = not self.ratios and len(self._all_shrinking) < STEADY
+            self._rate = self.before if waits and self.known else seen if self.known or self.ratios else 1.0
         return self._rate
 
     @property

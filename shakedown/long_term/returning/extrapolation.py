@@ -7,7 +7,6 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 
 INDEPENDENT = 1e-12  # of the largest: smaller singular values of the changes are round-off
-FARTHEST = 4096  # states ahead
 
 
 @dataclass(frozen=True)

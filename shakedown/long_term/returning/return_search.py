@@ -13,7 +13,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.long_term.returning.approach import Approach
-from shakedown.long_term.returning.extrapolation import FARTHEST, Course, course_of
+from shakedown.long_term.returning.extrapolation import Course, course_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.method import Motion
@@ -22,9 +22,14 @@ WINDOW = 7  # states that a limit is worked out from, one period apart
 FEWEST = 4  # of them
 AGREE = 1e-3  # two limits in a row differ by at most this share of the leap
 SETTLED = 0.1  # the rate changes by at most this share of 1 − rate while the changes shrink to a third
+NEAREST = 8  # periods ahead where the rate still changes, and twice that at least
+FADED = 0.125  # of a change: while the rate still changes, no farther than to where so little is foreseen
 ALIKE = 0.1  # of a change ahead: by how much it may differ from the one that was foreseen
+MORE_ALIKE = 0.02  # the same, where the rate still changes
 CLEAR = 1e3  # a cycle slips, and drifts, this much more than it is uncertain by
-CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent
+CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent, or it is only the accuracy of a cycle
+MOST_LEAPS = 12  # states ahead that are looked at, each twice as far as the last
+NEAR = 0.1  # of the noise: a state foreseen this near the limit is there
 WAIT = 3  # cycles after a leap that led nowhere, doubled every time
 
 
@@ -116,6 +121,7 @@ class _Memory:
 
     rules: Rules
     weights: FloatArray
+    rate: float  # per cycle, before the leap
     states: deque[FloatArray] = field(init=False)
     open_sets: deque[bytes] = field(init=False)
     back: list[Approach] = field(init=False)
@@ -125,9 +131,9 @@ class _Memory:
     def __post_init__(self) -> None:
         longest = self.rules.longest_period
         self.states, self.open_sets = (deque(maxlen=(WINDOW + 2) * longest + 1) for _ in range(2))
-        self.back = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
-        self.drifting = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
-        self.slipping = [Approach(p, self.rules.noise) for p in range(1, longest + 1)]
+        self.back, self.drifting, self.slipping = (
+            [Approach(p, self.rules.noise, self.rate**p) for p in range(1, longest + 1)] for _ in range(3)
+        )
         self.slipped: deque[FloatArray] = deque(maxlen=2 * longest + 1)  # since the start, every node
 
     def slip(self, slip: FloatArray) -> None:
@@ -186,7 +192,7 @@ class ReturnSearch:
         self.records: deque[CycleRecord] = deque(maxlen=FEWEST * rules.longest_period)
         self.cycles = self.events = 0
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
-        self.rate, self.unsure = np.nan, 0.0
+        self.rate, self.unsure, self.led_by = np.nan, 0.0, "after leaps along the approach"
         self.weights = np.ones(len(motion.state.u))  # a gap counts as it is
         self.weights[self.layout.slips] = np.repeat(
             rules.stiffness, self.layout.slip_size // len(rules.stiffness)
@@ -195,7 +201,7 @@ class ReturnSearch:
         self._start_anew()
 
     def _start_anew(self) -> None:
-        self.memory = _Memory(self.rules, self.weights)
+        self.memory = _Memory(self.rules, self.weights, self.rate if np.isfinite(self.rate) else 0.0)
         self.memory.add(self.motion.state)
 
     def settle(self, halt: Halt | None = None) -> Settled:
@@ -254,11 +260,11 @@ class ReturnSearch:
 
     def _way(self) -> str:
         """What is known of the way to the last state."""
-        return "" if not self.unsure else ", at the limit of a geometric approach"
+        return "" if not self.unsure else f", {self.led_by}"
 
     def _periodic(self, goal: float) -> Settled | None:
         """Cyclic slip or ratchetting of the shortest period that is clear, and known so well."""
-        memory, clear = self.memory, CLEAR if goal < np.inf else CLEAR_ENOUGH
+        memory = self.memory
         for back, drifting, slipping in zip(memory.back, memory.drifting, memory.slipping, strict=True):
             p = back.period
             if len(self.records) < 2 * p or not back.known or not slipping.known:
@@ -271,7 +277,10 @@ class ReturnSearch:
             slips = np.sum([record.slip for record in records], axis=0) * self.rules.stiffness
             slip, stiffness = float(slips.max()), self.rules.stiffness[slips.argmax()]
             work = float(np.mean([record.dissipation for record in records]))
-            steady = clear * max(error, slipping.left) < slip  # one that fades away is no cycle
+            left = max(back.left, slipping.left)  # one that fades away is no cycle
+            sure = goal == np.inf or (back.ratios and slipping.ratios and CLEAR * left < slip)
+            clear = CLEAR_ENOUGH if sure else CLEAR
+            steady = clear * max(error, slipping.left) < slip
             shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
             if work <= self.rules.least_work / stiffness or shorter:
                 continue
@@ -297,53 +306,81 @@ class ReturnSearch:
             window, before = self.memory.window(p), self.memory.window(p, 1)
             if window is None or before is None:
                 continue
-            course = course_of(window)
-            limit, earlier = course.limit, course_of(before).limit
-            way, differ = self.memory.size(limit - window[-1]), self.memory.size(limit - earlier)
-            if np.isfinite(way) and way > self.rules.noise and differ <= AGREE * way:
-                self._follow(course, p, approach.rate, differ + approach.bend * way)
+            leap = self._to_the_limit if approach.bend <= SETTLED else self._on_the_way
+            if leap(approach, course_of(window), course_of(before)):
                 return
+
+    def _to_the_limit(self, approach: Approach, course: Course, earlier: Course) -> bool:
+        """Leap towards the limit where the last two courses agree on it."""
+        limit = course.limit
+        way = self.memory.size(limit - course.last)
+        differ = self.memory.size(limit - earlier.limit)
+        if not (np.isfinite(way) and way > self.rules.noise and differ <= AGREE * way):
+            return False
+        unsure, counts = differ + approach.bend * way, [2**k for k in range(1, MOST_LEAPS + 1)]
+        if self._follow(course, approach, counts, ALIKE):
+            self.unsure += unsure
+            self.led_by = "at the limit of a geometric approach"
+        return True
+
+    def _on_the_way(self, approach: Approach, course: Course, earlier: Course) -> bool:
+        """Leap as far as the last two courses agree, where the rate still changes: the limit is not known."""
+        differs = dict[int, float]()
+        for count in (NEAREST * 2**k for k in range(MOST_LEAPS)):
+            (state, change), (other, _) = course.ahead(count), earlier.ahead(count + 1)
+            way, differ = self.memory.size(state - course.last), self.memory.size(state - other)
+            left = self.memory.size(change)
+            if not (differ <= AGREE * way and FADED * approach.change <= left <= approach.change):
+                break
+            differs[count] = differ
+        if len(differs) < 2:
+            return False
+        reached = self._follow(course, approach, [*differs], MORE_ALIKE)
+        self.unsure += differs.get(reached, 0.0)
+        return True
 
     def _worthwhile(self, approach: Approach) -> bool:
         """Whether leaps, each twice as far as the last, are less work than period after period."""
-        if not 0.0 < approach.rate < 1.0 or approach.left <= self.rules.goal or approach.bend > SETTLED:
+        if not 0.0 < approach.rate < 1.0 or approach.left <= self.rules.goal or approach.bend == np.inf:
             return False
         periods = np.log(self.rules.goal / approach.left) / np.log(approach.rate)
         return bool(periods > FEWEST + np.log2(periods + 1))
 
-    def _follow(self, course: Course, p: int, rate: float, unsure: float) -> None:
-        """Look at one period from the states 2, 4, 8, … periods ahead: the search goes on after the last."""
+    def _follow(self, course: Course, approach: Approach, counts: list[int], alike: float) -> int:
+        """Look at one period from the states so many periods ahead: the search goes on after the last.
+
+        How far ahead that is; 0 where the first has not done what was foreseen.
+        """
         here, memory, records = self.motion.state, self.memory, list(self.records)
-        reached, count = None, 2
-        while count <= FARTHEST:
+        p, rate, reached, last = approach.period, approach.rate, None, 0
+        for count in counts:
             start, change = course.ahead(count)
-            size = memory.size(change)
-            if not self._goes_so(start, change, p, here):
+            size, off = memory.size(change), self._off(start, change, p, here)
+            if not off <= alike * size + self.rules.noise:
                 break
-            reached = self.motion.state
-            if size <= self.rules.goal:
+            reached, last = self.motion.state, count
+            if size * rate / (1.0 - rate) <= NEAR * self.rules.noise:
                 break
-            count *= 2
         if reached is None:
             self.motion.state, self.memory = here, memory
             self.records = deque(records, maxlen=self.records.maxlen)
             self.wait *= 2
             self.next_leap = self.cycles + self.wait
-            return
+            return 0
         self.motion.state = reached
-        self.unsure, self.rate, self.wait = self.unsure + unsure, rate ** (1 / p), WAIT
+        self.rate, self.wait = rate ** (1 / p), WAIT
         self._start_anew()
         self.next_leap = self.cycles + FEWEST * p
+        return last
 
-    def _goes_so(self, start: FloatArray, change: FloatArray, p: int, like: State) -> bool:
-        """Whether one period from a state, with the same nodes open as in another, changes it as foreseen."""
+    def _off(self, start: FloatArray, change: FloatArray, p: int, like: State) -> float:
+        """By how much one period from a state, with the same nodes open as in another, misses a change."""
         u = start.copy()
         u[self.layout.gaps][like.contact != OPEN] = 0.0
         self.motion.state = State(u, like.contact)
         if not all(self._cycle() for _ in range(p)):
-            return False
-        off = self.memory.size(self.motion.state.u - u - change)
-        return off <= ALIKE * self.memory.size(change) + self.rules.noise
+            return np.inf
+        return self.memory.size(self.motion.state.u - u - change)
 
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; of a cycle the period is followed once more from where the search has ended."""
