@@ -20,9 +20,9 @@ from shakedown.ground.errors import ProblemError
 from shakedown.joint.problem import Problem
 
 EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
-HALT = 5.0  # the same within a step that says where it has got to, at least
+HALT = 2.0  # the same within a step that says where it has got to, at least
 LEISURE = 20.0  # times as long as it takes to say so
-SIZE = 1 << 20  # bytes that are recorded per second of such a step, about
+SIZE = 1 << 20  # bytes per second, about, that are recorded of such standings, of which the last alone counts
 
 T = TypeVar("T")
 
@@ -106,19 +106,25 @@ class RecordedSteps:
 
     def keep(self, result: Any) -> None:
         """Record what a step has found that has just been done."""
-        self._halt(self._enter(), result)
+        self._put(self._enter(), result)
 
     def halt(self) -> "Halt":
         """Where the present step was stopped, and where it says how far it has got."""
         found = self._recorded(self._name)
         return Halt(self, self._enter(), None if found is None else found.result)
 
-    def _halt(self, name: str, result: Any) -> None:
+    def _put(self, name: str, result: Any) -> int:
+        """Record something at once: how many bytes it has."""
         began = time.monotonic()
         self._waiting[name] = stored(result, self.problem)
         size = len(self._waiting[name])
         self.record()
-        self._wait = max(HALT, LEISURE * (time.monotonic() - began), size / SIZE if HALT else 0.0)
+        self._wait = max(HALT, LEISURE * (time.monotonic() - began))
+        return size
+
+    def _stand(self, name: str, standing: Any) -> None:
+        """Record how far a step has got, in place of what was said before."""
+        self._wait = max(self._wait, self._put(name, standing) / SIZE)
 
     @property
     def _name(self) -> str:
@@ -196,7 +202,7 @@ class Halt(NamedTuple):
     def note(self, standing: Callable[[], Any]) -> None:
         """Record how far it has got, if it is time to."""
         if self.steps.due:
-            self.steps._halt(self.name, standing())
+            self.steps._stand(self.name, standing())
 
 
 @contextmanager

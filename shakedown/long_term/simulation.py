@@ -355,7 +355,8 @@ def _stepped_state(motion: FixedSteps | ImplicitPath, verdict: Verdict, log: Wal
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
-    The file has the arrays of :class:`EventHistory`, and ``load_factor``, ``initial_slip``.
+    The file has the arrays of :class:`EventHistory`, in space from event to event those of
+    :class:`~shakedown.motion.directed.curved_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
 
     Raises
     ------
@@ -366,6 +367,6 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
         raise UsageError(f"run: expected a Simulation, found {type(run).__name__}")
     if run.history is None:
         raise UsageError("nothing to write: simulate with record=True")
-    arrays = {key: getattr(run.history, key) for key in type(run.history).__annotations__}
+    arrays = {field.name: getattr(run.history, field.name) for field in fields(run.history)}
     with atomic_write(path) as file:
         np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)

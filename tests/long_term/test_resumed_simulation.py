@@ -25,6 +25,7 @@ CASES = {
 def recorded_after_every_cycle(monkeypatch):
     for name in ("EVERY", "HALT", "LEISURE"):
         monkeypatch.setattr(room, name, 0.0)
+    monkeypatch.setattr(room, "SIZE", np.inf)
     monkeypatch.setattr(room.os, "fsync", lambda _: None)
     monkeypatch.setattr(limit_search, "EFFORT", 1000)
 
@@ -60,6 +61,20 @@ def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, case):
     for place in np.random.default_rng(2).integers(kept[0].index(b"\x93piece"), len(kept[0]), 3):
         path.write_bytes(kept[0][:place])
         assert_same(simulated(joint, partial=path, resume=True, **words), whole)
+
+
+def test_the_file_has_the_whole_path(tmp_path, case):
+    (joint, words), path = case, tmp_path / "history.npz"
+    run = simulated(
+        joint, partial=f"{path}.partial", save=lambda run: shakedown.save_history(path, run), **words
+    )
+    with np.load(path, allow_pickle=False) as file:
+        assert {"cycle", "kind", "node", "v", "w", "q", "p", "state", "load_factor", "initial_slip"} <= set(
+            file
+        )
+        for field in fields(run.history):
+            np.testing.assert_array_equal(file[field.name], getattr(run.history, field.name))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["history.npz"]
 
 
 def test_damage_costs_no_more_than_what_it_hits(tmp_path):
