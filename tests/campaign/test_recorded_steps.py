@@ -1,6 +1,10 @@
 """Steps that follow from each other: each is done once, whenever the run is stopped and whatever is damaged."""
 
 import pickle
+import signal
+import subprocess
+import sys
+import time
 from fractions import Fraction
 
 import numpy as np
@@ -60,6 +64,36 @@ def test_killed_after_every_step_it_ends_as_an_undisturbed_one(tmp_path):
             walked(path, most=1)
     assert walked(path)[:2] == (whole, 1)
     assert not list(tmp_path.iterdir())
+
+
+SLOW_WALK = """
+import sys, time
+import shakedown
+from shakedown.campaign import recorded_steps as room
+
+room.EVERY = 0.0
+joint, x = shakedown.example("two-node"), 0.5
+with room.recorded_steps(sys.argv[1], {"run": "walk"}, joint, resume=True) as steps:
+    while True:
+        x = steps.done(lambda: (time.sleep(0.01), 0.5 * x + 1.0)[1])
+"""
+
+
+def test_a_process_that_is_killed_leaves_what_it_had_done(tmp_path):
+    path = tmp_path / "walk.partial"
+    process = subprocess.Popen([sys.executable, "-c", SLOW_WALK, path])
+    while process.poll() is None and not (path.exists() and path.stat().st_size > 4000):
+        time.sleep(0.01)
+    process.kill()
+    assert process.wait() == -signal.SIGKILL
+    done, x = [], 0.5
+    with recorded_steps(path, HEADER, JOINT, resume=True) as steps:
+        for number in range(1000):
+            x = steps.done(lambda x=x, number=number: done.append(number) or 0.5 * x + 1.0)
+            if done:
+                break
+    assert 1 < done[0] < 900
+    assert x == 2.0 - 1.5 * 0.5 ** (done[0] + 1)
 
 
 def test_cut_off_or_altered_anywhere_it_ends_so_too(tmp_path):
