@@ -1,8 +1,8 @@
 """What a verification simulates: load factors in every region, several initial states, predictions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from shakedown.assessment.every_limit import Limits
 from shakedown.assessment.from_state import BOX
 from shakedown.bounds.energy.energy_ball import energy_ball
 from shakedown.bounds.safe_slip import safe_slip
+from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -97,39 +98,43 @@ class _SafeStart(NamedTuple):
 
 
 def planned_cases(
-    limits: Limits, load_factors: Sequence[float] | None, random_states: int, seed: int
-) -> Iterator[Case]:
-    """Every simulation that a verification asks for, load factor by load factor."""
-    for case in _cases(limits, load_factors, random_states, seed):
-        yield replace(case, in_box=_in_box(case, limits.box))
-
-
-def _cases(
-    limits: Limits, load_factors: Sequence[float] | None, random_states: int, seed: int
-) -> Iterator[Case]:
-    problem, slip = limits.problem, limits.upper.slip
-    size = problem.layout.slip_size
-    randoms = np.random.default_rng(seed).uniform(-1.0, 1.0, (random_states, size))
-    centre = np.zeros(size) if np.isnan(slip).any() else slip
+    limits: Limits,
+    load_factors: Sequence[float] | None,
+    random_states: int,
+    seed: int,
+    steps: RecordedSteps,
+) -> list[Case]:
+    """Every simulation that a verification asks for, load factor by load factor, each a step."""
     chosen = default_load_factors(limits) if load_factors is None else load_factors
-    for load_factor in chosen:
-        at = _At(limits, load_factor)
-        half_width = slip_reach(problem, load_factor)
-        states = {"zero": np.zeros(size), "safe": at.safe.slip}
-        states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
-        states |= given_states(problem)
-        states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
-        states |= at.on_surface(seed)
-        for name, state in states.items():
-            if not np.isnan(state).any():
-                yield at.case(name, state)
+    cases = [
+        case for each in chosen for case in steps.done(partial(_cases_at, limits, each, random_states, seed))
+    ]
     alone = [AS_GIVEN] if AS_GIVEN not in chosen else []
     here = limits.from_state
     if load_factors is None and here.symbol == BOX and here.load_factor < np.inf:
         alone.append(JUST_BELOW * here.load_factor)
-    name, state = next(iter(({**given_states(problem), "zero": np.zeros(size)}).items()))
-    for load_factor in alone:
-        yield _At(limits, load_factor).case(name, state)
+    name, state = next(iter(({**given_states(limits.problem), "zero": _at_zero(limits)}).items()))
+    cases += [steps.done(lambda each=each: _At(limits, each).case(name, state)) for each in alone]
+    return [replace(case, in_box=_in_box(case, limits.box)) for case in cases]
+
+
+def _cases_at(limits: Limits, load_factor: float, random_states: int, seed: int) -> list[Case]:
+    """The simulations at one load factor."""
+    problem, slip, at = limits.problem, limits.upper.slip, _At(limits, load_factor)
+    randoms = np.random.default_rng(seed).uniform(-1.0, 1.0, (random_states, problem.layout.slip_size))
+    centre = _at_zero(limits) if np.isnan(slip).any() else slip
+    half_width = slip_reach(problem, load_factor)
+    states = {"zero": _at_zero(limits), "safe": at.safe.slip}
+    states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
+    states |= given_states(problem)
+    states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
+    states |= at.on_surface(seed)
+    return [at.case(name, state) for name, state in states.items() if not np.isnan(state).any()]
+
+
+def _at_zero(limits: Limits) -> FloatArray:
+    """Slip zero."""
+    return np.zeros(limits.problem.layout.slip_size)
 
 
 class _At:

@@ -304,7 +304,7 @@ def _verified(
     limits, random = found.details, (settings.random_states, settings.seed)
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
         _find(limits, name, work.steps.done)
-    cases = work.steps.done(lambda: list(planned_cases(limits, asked.load_factors, *random)))
+    cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     work.pieces = len(cases) + len(_Beside._fields)
     how = settings.cycles, settings.method, tolerances
