@@ -5,7 +5,7 @@ import statistics
 import sys
 from pathlib import Path
 
-from benchmarks import blade_root, bolted_flange, lap_joint
+from benchmarks import blade_root, bolted_flange, lap_joint, rolled_sphere, space_classical
 from benchmarks.calculix_contact import is_compared, verdict
 from benchmarks.friction_work import exponent
 from benchmarks.runner import RESULTS
@@ -35,6 +35,8 @@ def lines() -> list[str]:
         *_lap_joint(),
         *_bolted_flange(),
         *_blade_root(),
+        *_space_classical(),
+        *_rolled_sphere(),
         *_long_term(),
         *_stability(),
     ]
@@ -313,6 +315,66 @@ def _blade_root() -> list[str]:
         f"would be safe. λ_max is {blade_root.BENDING * fine['upper']:.0f} N at the tip "
         f"({blade_root.BENDING * before['upper']:.0f} N with {before['n']} pairs, in proportion to the element's size), the exponent "
         f"of the friction work {exponent(fine, blade_root.RELATIVE):.2g} (`blade_root`)."
+    ]
+
+
+def _space_classical() -> list[str]:
+    exact = space_classical.exact_rows(rows("space_classical"))
+    finest = exact[-1]
+    orders = {key: space_classical.order(exact, key) for key in space_classical.QUANTITIES}
+    apart = max(space_classical.spread(row, key) for row in exact for key in space_classical.QUANTITIES)
+    others = [row for row in rows("space_classical") if row["poisson"] > 0]
+    moved, work = (
+        100
+        * max(
+            abs(part)
+            for row in others
+            for part in space_classical.neglected(rows("space_classical"), row, key)
+        )
+        for key in ("displacement", "dissipation")
+    )
+    return [
+        f"A sphere on a flat, pushed to and fro with 19 amplitudes, against Cattaneo, Mindlin and Deresiewicz on discs of "
+        f"{exact[0]['n']} to {finest['n']} patches: the displacement errs by {space_classical.mean(finest, 'displacement'):.0e} at last "
+        f"and falls with order {orders['displacement']:.2f}, dissipation per cycle {space_classical.mean(finest, 'dissipation'):.0e}, "
+        f"order {orders['dissipation']:.2f}, radius of the stick zone {space_classical.mean(finest, 'stick'):.0e}, order "
+        f"{orders['stick']:.2f}, in every direction of the force to {apart:.0e} the same. With Poisson's ratio 0.3, for which the "
+        f"classical solution is not exact, displacement and dissipation differ from it by {moved:.1g} and {work:.1g} % more than the mesh "
+        f"does, directions by {max(space_classical.spread(others[-1], key) for key in space_classical.QUANTITIES):.0e} on {others[-1]['n']} "
+        "patches (`space_classical`)."
+    ]
+
+
+def _rolled_sphere() -> list[str]:
+    found = rolled_sphere.followed(rows("rolled_sphere"))
+    sizes = sorted({row["size"] for row in found})
+    moved = min(row["size"] for row in found if "motion" in row)
+    finest, coarsest, followed = (
+        [row for row in found if row["size"] == size] for size in (sizes[0], sizes[-1], moved)
+    )
+    along, _, across = (
+        next(
+            row
+            for row in followed
+            if (row["amplitude"], row["direction"]) == (rolled_sphere.TURNED[0], angle)
+        )
+        for angle in rolled_sphere.DIRECTIONS
+    )
+    more, faster = (
+        100 * (across_ / along_ - 1)
+        for across_, along_ in (
+            (across["below"]["shift"][0], along["below"]["shift"][0]),
+            (across["creep"][0][0], along["creep"][0][0]),
+        )
+    )
+    return [
+        f"A sphere rolled to and fro by {found[0]['amplitude']:g} to {max(row['amplitude'] for row in found):g} of the contact's radius "
+        f"holds tangential forces of 1 − 3w/2a + w³/2a³ (Wetter, Popov) times f N: λ_max meets that to "
+        f"{max(rolled_sphere.off(row, 'bound') for row in coarsest):.0e} on {coarsest[0]['n']} to {coarsest[-1]['n']} squares and "
+        f"{max(rolled_sphere.off(row, 'bound') for row in finest):.0e} on {finest[0]['n']} to {finest[-1]['n']} (order {rolled_sphere.order(found):.1f} in the mean), and the creep of the motion, "
+        f"squares opening and closing, leads back to it within {max(rolled_sphere.off(row, 'motion') for row in followed):.0e} (up to "
+        f"{max(row['n'] for row in followed)} squares). Across the way of rolling it moves {more:.0f} % further until it is held, and "
+        f"creeps {faster:.0f} % faster, than along it (`rolled_sphere`)."
     ]
 
 

@@ -16,6 +16,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 
+SKEW = 0.4  # rad, of the squares against the way of the contact
+TURN = np.array([[np.cos(SKEW), np.sin(SKEW)], [-np.sin(SKEW), np.cos(SKEW)]])
 FIRST_LOADING = 4  # load steps in which the tangential force is put on, before rolling
 MARGIN = 1.0  # squares beyond Hertz's disc that may still touch, in sizes
 CHORD = np.deg2rad(12.0)  # longest arc that a straight edge stands for
@@ -76,16 +78,17 @@ def sphere_on_flat(
         A=along.stiffness, B=np.zeros((n, 2 * n)), f=f,
         q_w=np.outer([0.0, -1.0, 0.0, 1.0], along.reactions @ force), p_w=np.tile(pressed, (4, 1)),
         q_mean=np.zeros(2 * n), x=np.array([patch.mean(axis=0) for patch in patches]),
-        node_area=np.repeat(np.pi * np.diff(edges**2, prepend=0.0)[1:] / counts, counts),
+        node_area=np.repeat(np.pi * np.diff(edges**2) / counts, counts),
         name="sphere on a flat",
     )  # fmt: skip
 
 
 @checked
 def disc_patches(rings: int) -> tuple[list[FloatArray], FloatArray]:
-    """The unit disc cut into a middle and rings of 6, 12, 18, … patches of about the same size.
+    """The unit disc cut into a middle and rings of 6, 12, 18, … patches, narrower towards the edge.
 
-    Every arc is replaced by chords further out, by so much that the patch keeps its area.
+    Radii are sines of equal steps: pressure and shear fall to zero with a vertical tangent there. Every arc
+    is replaced by chords further out, by so much that the patch keeps its area.
 
     Returns
     -------
@@ -94,7 +97,7 @@ def disc_patches(rings: int) -> tuple[list[FloatArray], FloatArray]:
     edges : (rings + 2,)
         Radii between the rings, from 0 to 1.
     """
-    edges = np.concatenate([[0.0], (np.arange(rings + 1) + 0.5) / (rings + 0.5)])
+    edges = np.sin(np.pi / 2 * np.concatenate([[0.0], (np.arange(rings + 1) + 0.5) / (rings + 0.5)]))
     found = []
     for k, (inner, outer) in enumerate(pairwise(edges)):
         sectors = max(SECTORS * k, 1)
@@ -115,11 +118,11 @@ def rolling_sphere(
 ) -> Problem:  # fmt: skip
     """A sphere rolled to and fro under a constant tangential force (Wetter, Popov); similar materials.
 
-    Square patches are laid over all that the contact reaches; which of them touch follows from the gaps,
-    whose lowest place rolls along x as ``amplitude`` · sin over the period, from its middle. Transient load
-    steps put the tangential force on before. All loads are those of load factor 1. Where the tangential
-    force exceeds :func:`rolling_limit` · f N, the sphere creeps on with every period (in the limit of small
-    squares).
+    Square patches are laid over all that the contact reaches, askew, so that no line of them meets the
+    contact's edge at once; which of them touch follows from the gaps, whose lowest place rolls along x as
+    ``amplitude`` · sin over the period, from its middle. Transient load steps put the tangential force on
+    before. All loads are those of load factor 1. Where the tangential force exceeds :func:`rolling_limit`
+    · f N, the sphere creeps on with every period (in the limit of small squares).
 
     Parameters
     ----------
@@ -145,7 +148,7 @@ def rolling_sphere(
     --------
     >>> joint = rolling_sphere(0.5, amplitude=0.2)
     >>> joint.n, joint.directions, joint.m
-    (31, 2, 8)
+    (35, 2, 8)
     """
     if not (0 < size <= 1 and amplitude >= 0 and shear >= 0 and f > 0) or steps < 4 or steps % 4:
         raise UsageError(
@@ -153,7 +156,7 @@ def rolling_sphere(
             f"of 4, found {size}, {amplitude}, {shear}, {f}, {steps}"
         )
     centres = _squares(size, amplitude)
-    square = size / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    square = size / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ TURN
     along, across = _bodies([centre + square for centre in centres], poisson)
     places = amplitude * np.sin(2 * np.pi * np.arange(steps) / steps)
     curvature = 1.5 * (1 - poisson**2)  # 1/R = 3 N/4 E* a³, E* = E/2(1 − ν²)
@@ -174,9 +177,9 @@ def rolling_sphere(
 
 def _squares(size: float, amplitude: float) -> FloatArray:
     """Centres of the squares that the unit disc reaches on its way, or nearly."""
-    reach = int(np.ceil((1 + amplitude) / size)) + 1
+    reach = int(np.ceil((1 + amplitude) / size)) + 2
     line = size * np.arange(-reach, reach + 1)
-    centres = np.array([(x, y) for y in line for x in line])
+    centres = np.array([(x, y) for y in line for x in line]) @ TURN
     beside = np.maximum(np.abs(centres[:, 0]) - amplitude, 0.0)
     return centres[np.hypot(beside, centres[:, 1]) < 1 + MARGIN * size]
 
@@ -187,8 +190,9 @@ def rolling_limit(amplitude: float) -> float:
 
     The integral of the least pressure that Hertz's has at each place over the period: once nothing slips the
     tractions stay as they are, below f times that, and where shear and pressure are not coupled tractions
-    that find room there are reached (Melan). Wetter and Popov found it by their reduction to one dimension
-    (Int. J. Solids Struct. 51 (2014) 930–935). 0 from w = a on.
+    that find room there are reached (Melan; docs/space.md, half-spaces). Wetter and Popov found it by their
+    reduction to one dimension (Shakedown limits for an oscillating, elastic rolling contact with Coulomb
+    friction). 0 from w = a on.
 
     Examples
     --------
