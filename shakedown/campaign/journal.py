@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
-from shakedown.files.atomic_write import check_target, is_at, locked, sync_folder
+from shakedown.files.atomic_write import check_target, created_part, is_at, locked, sync_folder
 from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import shortened
 
@@ -48,7 +48,7 @@ class Journal:
         self._path = path
         self._campaign = hashlib.sha256(header).digest()
         self._places: dict[int, Place] = {}
-        self._end = len(header)
+        self._begin = self._end = len(header)
         if path is not None:
             self._find_records()
 
@@ -82,12 +82,49 @@ class Journal:
         """Leave out a piece, which is to be done again."""
         del self._places[number]
 
+    @property
+    def waste(self) -> int:
+        """Bytes of the file that no piece needs: of those that were dropped or replaced, or are damaged."""
+        return self.size - sum(HEAD_SIZE + place.length for place in self._places.values())
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file behind what the campaign is."""
+        return self._end - self._begin
+
+    def compact(self) -> None:
+        """Leave them out: a new file takes the place of this one, unless it cannot be written."""
+        if self._path is None:
+            return
+        temporary, handle = created_part(self._path, 0o666)
+        fresh, places, end = os.fdopen(handle, "w+b"), {}, self._begin
+        try:
+            fresh.write(self._bytes(0, self._begin))
+            for number, place in self._places.items():
+                fresh.write(self._bytes(place.start - HEAD_SIZE, HEAD_SIZE + place.length))
+                places[number] = Place(end + HEAD_SIZE, place.length)
+                end += HEAD_SIZE + place.length
+            fresh.flush()
+            os.fsync(fresh.fileno())
+            os.replace(temporary, self._path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            with suppress(OSError):
+                fresh.close()
+            return
+        sync_folder(self._path.parent)
+        self._file.close()
+        self._file, self._places, self._end = fresh, places, end
+
+    def _bytes(self, start: int, length: int) -> bytes:
+        self._file.seek(start)
+        return self._file.read(length)
+
     def piece(self, number: int) -> bytes:
         """One piece."""
         place = self._places[number]
         try:
-            self._file.seek(place.start)
-            return self._file.read(place.length)
+            return self._bytes(place.start, place.length)
         except OSError as error:
             raise UsageError(f"{self._path}: cannot be read ({error.strerror or error})") from None
 
@@ -100,6 +137,11 @@ class Journal:
         if self._path is not None:
             self._path.unlink(missing_ok=True)
         self._file.close()
+
+    def close(self) -> None:
+        """Keep what is there; nothing more can be added."""
+        with suppress(OSError):  # what a full disk did not take has been said
+            self._file.close()
 
     def _checksum(self, number: int, piece: bytes | memoryview) -> bytes:
         digest = hashlib.sha256(self._campaign + NUMBER.pack(number))
@@ -184,6 +226,8 @@ def journal_at(
             if not journal.done():  # nothing to go on with
                 target.unlink(missing_ok=True)
             raise
+        finally:
+            journal.close()
 
 
 @contextmanager

@@ -16,13 +16,14 @@ import numpy as np
 from shakedown.campaign.journal import Journal, journal_at
 from shakedown.campaign.payload import packed, unpacked
 from shakedown.campaign.stored_result import restored, stored
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, ShakedownError
 from shakedown.joint.problem import Problem
 
 EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
 HALT = 2.0  # the same within a step that says where it has got to, at least
 LEISURE = 20.0  # times as long as it takes to say so
-SIZE = 1 << 20  # bytes per second, about, that are recorded of such standings, of which the last alone counts
+SIZE = 1 << 22  # bytes per second, about, that are recorded of such standings, of which the last alone counts
+WASTE = 1 << 24  # bytes of others from which on they are left out, where they are most of the file
 
 T = TypeVar("T")
 
@@ -84,8 +85,9 @@ class RecordedSteps:
             result = step()
         finally:
             self._begun.pop()
-        for within in [key for key in self._waiting if key.startswith(f"{name}/")]:
-            del self._waiting[within]
+        for kept in (self._waiting, self._places):
+            for within in [key for key in kept if key.startswith(f"{name}/")]:
+                del kept[within]
         self._waiting[name] = stored(result, self.problem)
         if time.monotonic() - self._since >= EVERY:
             self.record()
@@ -145,7 +147,20 @@ class RecordedSteps:
         names = np.array(list(self._waiting))
         group = max(self._journal.done(), default=-1) + 1
         self._journal.add(group, packed({"names": names, "ends": ends, "results": content}))
+        self._place(group, names.tolist(), ends.tolist())
         self._waiting, self._since = {}, time.monotonic()
+        self._tidy(self._journal)
+
+    def _tidy(self, journal: Journal) -> None:
+        """Leave out what other steps have taken the place of."""
+        for group in journal.done() - {place.group for place in self._places.values()}:
+            journal.drop(group)
+        if journal.waste > max(WASTE, journal.size - journal.waste):
+            journal.compact()
+
+    def _place(self, group: int, names: list[str], ends: list[int]) -> None:
+        spans = zip([0, *ends[:-1]], ends, strict=True)
+        self._places |= {name: _Place(group, *span) for name, span in zip(names, spans, strict=True)}
 
     def remove(self) -> None:
         """Forget the run, which is over and saved."""
@@ -158,9 +173,7 @@ class RecordedSteps:
         assert self._journal is not None
         try:
             about = unpacked(self._journal.piece(group), "names", "ends")
-            names, ends = (about[key].tolist() for key in ("names", "ends"))
-            places = [_Place(group, *span) for span in zip([0, *ends[:-1]], ends, strict=True)]
-            self._places |= dict(zip(names, places, strict=True))
+            self._place(group, about["names"].tolist(), about["ends"].tolist())
         except (ProblemError, TypeError, ValueError):
             self._journal.drop(group)
 
@@ -234,5 +247,9 @@ def recorded_steps(
         steps = RecordedSteps(problem, journal)
         try:
             yield steps
-        finally:
+        except ShakedownError:
+            raise  # what cannot be done is not to be gone on with, unless much was done before
+        except BaseException:
             steps.record()
+            raise
+        steps.record()

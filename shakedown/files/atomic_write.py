@@ -137,7 +137,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
         _sweep(target.parent)
     with _refusing(name):
         old = _status(target)
-        temporary, handle = _created(target, 0o666 if old is None else 0o600)
+        temporary, handle = created_part(target, 0o666 if old is None else 0o600)
     file = os.fdopen(handle, "w+b")
     try:
         if old is not None:
@@ -150,7 +150,7 @@ def _part(path: str | os.PathLike[str]) -> Iterator[_Part]:
             temporary.unlink(missing_ok=True)
 
 
-def _created(target: Path, mode: int) -> tuple[Path, int]:
+def created_part(target: Path, mode: int) -> tuple[Path, int]:
     """A new, locked file beside ``target``; the kernel applies the umask to its mode."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
     while True:  # ends: only a sweep between two system calls makes it try again

@@ -114,7 +114,7 @@ def planned_cases(
     if load_factors is None and here.symbol == BOX and here.load_factor < np.inf:
         alone.append(JUST_BELOW * here.load_factor)
     name, state = next(iter(({**given_states(limits.problem), "zero": _at_zero(limits)}).items()))
-    cases += [steps.done(lambda each=each: _At(limits, each).case(name, state)) for each in alone]
+    cases += [steps.done(partial(_case_at, limits, each, name, state)) for each in alone]
     return [replace(case, in_box=_in_box(case, limits.box)) for case in cases]
 
 
@@ -130,6 +130,10 @@ def _cases_at(limits: Limits, load_factor: float, random_states: int, seed: int)
     states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
     states |= at.on_surface(seed)
     return [at.case(name, state) for name, state in states.items() if not np.isnan(state).any()]
+
+
+def _case_at(limits: Limits, load_factor: float, name: str, state: FloatArray) -> Case:
+    return _At(limits, load_factor).case(name, state)
 
 
 def _at_zero(limits: Limits) -> FloatArray:

@@ -302,10 +302,10 @@ def _verified(
     start = None if problem.initial_slip is None else problem.initial_slip[0]
     found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
     limits, random = found.details, (settings.random_states, settings.seed)
+    simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
         _find(limits, name, work.steps.done)
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
-    simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     work.pieces = len(cases) + len(_Beside._fields)
     how = settings.cycles, settings.method, tolerances
     runs = tuple(work.done(functools.partial(run_of, problem, case, *how)) for case in cases)

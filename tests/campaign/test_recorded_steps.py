@@ -144,6 +144,48 @@ def test_steps_that_were_cut_otherwise_are_done_again(tmp_path):
         assert steps.done(lambda: 4, fits=lambda found: found == 4) == 4
 
 
+def test_where_a_step_stands_takes_the_place_of_where_it_stood(tmp_path, monkeypatch):
+    for name, value in {"HALT": 0.0, "LEISURE": 0.0, "SIZE": np.inf, "WASTE": 3000}.items():
+        monkeypatch.setattr(room, name, value)
+    path, sizes = tmp_path / "walk.partial", []
+
+    def long_step(most):
+        halt = steps.halt()
+        for stood in range(0 if halt.found is None else halt.found[0], most):
+            halt.note(lambda stood=stood: (stood + 1, np.full(100, float(stood))))
+            sizes.append(path.stat().st_size)
+        return halt.found
+
+    with recorded_steps(path, HEADER, JOINT) as steps:
+        first = steps.done(lambda: "first")
+        with pytest.raises(Killed):
+            steps.done(lambda: long_step(20) or (_ for _ in ()).throw(Killed))
+    assert len(sizes) == 20
+    assert 2000 < max(sizes) < 12_000
+    with recorded_steps(path, HEADER, JOINT, resume=True) as steps:
+        with pytest.raises(UsageError, match="another run is writing it"):
+            recorded_steps(path, HEADER, JOINT, resume=True).__enter__()
+        assert steps.done(lambda: None) == first
+        count, state = steps.done(lambda: long_step(20))
+        assert (count, state.tolist()) == (20, [19.0] * 100)
+        steps.remove()
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_cannot_be_done_leaves_nothing_to_go_on_with(tmp_path, monkeypatch):
+    monkeypatch.setattr(room, "EVERY", 1e9)
+
+    def tried(error):
+        with recorded_steps(tmp_path / "walk.partial", HEADER, JOINT) as steps:
+            steps.done(lambda: 3)
+            raise error("no such method")
+
+    for error, left in ((UsageError, 0), (Killed, 1)):
+        with pytest.raises(error):
+            tried(error)
+        assert len(list(tmp_path.iterdir())) == left
+
+
 def test_a_result_comes_back_as_it_was():
     run = shakedown.simulate(JOINT, 0.9, [0.3, -0.0], cycles=20, record=True)
     columns = np.asfortranarray(np.arange(6.0).reshape(2, 3))
