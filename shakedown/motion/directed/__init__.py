@@ -5,9 +5,10 @@ slips obey a smooth differential equation, which compiled loops integrate to a g
 and what its error estimate means stand in docs/space.md.
 
 Reading order: ``sliding`` (the state as compiled code takes it), ``exchange`` (open nodes eliminated),
-``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``rate_choice``
-(which nodes move after an event), ``event_search`` (the first event within a step), ``curved_loop`` (one
-load step, from event to event); ``curved_history`` (the path), ``curved_violation`` (the law along it),
-``directed_jump`` (across instants without rates), ``directed_motion`` (a joint, cycle by cycle). Nothing
-of it is compiled before a joint with two directions moves.
+``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``turning_step``
+(Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the
+first event within a step), ``curved_loop`` (one load step, from event to event); ``curved_history`` (the
+path), ``curved_violation`` (the law along it), ``directed_jump`` (across instants without rates),
+``directed_motion`` (a joint, cycle by cycle). Nothing of it is compiled before a joint with two directions
+moves.
 """

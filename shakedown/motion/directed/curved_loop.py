@@ -1,13 +1,15 @@
 """The motion in two tangential directions over one load step: along a smooth path from event to event.
 
 Within a load step the welded reactions change linearly. Between two events the slips obey
-v̇ = μ u, a smooth differential equation (:mod:`.speeds`), which steps of order 5 follow to a given
-accuracy; while nothing slips everything is linear. Events are found on the polynomial of a step and the
-step is taken again up to them. The rates after an event are those of :mod:`.rate_choice`.
+v̇ = μ u, a smooth differential equation (:mod:`.speeds`), which steps of order 5, explicit ones or, near
+the apex, Radau's, follow to a given accuracy; while nothing slips everything is linear. Events are found on
+the polynomial of a step and the step is taken again up to them. The rates after an event are those of
+:mod:`.rate_choice`.
 
 The error estimate is the sum of those of the steps. The difference of the two members of the pair is the
 error of the lower order; that of the higher, which is followed, is taken to be smaller by the ratio by which
-errors have fallen from order to order so far, (difference / slip)^(1/5). Of the sum every step may use a
+errors have fallen from order to order so far, (difference / slip)^(1/5), or ^(1/2) of Radau's, two orders
+higher. Of the sum every step may use a
 share in proportion to its length, and a small one besides; the lower order, that of the polynomial between
 the ends of a step, may be in error by the whole of it.
 """
@@ -27,12 +29,14 @@ from shakedown.motion.directed.event_search import (
     step_out,
 )
 from shakedown.motion.directed.exchange import MOST_EXCHANGES, arrange, compute_out, move
-from shakedown.motion.directed.explicit_step import BETWEEN, WEIGHTS, explicit_step, find_curve, stop_within
+from shakedown.motion.directed.explicit_step import BETWEEN, ENDS, explicit_step, find_curve, stop_within
 from shakedown.motion.directed.rate_choice import choose_rates
 from shakedown.motion.directed.sliding import (
     CURVE_RECORD,
     CURVES,
     DEGREE,
+    EXPLICIT,
+    RADAU,
     REACHES_LIMIT,
     SLIDING,
     STAGES,
@@ -40,6 +44,7 @@ from shakedown.motion.directed.sliding import (
     CurveRecord,
     Sliding,
 )
+from shakedown.motion.directed.turning_step import turning, turning_step
 from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import CLOSES, LOAD_STEP
 from shakedown.motion.kernels.named_state import address_of, handed_on, inner, summing
@@ -54,6 +59,16 @@ ORDER = 1 / 6  # power with which a step grows with the error that it may have
 MOST_REFINED = 8  # steps taken again up to one event
 MET = 0.02  # distance from an event at which it is met, relative to that at which a node is at its limit
 CLOSE = 1e-3  # share of a step by which an event may be missed to be met on the polynomial of the step
+STABLE = 2.5  # angle towards where a direction tends, in an explicit step; from 3.3 on it would grow
+HALF_WAY = 0.5  # of the time to an apex at the present rate, that explicit steps may take
+NEARER = 0.4  # power with which the error of a step to an apex falls with its length, at least
+PAST = 0.8  # share of a step of Radau's at which a pressure vanishes, and that it may be long
+GAIN = 5.0  # what such a step costs, relative to an explicit one
+TURNS, MANY = 1.5, 0.05  # angle in an explicit step, and its share of the rest, where it is tried
+FINEST = (
+    1e-7  # of the rest: where even such explicit steps turn too far their error alone says how long they are
+)
+PATIENCE, MOST_PATIENCE = 20, 320  # explicit steps after one that was refused
 STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
@@ -109,7 +124,10 @@ def load_step(sl: Sliding, rec: CurveRecord) -> int:
         if not found:
             return NO_RATES
         sl.effort += 2 * sl.s * sl.s * sl.s + 100
+        sl.apex_ahead = np.inf
         status = smooth_path(sl, rec)
+        if status == AT_EVENT and sl.effort > sl.allowed:
+            return PAUSED
     if status == DONE:
         sl.step, sl.time, sl.crowd, sl.entered = sl.step + 1, 0.0, 0, False
         sl.kind, sl.event_node, sl.came_kind, sl.came_node = LOAD_STEP, -1, LOAD_STEP, -1
@@ -132,21 +150,23 @@ def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
         if rec.room > 0 and rec.rows == rec.room:
             return RECORD_FULL
         rest = 1.0 - sl.time
-        h = next_length(sl, rest)
+        h = choose_step(sl, rest)
         error = take_step(sl, h)
         better = better_error(sl, error)
         used = max(better / allowed_error(sl, h), error / (sl.accuracy * sl.length_scale))
         if not 0.0 <= used <= 1.0:
-            sl.h = h * (max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST)
+            shorten(sl, h, used)
             if not sl.h > SHORTEST:
                 return NO_RATES
             continue
         share = share_to_apex(sl)
-        if share < 1.0 and h * share > SHORTEST:
-            sl.h = h * share
+        if share < (PAST if sl.method == RADAU else 1.0) and h * share > SHORTEST:
+            if sl.method == RADAU:
+                sl.long = h * share
+            else:
+                sl.h = h * share
             continue
-        change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
-        sl.h = max(h * change, sl.h) if h == rest else h * change
+        lengthen(sl, h, used, rest)
         share = first_event(sl, h)
         if share < NEVER:
             meet_event(sl, rec, share, h, error)
@@ -164,22 +184,89 @@ def smooth_path(sl: Sliding, rec: CurveRecord) -> int:
 
 
 @inner
-def next_length(sl: Sliding, rest: float) -> float:
-    """The step to try: not far beyond the next event at present rates, and so that no short one is left."""
+def shorten(sl: Sliding, h: float, used: float) -> None:
+    """What to try after a step with so much of the allowed error, or one that found no end."""
+    share = max(LEAST, min(SAFETY, SAFETY * used**-ORDER)) if used > 0.0 else LEAST
+    if sl.method == EXPLICIT:
+        sl.h = h * share
+    else:
+        sl.long = h * share
+        nearer = max(LEAST, min(HALF_WAY, used**-NEARER)) if used > 0.0 else LEAST
+        sl.apex_ahead = nearer * min(h, time_to_apex(sl))
+        sl.wait = sl.patience = min(2 * sl.patience, MOST_PATIENCE)
+
+
+@inner
+def lengthen(sl: Sliding, h: float, used: float, rest: float) -> None:
+    """What to try after a step with so much of the allowed error."""
+    change = min(MOST, max(LEAST, SAFETY * used**-ORDER)) if used > 0.0 else MOST
+    if sl.method == RADAU:
+        sl.long = max(h * change, sl.long) if h < 0.99 * sl.long else h * change
+        sl.wait, sl.patience = 0, PATIENCE
+    else:
+        sl.h = max(h * change, sl.h) if h == rest or sl.capped else h * change
+        sl.long = max(sl.long, sl.h)
+        if sl.wait > 0:
+            sl.wait -= 1
+            if sl.wait == 0:
+                sl.long = max(sl.long, 2.0 * GAIN * h)
+
+
+@inner
+def next_length(sl: Sliding, rest: float, free: float, event: float) -> float:
+    """The step to try: not far beyond the next event, and so that no short one is left."""
     if sl.s == 0:
         return rest
-    h = AHEAD * expected(sl)
-    if h < min(sl.h, 0.9 * rest):
-        return max(h, LEAST * min(sl.h, rest))
-    if sl.h > 0.9 * rest:
+    h = AHEAD * event
+    if h < min(free, 0.9 * rest):
+        return max(h, LEAST * min(free, rest))
+    if free > 0.9 * rest:
         return rest
-    return 0.5 * rest if sl.h > 0.5 * rest else sl.h
+    return 0.5 * rest if free > 0.5 * rest else free
+
+
+@inner
+def time_to_apex(sl: Sliding) -> float:
+    """When the first pressure of a slipping node vanishes at the present rates."""
+    first = np.inf
+    for a in range(sl.s):
+        p, rate = sl.p[a], sl.rate[2 * sl.n + sl.node[a]]
+        if p > sl.near and rate < 0.0:
+            first = min(first, p / -rate)
+    return first
+
+
+@inner
+def choose_step(sl: Sliding, rest: float) -> float:
+    """Which step is to be taken, and how long it is: no explicit one in which a direction turns too far.
+
+    On the way to the apex a direction turns the faster the nearer it is: a step of Radau's ends there once
+    that is accurate enough, explicit ones come half the way. Elsewhere Radau's are tried now and then where
+    directions turn fast, and go on as long as they are longer by what they cost.
+    """
+    fastest, apex = 0.0, time_to_apex(sl)
+    for a in range(sl.s):
+        fastest = max(fastest, turning(sl, a, 0.0))
+    event = expected(sl)
+    h, far = next_length(sl, rest, sl.h, event), next_length(sl, rest, sl.long, event)
+    most = HALF_WAY * apex
+    if fastest * FINEST * rest < STABLE:
+        most = min(most, STABLE / fastest if fastest > 0.0 else np.inf)
+    sl.method, sl.capped = EXPLICIT, h > most
+    short = min(h, most)
+    jumps = far > HALF_WAY * apex and apex < sl.apex_ahead
+    stiff = sl.wait == 0 and short < MANY * rest and short * fastest > TURNS and far > GAIN * short
+    if jumps or stiff:
+        sl.method = RADAU
+        return far
+    return short
 
 
 @inner
 def take_step(sl: Sliding, h: float) -> float:
     """A step from the present state, and the outputs at its end: the error of the lower order, or FAILED."""
-    error = explicit_step(sl, h, allowed_error(sl, h))
+    allowed = allowed_error(sl, h)
+    error = turning_step(sl, h, allowed) if sl.method == RADAU else explicit_step(sl, h, allowed)
     if error >= 0.0:
         end_of_step(sl, h)
     sl.taken += 1
@@ -201,7 +288,7 @@ def better_error(sl: Sliding, error: float) -> float:
         longest = max(longest, abs(sl.slip[c]))
     if not 0.0 < error < longest:
         return error
-    return error * (error / longest) ** 0.2
+    return error * (error / longest) ** (0.5 if sl.method == RADAU else 0.2)
 
 
 @inner
@@ -341,9 +428,9 @@ def commit(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
     n = sl.n
     for a in range(sl.s):
         way, work = 0.0, 0.0
-        for j in range(STAGES - 1):
-            way += WEIGHTS[STAGES - 1, j] * sl.mu[j * n + a]
-            work += WEIGHTS[STAGES - 1, j] * sl.heat[j * n + a]
+        for j in range(STAGES):
+            way += ENDS[sl.method, j] * sl.mu[j * n + a]
+            work += ENDS[sl.method, j] * sl.heat[j * n + a]
         sl.slipped[sl.node[a]] += h * way
         sl.work[sl.node[a]] += h * work
     pass_on(sl, rec, h, error)
@@ -359,7 +446,7 @@ def commit_within(sl: Sliding, rec: CurveRecord, h: float, share: float, error: 
             weight, power = 0.0, 1.0
             for m in range(DEGREE):
                 power *= share
-                weight += power * BETWEEN[j, m]
+                weight += power * BETWEEN[sl.method, j, m]
             way += weight * sl.mu[j * n + a]
             work += weight * sl.heat[j * n + a]
         sl.slipped[sl.node[a]] += far * way

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.motion.directed.exchange import move, move_twice
 from shakedown.motion.directed.explicit_step import find_curve
-from shakedown.motion.directed.sliding import DEGREE, REACHES_LIMIT, STOPS, Sliding
+from shakedown.motion.directed.sliding import DEGREE, RADAU, REACHES_LIMIT, STOPS, Sliding
 from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import CLOSES, OPENS
 from shakedown.motion.kernels.named_state import inner, summing
@@ -220,7 +220,7 @@ def root_between(
 def slows_within(sl: Sliding, a: int) -> bool:
     """Whether the speed of a node is negative at a stage."""
     least = 0.0
-    for j in range(1, 6):
+    for j in range(1, 4 if sl.method == RADAU else 6):
         least = min(least, sl.mu[j * sl.n + a])
     return least < 0.0
 

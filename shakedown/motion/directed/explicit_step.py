@@ -6,6 +6,7 @@ are Shampine's (L. F. Shampine, Math. Comp. 46, 1986).
 
 import numpy as np
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.motion.directed.sliding import DEGREE, STAGES, Sliding
 from shakedown.motion.directed.speeds import (
     factor,
@@ -24,7 +25,7 @@ WEIGHTS[4, :4] = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
 WEIGHTS[5, :5] = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
 WEIGHTS[6, :6] = 35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
 OF_ERROR = np.array([-71 / 57600, 0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40])
-BETWEEN = np.array(
+OF_PAIR = np.array(
     [
         [1, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
         [0, 0, 0, 0],
@@ -35,6 +36,22 @@ BETWEEN = np.array(
         [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
     ]
 )
+PLACES = np.array(
+    [0.0, (4 - np.sqrt(6.0)) / 10, (4 + np.sqrt(6.0)) / 10, 1.0]
+)  # beginning and stages of his steps
+
+
+def lagrange(points: FloatArray) -> FloatArray:
+    """Coefficients, from x⁰ up, of the polynomials that are 1 at one of the points and 0 at the others."""
+    return np.asarray(np.linalg.inv(np.vander(points, increasing=True)).T)
+
+
+OF_RADAU = np.zeros((STAGES, DEGREE))
+OF_RADAU[: len(PLACES)] = lagrange(PLACES) / np.arange(1, DEGREE + 1)
+BETWEEN = np.stack(
+    [OF_PAIR, OF_RADAU]
+)  # weights of the rates at the stages in the powers of the share of a step
+ENDS = np.stack([WEIGHTS[-1], OF_RADAU.sum(axis=1)])  # of the whole step
 MOST_RETURNS = 8  # to the cones
 RETURNS = 0.1  # of a distance from them that is left each time; where more is, in new directions
 OF_REACTION = 0.01  # of a reaction that a step may be in error by
@@ -154,6 +171,6 @@ def find_curve(sl: Sliding, h: float) -> None:
         for c in range(2 * sl.s):
             total = 0.0
             for i in range(STAGES):
-                total += BETWEEN[i, m] * sl.k[i * row + c]
+                total += BETWEEN[sl.method, i, m] * sl.k[i * row + c]
             sl.curve[m * row + c] = h * total
     close_curve(sl)

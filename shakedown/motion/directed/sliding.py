@@ -23,6 +23,8 @@ from shakedown.motion.kernels.named_state import (
 
 SLIP = 1  # as STICK and OPEN of motion.kernels.contact_status: the direction is that of the reaction
 REACHES_LIMIT, STOPS, CURVES = 6, 7, 8  # kinds of event, after those of motion.kernels.moving_state
+EXPLICIT, RADAU = 0, 1  # steps
+MOST_FAST = 8  # nodes whose angles are unknown in a step of Radau's
 STAGES, DEGREE = 7, 4  # of a step, and of the polynomial between its ends
 
 
@@ -106,6 +108,11 @@ class Sliding(NamedState):
         Contact states and displacements before the instant; scratch.
     bend : (3, 4)
         ``out`` of one node within the step, as ``curve``.
+    fast, angle, reactions, bends : (8,), (3, 8), (3, 2n), (3, 8, 8)
+        In a step of Radau's the packed nodes that turn fast, and at its stages their angles, all packed
+        reactions, and how the rates of those nodes' reactions follow the angles.
+    equations, turn, turn_order : (24, 24), (24,), (24,)
+        Of the angles.
     n, steps, first, separable
         Nodes, load steps, number of the first of them, and whether nodes may open.
     force, length, rate_zero, near
@@ -115,6 +122,11 @@ class Sliding(NamedState):
         Of the scene; error allowed for one passage of the course, relative to the length scale.
     step, time, h
         Load steps done, share of the next that is done, and the step to try.
+    method, capped
+        EXPLICIT or RADAU, and whether the explicit step is shorter than its accuracy asks.
+    long, wait, patience, apex_ahead
+        Step of Radau's to try, explicit ones before that and after the next refusal, time to an apex from
+        where on one goes there.
     kind, event_node; came_kind, came_node
         The event ahead, or not yet dealt with; what the present step began with.
     """
@@ -177,6 +189,13 @@ class Sliding(NamedState):
     held: Reals
     scratch: Reals
     bend: Reals
+    fast: Integers
+    angle: Reals
+    reactions: Reals
+    bends: Reals
+    equations: Reals
+    turn: Reals
+    turn_order: Shorts
     n: int
     steps: int
     first: int
@@ -194,6 +213,12 @@ class Sliding(NamedState):
     step: int
     time: float
     h: float
+    method: int
+    capped: bool
+    long: float
+    wait: int
+    patience: int
+    apex_ahead: float
     kind: int
     event_node: int
     came_kind: int
@@ -307,29 +332,33 @@ def sliding(
     square |= {"M": np.zeros((n, n)), "limits": np.zeros((n, n))}
     square |= {"stages": np.zeros((4, STAGES, 2 * n)), "curve": np.zeros((DEGREE, 2 * n))}
     given = {"friction": np.array(friction, dtype=float), "bend": np.zeros(3 * DEGREE)}
-    free = np.zeros(3 * n, dtype=np.uint8)
-    order, sizes, routines = np.zeros(n, dtype=np.int32), np.zeros(4, dtype=np.int32), solver_routines()
+    most = 3 * MOST_FAST
+    given |= {"angle": np.zeros(most), "reactions": np.zeros(3 * 2 * n), "turn": np.zeros(most)}
+    given |= {"bends": np.zeros(most * MOST_FAST), "equations": np.zeros(most * most)}
+    whole = {"free": np.zeros(3 * n, dtype=np.uint8), "fast": np.zeros(MOST_FAST, dtype=np.int64)}
+    whole |= {"routines": solver_routines()}
+    short = {"order": n, "sizes": 4, "turn_order": most}
+    orders = {name: np.zeros(size, dtype=np.int32) for name, size in short.items()}
     tables = [
         np.zeros((len(names), size)) for names, size in ((OF_PLACES, 3 * n), (OF_SLIPS, 2 * n), (OF_NODES, n))
     ]
     tables += [np.zeros((len(FLAGS), n), dtype=np.uint8), np.zeros((len(NUMBERS), n), dtype=np.int64)]
     made = _sliding(
-        *square.values(), *given.values(), free, order, sizes, routines, *tables, first, separable
+        *square.values(), *given.values(), *whole.values(), *orders.values(), *tables, first, separable
     )
     rows = {
         name: row
         for names, table in zip((OF_PLACES, OF_SLIPS, OF_NODES, FLAGS, NUMBERS), tables, strict=True)
         for name, row in zip(names, table, strict=True)
     }
-    return keeping(
-        made, square | given | rows | {"free": free, "order": order, "sizes": sizes, "routines": routines}
-    )
+    return keeping(made, square | given | whole | orders | rows)
 
 
 @entered
 def _sliding(  # type: ignore[no-untyped-def]
-    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, free, order, sizes, routines,
-    places, slips, nodes, flags, numbers, first, separable,
+    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, angle, reactions, turn, bends,
+    equations, free, fast, routines, order, sizes, turn_order, places, slips, nodes, flags, numbers, first,
+    separable,
 ):  # fmt: skip
     sl = structref.new(SLIDING)
     sl.kappa, sl.exchanged, sl.path, sl.A, sl.B = (
@@ -355,6 +384,13 @@ def _sliding(  # type: ignore[no-untyped-def]
     sl.slipped, sl.work, sl.f, sl.load_p = nodes[0].ctypes, nodes[1].ctypes, nodes[2].ctypes, nodes[3].ctypes
     sl.p, sl.size, sl.speed, sl.room_rate = nodes[4].ctypes, nodes[5].ctypes, nodes[6].ctypes, nodes[7].ctypes
     sl.correction, sl.drive, sl.factored, sl.load_size = nodes[8].ctypes, nodes[9].ctypes, False, 0.0
+    sl.angle, sl.reactions, sl.bends = angle.ctypes, reactions.ctypes, bends.ctypes
+    sl.equations, sl.turn, sl.fast, sl.turn_order = (
+        equations.ctypes,
+        turn.ctypes,
+        fast.ctypes,
+        turn_order.ctypes,
+    )
     sl.order, sl.sizes, sl.routines = order.ctypes, sizes.ctypes, routines.ctypes
     sl.resting, sl.apex, sl.opened, sl.closed = (
         flags[0].ctypes,
@@ -382,7 +418,9 @@ def begin_sliding(sl: Sliding) -> None:
         -1,
         -1,
     )
-    sl.came_kind, sl.came_node = LOAD_STEP, -1
+    sl.came_kind, sl.came_node, sl.method, sl.capped = LOAD_STEP, -1, EXPLICIT, False
+    sl.long, sl.wait, sl.patience = 1.0, 0, 20
+    sl.apex_ahead = np.inf
     sl.events, sl.crowd, sl.error, sl.taken, sl.entered = 0, 0, 0.0, 0, False
     sl.signature, sl.last_states = np.uint64(0), np.uint64(0)
     for i in range(sl.n):

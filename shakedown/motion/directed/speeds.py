@@ -193,14 +193,25 @@ def substitute_few(M: FloatArray, order: Shorts, s: int, x: FloatArray) -> None:
 
 @inner
 def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
-    """Rates at a stage whose packed reactions are q; False where the motion is not stable there.
+    """Rates at a stage whose packed reactions are q; False where the motion is not stable there."""
+    find_directions(sl, q)
+    for a in range(sl.s):
+        total = 0.0
+        for j in range(stage):
+            total += GUESS[stage, j] * sl.mu[j * sl.n + a]
+        sl.speed[a] = total
+    return rates_along(sl, stage)
+
+
+@inner
+def rates_along(sl: Sliding, stage: int) -> bool:
+    """Rates at a stage in the present directions, ``speed`` a guess; False where the motion is not stable.
 
     Where many nodes slip, the factors of an earlier stage serve as long as a few corrections suffice.
     """
     s = sl.s
-    find_directions(sl, q)
     find_matrix(sl, sl.limits)
-    if not (s > FEW and sl.factored and correct_speeds(sl, stage)):
+    if not (s > FEW and sl.factored and correct_speeds(sl)):
         for t in range(s * s):
             sl.M[t] = sl.limits[t]
         sl.factored = factor(sl, s) > 0
@@ -214,14 +225,9 @@ def find_rates(sl: Sliding, q: FloatArray, stage: int) -> bool:
 
 
 @inner
-def correct_speeds(sl: Sliding, stage: int) -> bool:
-    """Speeds at a stage from those of earlier ones, corrected with old factors; False where they diverge."""
+def correct_speeds(sl: Sliding) -> bool:
+    """Correct the speeds with old factors until they solve the equations; False where they diverge."""
     s, last, solved = sl.s, np.inf, max(SOLVED * sl.accuracy, ROUND_OFF) * sl.load_size
-    for a in range(s):
-        total = 0.0
-        for j in range(stage):
-            total += GUESS[stage, j] * sl.mu[j * sl.n + a]
-        sl.speed[a] = total
     for _ in range(MOST_CORRECTIONS):
         left = residual_speeds(sl)
         if left <= solved:
