@@ -151,10 +151,7 @@ def transient_limit(
     check_scan(top, steps, accuracy)
     histories = _Histories(problem, start, opened, tolerances, {})
     low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
-    low, high = bisected(histories.shakes_down, low, high, max(accuracy, COARSE) * float(top))
-    if not histories.is_open(high):
-        low, high = bisected(histories.shakes_down, low, high, accuracy * float(top))
-    return histories.limit(low, high)
+    return histories.limit(*histories.narrowed(low, high, accuracy * float(top), COARSE * float(top)))
 
 
 @dataclass(frozen=True)
@@ -178,6 +175,16 @@ class _Histories:
         if not good:
             return np.nan, float(scan[0])
         return float(scan[good[-1]]), float(np.append(scan, np.inf)[good[-1] + 1])
+
+    def narrowed(self, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
+        """The change from shakedown within a width; towards an undecided state within the coarse one."""
+        middle = 0.5 * (low + high)
+        while np.isfinite(high) and low < middle < high:  # floats are finite
+            if high - low <= (max(width, coarse) if self.is_open(high) else width):
+                break
+            low, high = (middle, high) if self.shakes_down(middle) else (low, middle)
+            middle = 0.5 * (low + high)
+        return low, high
 
     def limit(self, low: float, high: float) -> TransientLimit:
         """All that has been found, with a proof near ``low``."""
@@ -211,14 +218,28 @@ class _Histories:
         )
 
     def _proved(self, low: float) -> LongTermState | None:
-        """The state at the largest of some load factors up to ``low`` at which shakedown can be proved."""
-        for share in BELOW:
-            load_factor = (1.0 - share) * low
-            known = self.runs.get(load_factor)
-            state = self._followed(load_factor) if known is None else known
-            if state.proved:
-                return state
-        return None
+        """The state at the largest of some load factors up to ``low`` at which shakedown can be proved.
+
+        With two tangential directions, where every try takes programs over cones, by bisection.
+        """
+        states = (self._at(share, low) for share in BELOW)
+        if self.problem.directions == 1:
+            return next((state for state in states if state.proved), None)
+        proved = self._at(0.0, low)
+        if proved.proved:
+            return proved
+        best, last, few = None, 0, len(BELOW)
+        while few - last > 1:  # nothing is proved at `last`, and something at `few` if anywhere
+            middle = (last + few) // 2
+            state = self._at(BELOW[middle], low)
+            last, few, best = (last, middle, state) if state.proved else (middle, few, best)
+        return best
+
+    def _at(self, share: float, low: float) -> LongTermState:
+        """The state at a load factor below a limit by such a share of it."""
+        load_factor = (1.0 - share) * low
+        known = self.runs.get(load_factor)
+        return self._followed(load_factor) if known is None else known
 
 
 def check_scan(largest: float, steps: int, accuracy: float) -> None:
