@@ -130,8 +130,9 @@ class RecordedSteps:
 
     @property
     def _name(self) -> str:
-        """Of the next step."""
-        return "/".join(map(str, self._begun))
+        """Of the next step: its number, behind those of the steps that it is within."""
+        *around, number = self._begun
+        return "/".join([*(str(begun - 1) for begun in around), str(number)])
 
     def _enter(self) -> str:
         name = self._name

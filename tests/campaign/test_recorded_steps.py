@@ -124,6 +124,16 @@ def test_records_that_hold_something_else_are_done_again(tmp_path):
         assert walked(path)[:2] == (whole, 6)
 
 
+def test_what_is_within_a_step_goes_with_it(tmp_path):
+    path = tmp_path / "walk.partial"
+    with journal_at(path, HEADER) as journal:
+        steps = room.RecordedSteps(JOINT, journal)
+        steps.done(lambda: [steps.done(float) for _ in range(5)])
+        assert len(journal.done()) == 1
+        steps.done(lambda: [steps.done(float) for _ in range(3)])
+        assert len(journal.done()) == 2
+
+
 def test_another_run_is_refused_in_one_line(tmp_path):
     path = tmp_path / "walk.partial"
     with pytest.raises(Killed):

@@ -198,17 +198,20 @@ def tell(se: Search, word: int, one: float, other: float) -> None:
 
 
 @entered
-def walked(se: Search) -> tuple[bool, int, int, int, int, int]:
-    """Whether a search is between two cycles that it has walked, and what it has counted until there."""
-    between = se.phase == WALK and not se.resumed and se.placed and se.cycles > 0
-    return between, se.cycles, se.events, se.remembered, se.signed, se.patience
+def walked(se: Search) -> tuple[bool, int, int, int, int, int, int]:
+    """Whether a search is between two cycles that it has walked, its phase, and what it has counted."""
+    between = (se.phase == WALK or se.phase == REPEATS) and not se.resumed and se.placed and se.cycles > 0
+    return between, se.phase, se.cycles, se.events, se.remembered, se.signed, se.patience
 
 
 @entered
-def walk_on(se: Search, cycles: int, events: int, remembered: int, signed: int, patience: int) -> None:
+def walk_on(
+    se: Search, phase: int, cycles: int, events: int, remembered: int, signed: int, patience: int
+) -> None:
     """Go on from there; the states and signatures are given."""
     begin_walk(se)
-    se.cycles, se.events, se.remembered, se.signed, se.patience = cycles, events, remembered, signed, patience
+    se.phase, se.cycles, se.events = phase, cycles, events
+    se.remembered, se.signed, se.patience = remembered, signed, patience
 
 
 @entered

@@ -24,9 +24,17 @@ def searched(joint, **words):
 
 
 @pytest.mark.parametrize(("joint", "kills"), [(PLANE, 3), (SPACE, 1)], ids=["plane", "space"])
-def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, joint, kills):
-    path, kept = tmp_path / "slip.npy.partial", []
+def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, monkeypatch, joint, kills):
+    path, kept, tried = tmp_path / "slip.npy.partial", [], []
+    simulated = descent.long_term_states
+
+    def noted(problem, load_factor, slips, **words):
+        tried.append((load_factor, slips.tobytes()))
+        return simulated(problem, load_factor, slips, **words)
+
+    monkeypatch.setattr(descent, "long_term_states", noted)
     whole = searched(joint)
+    drawn = set(tried)
     assert whole.status == "found"
     assert searched(joint, partial=path, save=lambda _: kept.append(path.read_bytes())) == whole
     assert not path.exists()
@@ -35,6 +43,7 @@ def test_killed_at_any_instant_it_ends_as_an_undisturbed_one(tmp_path, joint, ki
         again = searched(joint, partial=path, resume=True)
         assert again == whole
         assert again.to_dict() == whole.to_dict()
+        assert set(tried) == drawn
 
 
 def test_a_search_asked_otherwise_is_refused(tmp_path):
