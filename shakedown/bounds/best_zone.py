@@ -24,6 +24,8 @@ from shakedown.programs.solver import solve
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
 BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
+MOST_ZONES = 100  # with two tangential directions: then the best one so far is the answer
+SEVERAL = (8, 4, 2)  # so many changes at once
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class ZoneSearch:
     opened
         The nodes that the mean load opens.
     visited
-        Number of zones that were solved.
+        Number of zones that were solved; with two tangential directions at most 100.
     """
 
     zone: Zone
@@ -70,8 +72,9 @@ class _Visit:
 
     def surpasses(self, other: "_Visit") -> bool:
         """Whether this zone is better by more than round-off."""
-        if self.load_factor == other.load_factor == -inf:
-            return self.margin > other.margin + SURELY_MORE * abs(other.margin)
+        if other.load_factor == -inf:  # which no relative margin can be added to
+            less = self.margin - other.margin
+            return self.load_factor > -inf or less > SURELY_MORE * abs(other.margin)
         return self.load_factor > other.load_factor + SURELY_MORE * abs(other.load_factor)
 
 
@@ -79,7 +82,7 @@ Visitor = Callable[[tuple[int, ...]], _Visit]
 
 
 def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSearch:
-    """Search the contact zone with the largest λ_max, one node at a time.
+    """Search the contact zone with the largest λ_max, a few nodes at a time.
 
     It begins with the nodes that the mean load opens, without slip and without
     friction, and with no open node at all. Of a zone's linear program a gap with a
@@ -105,6 +108,10 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     visited: dict[tuple[int, ...], _Visit] = {}
 
     def visit(nodes: tuple[int, ...]) -> _Visit:
+        if nodes not in visited and problem.directions > 1 and len(visited) >= MOST_ZONES:
+            return _Visit(
+                nodes, None, -inf, np.zeros(0), np.zeros(0), -inf
+            )  # as good as nothing: the search ends
         if nodes not in visited:
             visited[nodes] = _visit(problem, nodes, tolerances)
         return visited[nodes]
@@ -113,6 +120,8 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     best = visit(())
     if problem.C is not None and (opened or best.load_factor == -inf):
         for start in dict.fromkeys([opened, opened_by_mean_load(problem, friction=False), ()]):
+            if problem.directions > 1 and best.load_factor > -inf:
+                break  # another start costs many cone programs, and rarely leads elsewhere
             found = _climb(visit, start, tolerances)
             best = found if found.rank > best.rank else best
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
@@ -120,11 +129,18 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
-    """From one zone to better ones while there are any, changing one node at a time."""
+    """From one zone to better ones while there are any: the best that differs in one node.
+
+    With two tangential directions, where a zone costs a cone program, the first one that is better is taken,
+    and several nodes are changed at once while that helps.
+    """
     best = visit(start)
     while True:  # ends: every step is better than all before, and there are finitely many zones
-        tried = [visit(nodes) for nodes in _neighbours(best, tolerances)]
-        better = max(tried, key=lambda one: one.rank, default=best)
+        tried = (visit(nodes) for nodes in _neighbours(best, tolerances))
+        if best.zone is None or best.zone.problem.directions == 1:
+            better = max(tried, key=lambda one: one.rank, default=best)
+        else:
+            better = next((one for one in tried if one.surpasses(best)), best)
         if not better.surpasses(best):
             return best
         best = better
@@ -188,7 +204,10 @@ def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> 
 
 
 def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
-    """Zones that differ in one node and may be better: those that its rows ask for, the strongest first."""
+    """Zones that may be better: those that its rows ask for, the strongest first, and differ in one node.
+
+    With two tangential directions those that differ in several come before them.
+    """
     if visit.zone is None:  # what nothing holds open is closed again
         yield from (tuple(sorted(set(visit.nodes) - {node})) for node in visit.nodes[:NEIGHBOURS])
         return
@@ -200,8 +219,11 @@ def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ..
         if of_plane
         else wishes(zone_rows(visit.zone), visit.slip, visit.load_factor, visit.multipliers, tolerances)
     )
-    for node in sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]:
-        yield tuple(sorted(set(visit.nodes) ^ {node}))
+    asked = sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]
+    if not of_plane:
+        counts = [count for count in SEVERAL if count <= len(asked)]
+        yield from (tuple(sorted(set(visit.nodes) ^ set(asked[:count]))) for count in counts)
+    yield from (tuple(sorted(set(visit.nodes) ^ {node})) for node in asked)
 
 
 def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, float]:

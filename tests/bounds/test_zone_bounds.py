@@ -9,6 +9,7 @@ import pytest
 import shakedown
 from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
+from shakedown.fem import lap_joint
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.cycle_record import State
@@ -58,6 +59,17 @@ def test_the_search_finds_the_best_of_all_zones(seed):
     values = [bound.load_factor for bound in every if bound.status != "infeasible"]
     best = max(values, default=-np.inf)
     assert found.load_factor == pytest.approx(best, rel=1e-9)
+
+
+def test_from_zones_without_a_safe_slip_the_search_reaches_one_that_has_it():
+    """A flat bolted lap in space: its ends open under the mean load, two more nodes have to."""
+    joint = lap_joint((12, 3, 1), reach=np.inf, steps=4)
+    search = best_zone(joint)
+    assert upper_bound(joint, open_nodes=search.opened).status == "infeasible"
+    assert search.opened and set(search.zone.open_nodes) > set(search.opened)
+    found = upper_bound(joint, open_nodes=search.zone.open_nodes)
+    assert 0 < search.load_factor == pytest.approx(found.load_factor, rel=1e-6)
+    assert search.visited <= 30
 
 
 def test_the_receding_block_has_a_bound():
