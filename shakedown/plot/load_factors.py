@@ -274,7 +274,7 @@ def slip_per_cycle(
         axis.set_major_formatter(power_of_ten)
         axis.set_minor_locator(NullLocator())
     if longest <= MANY_CYCLES:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axes.grid(alpha=0.3)
     if any(named):
         axes.legend(fontsize="small")

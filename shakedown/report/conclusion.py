@@ -12,7 +12,7 @@ from shakedown.verification.verify import Verification
 
 ASSUMPTIONS = (
     "Assumed: loads change slowly (quasi-static); Coulomb friction, with one constant coefficient per node "
-    "for sticking and slipping; linear elastic bodies; small displacements; slip in one tangential direction."
+    "for sticking and slipping; linear elastic bodies; small displacements"
 )
 NOT_SAID = "Nothing is said about the strength of the material, wear, or fretting fatigue."
 
@@ -94,8 +94,9 @@ def _paths_in_words(problem: Problem) -> str:
     """For which paths through the load steps the numbers hold."""
     if problem.is_domain:
         return LOAD_DOMAIN
+    others = "λ_1, λ_U, λ_box" if problem.directions == 1 else "λ_U"
     return (
-        "λ_E and λ_max hold for every path through these load steps; λ_1, λ_U, λ_box and what is simulated "
+        f"λ_E and λ_max hold for every path through these load steps; {others} and what is simulated "
         "hold for this order, period after period."
     )
 
@@ -103,19 +104,20 @@ def _paths_in_words(problem: Problem) -> str:
 def limits_in_words(v: Verification) -> list[str]:
     """For which zone, loads and initial states the answer holds, and what is assumed."""
     problem, upper, asked = v.problem, v.limits.upper, v.settings
+    plane = problem.directions == 1
     zone = "Zone: the bounds are about the joint with all nodes in contact."
     if upper.open_nodes:
         opened = open_in_words(upper.open_nodes, v.problem)
         zone = (
             f"Zone: λ_max and λ_E are about the joint with {opened} open and all others closed throughout; "
-            "λ_1, λ_U and λ_box about all nodes in contact."
+            f"{'λ_1, λ_U and λ_box' if plane else 'λ_U'} about all nodes in contact."
         )
     if problem.C is None:
         zone += " The problem has no normal stiffness C: whether nodes open and close again is not followed."
     start = "slip zero" if problem.initial_slip is None else "the first given slip"
     states = (
-        f"Initial states: λ = 1, λ_E, λ_box and λ_T begin at {start}, with all nodes closed. Simulated "
-        "besides: the safe slip, the witness, "
+        f"Initial states: λ = 1, λ_E{', λ_box' * plane} and λ_T begin at {start}, with all nodes closed. "
+        f"Simulated besides: the safe slip, {'the witness, ' * plane}"
         f"{count(asked.random_states, 'random state')} (seed {asked.seed})."
     )
     loads = (
@@ -125,6 +127,8 @@ def limits_in_words(v: Verification) -> list[str]:
     )
     model = (
         f"Model: {count(problem.n, 'contact node')}; the numbers are those of this discrete joint. With a "
-        "finer mesh λ_1 usually falls; λ_max converges where the friction holds the ends of the contact."
+        f"finer mesh {'λ_1 usually falls; ' * plane}λ_max converges where the friction holds the ends of the "
+        "contact."
     )
-    return [zone, loads, states, model, ASSUMPTIONS, NOT_SAID]
+    assumed = f"{ASSUMPTIONS}{'; slip in one tangential direction' * plane}."
+    return [zone, loads, states, model, assumed, NOT_SAID]

@@ -46,6 +46,11 @@ def nodes_asked(lower: LowerBound) -> list[int]:
     return order if len(order) <= ALL_NODES else order[:FIRST_NODES]
 
 
+def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
+    """How far the roads may be apart: what says that it is of reduced accuracy proves no disagreement."""
+    return tolerances.cross_check if bound.reduced_accuracy else tolerances.second_road
+
+
 def road_findings(
     bounds: ShakedownBounds | SpaceBounds, second: SecondRoad, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
@@ -64,7 +69,7 @@ def road_findings(
             yield None, f"{name}: the second road ({other.solver}) stopped without an answer; {left}"
         elif first.status != other.status:
             yield False, f"{name}: {first.status} by {road}, {other.status} on the second road"
-        elif np.isfinite(one) and abs(one - two) > tolerances.second_road * max(abs(one), size):
+        elif np.isfinite(one) and abs(one - two) > _closest(first, tolerances) * max(abs(one), size):
             yield False, f"{name}: {one:.10g} by {road}, {two:.10g} on the second road"
         elif first.reduced_accuracy:
             yield None, f"{name}: by {road} only to reduced accuracy (1e-7)"

@@ -60,7 +60,7 @@ def tractions_at(
     now, title = at_instant(path_of(result), cycle)
     places, q = places_of(problem), problem.layout.by_node(now.q)[0]
     sizes = np.linalg.norm(q, axis=1)
-    axes = patch_axes(places, ax, ROOM * places.spacing)
+    axes = patch_axes(places, ax, ROOM * places.room)
     scale = _scale(places, sizes, problem.n <= MOST_DISCS)
     _by_state(axes, places, scale * places.seen(q), now.state[0])
     axes.set_title(f"{title}, {_largest('|q|', sizes, units_of(problem)[0])}", fontsize="medium")
@@ -91,7 +91,8 @@ def friction_use_at(
     limit, state = problem.law.limit(now.p)[0], now.state[0]
     pressed = (limit > 0) & (state != 2)
     use = problem.layout.by_node(now.q)[0] / np.where(pressed, limit, np.inf)[:, None]
-    axes, reach = patch_axes(places, ax, ROOM * places.spacing), (DISC if few else LONG) * places.spacing
+    reach = DISC * places.spacing if few else LONG * places.room
+    axes = patch_axes(places, ax, ROOM * places.room)
     if few:
         _discs(axes, places, np.where(pressed, reach, 0.0))
     _by_state(axes, places, reach * places.seen(use), state)
@@ -134,7 +135,7 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
     loop = by_node(mean.at(load_factor)[0])
     sizes = np.linalg.norm(loop, axis=2).max(axis=0)
     scale = _scale(places, sizes, problem.n <= MOST_DISCS)
-    axes = patch_axes(places, ax, ROOM * places.spacing)
+    axes = patch_axes(places, ax, ROOM * places.room)
     chosen = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_LOOPS)).round().astype(int))
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     _arrows(axes, places.points[chosen], scale * places.seen(by_node(mean.q0))[chosen], BLUE, "mean q_w")
@@ -196,7 +197,7 @@ def slips_over_patch(
     vectors = {name: problem.layout.by_node(slip) for name, slip in known.items()}
     sizes = np.concatenate([np.zeros(1), *(np.linalg.norm(each, axis=1) for each in vectors.values())])
     scale = _scale(places, sizes, problem.n <= MOST_DISCS)
-    axes = patch_axes(places, ax, ROOM * places.spacing)
+    axes = patch_axes(places, ax, ROOM * places.room)
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     for k, (name, each) in enumerate(vectors.items()):
         look = style_of(name, k, styles)
@@ -209,7 +210,8 @@ def slips_over_patch(
 def _scale(places: Places, sizes: FloatArray, discs: bool) -> float:
     """Lengths in the picture per force or slip: the largest of them keeps clear of the neighbours."""
     most = float(np.nanmax(sizes, initial=0.0))
-    return (DISC if discs else LONG) * places.spacing / most if most > 0 else 0.0
+    reach = DISC * places.spacing if discs else LONG * places.room
+    return reach / most if most > 0 else 0.0
 
 
 def _largest(what: str, sizes: FloatArray, unit: str) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
+from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -22,6 +23,7 @@ NEAREST_AXIS = 1e-9  # of a unit vector: tangents that are taken as equal
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
 # circle) or between two patches.
 LARGEST_TRIANGLE = 2.0
+FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
 MARGIN = 0.06  # of the patch about it
@@ -42,12 +44,15 @@ class Places:
         What the axes of the picture are called.
     unit
         Of the places.
+    normals : (n, 3), optional
+        Where they are known: nodes that face each other are of two patches.
     """
 
     points: FloatArray
     tangents: FloatArray
     axes: tuple[str, str]
     unit: str = ""
+    normals: FloatArray | None = None
 
     def seen(self, vectors: FloatArray) -> FloatArray:
         """Vectors of the nodes (…, n, 2), in their tangents, as they are drawn (…, n, 2)."""
@@ -70,15 +75,16 @@ class Places:
         mesh = Triangulation(
             middle[:, 0] / long, middle[:, 1] / long
         )  # of a size of its own: coordinates may be large numbers
-        sides = np.roll(mesh.triangles, -1, axis=1)
-        ends = np.stack([mesh.x, mesh.y], axis=1)
-        edges = np.linalg.norm(ends[sides] - ends[mesh.triangles], axis=2)
-        first, second, _ = (ends[sides] - ends[mesh.triangles]).swapaxes(0, 1)
-        area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-        radius = edges.prod(axis=1) / (4.0 * np.maximum(area, THIN**2))
-        sizes = edges.max(axis=1), radius
-        kept = mesh.triangles[np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)]
-        return Triangulation(self.points[:, 0], self.points[:, 1], kept)
+        within = mesh.triangles[self._of_one_patch(mesh.triangles)]
+        kept = within[_usual(np.stack([mesh.x, mesh.y], axis=1)[within])] if len(within) else within
+        return Triangulation(self.points[:, 0], self.points[:, 1], kept) if len(kept) else None
+
+    def _of_one_patch(self, triangles: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the nodes of each triangle look the same way, rather than at each other."""
+        if self.normals is None:
+            return np.ones(len(triangles), dtype=np.bool_)
+        of_corner = self.normals[triangles]
+        return np.asarray((of_corner * np.roll(of_corner, 1, axis=1)).sum(axis=2).min(axis=1) > FACING)
 
     @cached_property
     def spacing(self) -> float:
@@ -91,6 +97,26 @@ class Places:
         apart = nearest[nearest > 0]
         return float(np.median(apart)) if apart.size else ALONE
 
+    @cached_property
+    def room(self) -> float:
+        """The side of a square as large as a node's share of the patch, at least the spacing [length]."""
+        if self.triangles is None:
+            return self.spacing
+        corners = self.points[self.triangles.triangles]
+        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum()
+        return max(self.spacing, float(np.sqrt(area / len(self.points))))
+
+
+def _usual(corners: FloatArray) -> NDArray[np.bool_]:
+    """Which triangles, corners (k, 3, 2), are not much larger than most: sides, and circles about them."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    lengths = np.linalg.norm(sides, axis=2)
+    twice = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    radius = lengths.prod(axis=1) / (2.0 * np.maximum(twice, THIN**2))
+    sizes = lengths.max(axis=1), radius
+    return np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)
+
 
 def places_of(problem: Problem) -> Places:
     """Where the nodes of a joint with two tangential directions are drawn."""
@@ -99,7 +125,7 @@ def places_of(problem: Problem) -> Places:
     tangents = problem.tangents
     same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEAREST_AXIS)
     if place is not None and place.ndim == 2 and place.shape[1] == 2 and same:
-        return Places(place, axes, ("x", "y"), unit)
+        return Places(place, axes, ("x", "y"), unit, problem.normal)
     if problem.coordinates is not None:
         place = problem.coordinates
     if place is None:
@@ -107,10 +133,10 @@ def places_of(problem: Problem) -> Places:
     if place.ndim == 1:
         return Places(_row(place), axes, ("position along the contact", ""), unit)
     if place.shape[1] == 2:
-        return Places(place, axes, ("x", "y"), unit)
+        return Places(place, axes, ("x", "y"), unit, problem.normal)
     frame, names = _plane(problem, place)
     shown = axes if tangents is None else tangents @ frame.T
-    return Places(place @ frame.T, shown, names, unit)
+    return Places(place @ frame.T, shown, names, unit, problem.normal)
 
 
 def _row(along: FloatArray) -> FloatArray:
