@@ -49,6 +49,7 @@ STUDIES: tuple[str, ...] = (
     "slow_approach",
     "smallest_cycles",
     "solid_condensation",
+    "solid_joints",
     "space_adversary",
     "space_ball_adversary",
     "space_classical",

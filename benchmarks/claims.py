@@ -22,6 +22,7 @@ def lines() -> list[str]:
         *_upper_bound(),
         *_large_joints(),
         *_solids(),
+        *_solid_joints(),
         *_enumeration(),
         *_hard_cases(),
         *_floating_joints(),
@@ -110,6 +111,22 @@ def _solids() -> list[str]:
         f"{largest['memory'] / 1024:.2g} GiB; of {beside['nodes']:,} nodes SuperLU takes "
         f"{beside['superlu'] / beside['condensation']:.1f} times as long and finds κ to {beside['apart']:.0e} the same "
         "(`solid_condensation`)."
+    ]
+
+
+def _solid_joints() -> list[str]:
+    found = [row for row in rows("solid_joints") if row["pairs"] >= 400]
+
+    def told(row: dict) -> str:
+        model, upper, energy, cycle = row["seconds"]
+        return (
+            f"{row['pairs']} ({row['joint']}): model {model:.0f} s, λ_max {upper:.0f} s, λ_E {energy:.0f} s, one cycle at 0.9 "
+            f"λ_max {cycle:.1g} s, {row['memory'] / 1024:.2g} GiB"
+        )
+
+    return [
+        f"From a mesh to limits and a cycle, contact pairs and seconds of one core: {'; '.join(map(told, found))}. All but the "
+        "blade stick in that cycle: their λ_E is next to λ_max (`solid_joints`)."
     ]
 
 
@@ -269,11 +286,13 @@ def _calculix_solids() -> list[str]:
     measured = rows("calculix_solids")
     stiffest = [row for row in measured if row["slope"] == max(row["slope"] for row in measured)]
     below, above = stiffest
+    apart = [row["slip_apart"] for row in measured if row["relative"] == below["relative"]]
     return [
         f"CalculiX, with contact and friction of its own on two blocks of C3D8 whose {below['n']} pairs are pushed around "
         f"in a circle, has the same pressures to {max(row['pressure_apart'] for row in stiffest):.0e} and the same slips to "
         f"{max(row['slip_apart'] for row in stiffest):.0e} of the largest; at {below['relative']:g} of λ_max the toolkit is at "
-        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty, at "
+        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty (slips apart by "
+        f"{', '.join(f'{slip:.0e}' for slip in apart)} as that rises tenfold each time), at "
         f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest (`calculix_solids`)."
     ]
 

@@ -66,7 +66,8 @@ def test_from_zones_without_a_safe_slip_the_search_reaches_one_that_has_it():
     joint = lap_joint((12, 3, 1), reach=np.inf, steps=4)
     search = best_zone(joint)
     assert upper_bound(joint, open_nodes=search.opened).status == "infeasible"
-    assert search.opened and set(search.zone.open_nodes) > set(search.opened)
+    assert search.opened
+    assert set(search.zone.open_nodes) > set(search.opened)
     found = upper_bound(joint, open_nodes=search.zone.open_nodes)
     assert 0 < search.load_factor == pytest.approx(found.load_factor, rel=1e-6)
     assert search.visited <= 30

@@ -127,6 +127,10 @@ def test_no_triangle_lies_across_a_hole_or_between_two_patches():
     angle = 2 * np.pi * np.arange(24) / 24
     ring = np.concatenate([r * np.stack([np.cos(angle), np.sin(angle)], axis=1) for r in (8.0, 10.0, 12.0)])
     assert len(places_of(placed(ring)).triangles.triangles) == 2 * 2 * 24
+    coarse = shakedown.example("bolted-flange")  # so coarse a ring that its hole is no larger than a triangle
+    drawn = places_of(coarse).triangles
+    assert np.hypot(*coarse.x[drawn.triangles].mean(axis=1).T).min() > 13.0 * np.cos(np.pi / 8) - 1e-9
+    assert len(drawn.triangles) == 2 * 2 * 8
     facing = replace(
         placed(grid(6, 6)), coordinates=np.column_stack([grid(6, 6), np.zeros(36)]), tangents=None,
         normal=np.where(grid(6, 6)[:, :1] < 2.5, 1.0, -1.0) * np.array([0.8, 0.0, 0.6]) + [0.0, 0.0, 0.0],

@@ -23,6 +23,7 @@ NEAREST_AXIS = 1e-9  # of a unit vector: tangents that are taken as equal
 # Of the usual longest side and circle about a triangle: larger ones lie across a hole (whose rim may be one
 # circle) or between two patches.
 LARGEST_TRIANGLE = 2.0
+COVERED = 0.999  # of the area of a contact, by the triangles that are drawn
 FACING = 0.5  # cosine of the angle between two normals below which their nodes are of two patches
 FEWEST = 4  # nodes that span an area
 MOST_NUMBERED = 16  # nodes whose numbers stand beside them
@@ -46,6 +47,8 @@ class Places:
         Of the places.
     normals : (n, 3), optional
         Where they are known: nodes that face each other are of two patches.
+    area
+        Of the whole contact, where it is known [length²].
     """
 
     points: FloatArray
@@ -53,6 +56,7 @@ class Places:
     axes: tuple[str, str]
     unit: str = ""
     normals: FloatArray | None = None
+    area: float | None = None
 
     def seen(self, vectors: FloatArray) -> FloatArray:
         """Vectors of the nodes (…, n, 2), in their tangents, as they are drawn (…, n, 2)."""
@@ -76,7 +80,9 @@ class Places:
             middle[:, 0] / long, middle[:, 1] / long
         )  # of a size of its own: coordinates may be large numbers
         within = mesh.triangles[self._of_one_patch(mesh.triangles)]
-        kept = within[_usual(np.stack([mesh.x, mesh.y], axis=1)[within])] if len(within) else within
+        kept = within[_usual(self.points[within] - self.points[0])] if len(within) else within
+        if self.area is not None:
+            kept = kept[_as_large_as(self.area, self.points[kept] - self.points[0])]
         return Triangulation(self.points[:, 0], self.points[:, 1], kept) if len(kept) else None
 
     def _of_one_patch(self, triangles: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -102,30 +108,50 @@ class Places:
         """The side of a square as large as a node's share of the patch, at least the spacing [length]."""
         if self.triangles is None:
             return self.spacing
-        corners = self.points[self.triangles.triangles]
-        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum()
+        area = float(_areas(self.points[self.triangles.triangles]).sum())
         return max(self.spacing, float(np.sqrt(area / len(self.points))))
 
 
 def _usual(corners: FloatArray) -> NDArray[np.bool_]:
     """Which triangles, corners (k, 3, 2), are not much larger than most: sides, and circles about them."""
-    sides = np.roll(corners, -1, axis=1) - corners
-    lengths = np.linalg.norm(sides, axis=2)
-    twice = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
-    radius = lengths.prod(axis=1) / (2.0 * np.maximum(twice, THIN**2))
-    sizes = lengths.max(axis=1), radius
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    sizes = longest, _circles(corners)
     return np.all([size <= LARGEST_TRIANGLE * np.median(size) for size in sizes], axis=0)
+
+
+def _as_large_as(area: float, corners: FloatArray) -> NDArray[np.bool_]:
+    """Which triangles are left once those with the largest circles, which lie across holes, are taken out.
+
+    So many go that the others still cover the area.
+    """
+    each, order = _areas(corners), np.argsort(-_circles(corners), kind="stable")
+    left = each.sum() - np.cumsum(each[order])
+    found = np.ones(len(corners), dtype=np.bool_)
+    found[order[left >= COVERED * area]] = False
+    return found
+
+
+def _areas(corners: FloatArray) -> FloatArray:
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.asarray(0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]))
+
+
+def _circles(corners: FloatArray) -> FloatArray:
+    """Radii of the circles through the corners of triangles; of thin ones next to infinite."""
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    area = np.maximum(_areas(corners), (THIN * sides.max(axis=1)) ** 2)
+    return np.asarray(sides.prod(axis=1) / (4.0 * area))
 
 
 def places_of(problem: Problem) -> Places:
     """Where the nodes of a joint with two tangential directions are drawn."""
     axes, place = np.tile(np.eye(2), (problem.n, 1, 1)), problem.x
     unit = units_of(problem)[1]
+    area = None if problem.node_area is None else float(problem.node_area.sum())
     tangents = problem.tangents
     same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEAREST_AXIS)
     if place is not None and place.ndim == 2 and place.shape[1] == 2 and same:
-        return Places(place, axes, ("x", "y"), unit, problem.normal)
+        return Places(place, axes, ("x", "y"), unit, problem.normal, area)
     if problem.coordinates is not None:
         place = problem.coordinates
     if place is None:
@@ -133,10 +159,10 @@ def places_of(problem: Problem) -> Places:
     if place.ndim == 1:
         return Places(_row(place), axes, ("position along the contact", ""), unit)
     if place.shape[1] == 2:
-        return Places(place, axes, ("x", "y"), unit, problem.normal)
+        return Places(place, axes, ("x", "y"), unit, problem.normal, area)
     frame, names = _plane(problem, place)
     shown = axes if tangents is None else tangents @ frame.T
-    return Places(place @ frame.T, shown, names, unit, problem.normal)
+    return Places(place @ frame.T, shown, names, unit, problem.normal, area)
 
 
 def _row(along: FloatArray) -> FloatArray:
