@@ -28,6 +28,7 @@ COARSE = 1e-3  # of the end of the scan: no more narrowly towards an outcome in 
 BELOW = (  # where a proof is sought
     0.0, 1e-6, 1e-5, 1e-4, 2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 2e-3, 5e-3, 1e-2, 1.5e-2, 2e-2, 3e-2, 0.1, 0.3,
 )  # fmt: skip
+HALVINGS = 2  # of the step between two of these, with two tangential directions
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -233,6 +234,14 @@ class _Histories:
             middle = (last + few) // 2
             state = self._at(BELOW[middle], low)
             last, few, best = (last, middle, state) if state.proved else (middle, few, best)
+        return best if best is None else self._sharpened(best, BELOW[last], BELOW[few], low)
+
+    def _sharpened(self, best: LongTermState, without: float, proved: float, low: float) -> LongTermState:
+        """A state that is proved, nearer to one that is not."""
+        for _ in range(HALVINGS):
+            share = 0.5 * (without + proved)
+            state = self._at(share, low)
+            best, without, proved = (state, without, share) if state.proved else (best, share, proved)
         return best
 
     def _at(self, share: float, low: float) -> LongTermState:

@@ -107,6 +107,13 @@ def test_a_slow_approach_ends_where_plain_cycles_do(load_factor, outcome):
     np.testing.assert_allclose(found.slip_per_cycle, last.slip, rtol=1e-3, atol=1e-9)
 
 
+def test_a_slow_departure_is_followed_to_its_end():
+    """From slip zero two-node-3d comes near a state that it leaves again, for 10,000 cycles."""
+    found = shakedown.long_term_state(shakedown.example("two-node-3d"), 0.837368621)
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.slip_per_cycle.max() == pytest.approx(5.08883e-4, rel=1e-3)  # after 20,000 plain cycles
+
+
 def test_a_body_that_nothing_holds_slides_away():
     A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
     t = np.arange(8)[:, None] / 8

@@ -94,6 +94,11 @@ class Approach:
         return float(slope * self.period / (1.0 - self.rate) ** 2)
 
     @property
+    def departs(self) -> bool:
+        """Whether the changes grow, as where a state is left that was nearly the limit."""
+        return self.rate == 1.0 and len(self.ratios) >= BEND
+
+    @property
     def known(self) -> bool:
         """Whether two changes a period apart have been compared at least twice."""
         return len(self.changes) > self.period + 1

@@ -25,6 +25,7 @@ SETTLED = 0.1  # the rate changes by at most this share of 1 − rate while the 
 NEAREST = 8  # periods ahead where the rate still changes, and twice that at least
 FADED = 0.125  # of a change: while the rate still changes, no farther than to where so little is foreseen
 ALIKE = 0.1  # of a change ahead: by how much it may differ from the one that was foreseen
+GROWN = 2.0  # and no farther than to where a change has grown so much
 MORE_ALIKE = 0.02  # the same, where the rate still changes
 CLEAR = 1e3  # a cycle slips, and drifts, this much more than it is uncertain by
 CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent, or it is only the accuracy of a cycle
@@ -301,7 +302,7 @@ class ReturnSearch:
         """Go on from where the last states lead, as far as cycles on the way there do what was foreseen."""
         for approach in self.memory.back:
             p = approach.period
-            if not self._worthwhile(approach):
+            if not (self._worthwhile(approach) or approach.departs):
                 continue
             window, before = self.memory.window(p), self.memory.window(p, 1)
             if window is None or before is None:
@@ -330,7 +331,7 @@ class ReturnSearch:
             (state, change), (other, _) = course.ahead(count), earlier.ahead(count + 1)
             way, differ = self.memory.size(state - course.last), self.memory.size(state - other)
             left = self.memory.size(change)
-            if not (differ <= AGREE * way and FADED * approach.change <= left <= approach.change):
+            if not (differ <= AGREE * way and FADED * approach.change <= left <= GROWN * approach.change):
                 break
             differs[count] = differ
         if len(differs) < 2:
@@ -359,7 +360,7 @@ class ReturnSearch:
             if not off <= alike * size + self.rules.noise:
                 break
             reached, last = self.motion.state, count
-            if size * rate / (1.0 - rate) <= NEAR * self.rules.noise:
+            if rate < 1.0 and size * rate / (1.0 - rate) <= NEAR * self.rules.noise:
                 break
         if reached is None:
             self.motion.state, self.memory = here, memory
@@ -368,7 +369,7 @@ class ReturnSearch:
             self.next_leap = self.cycles + self.wait
             return 0
         self.motion.state = reached
-        self.rate, self.wait = rate ** (1 / p), WAIT
+        self.rate, self.wait = rate ** (1 / p) if rate < 1.0 else self.rate, WAIT
         self._start_anew()
         self.next_leap = self.cycles + FEWEST * p
         return last
