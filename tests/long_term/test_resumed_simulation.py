@@ -90,13 +90,14 @@ MOTIONS = {
     "implicit": (SPACE, ImplicitPath),
     "plane": (PLANE, Evolution),
     "space": (SPACE, DirectedMotion),
+    "many-open": (random_joint(np.random.default_rng(6), 12, pressure=0.7), DirectedMotion),
 }
 
 
 @pytest.mark.parametrize("kind", MOTIONS)
 def test_a_motion_goes_on_where_another_stood(kind):
     joint, method = MOTIONS[kind]
-    one, other = method(joint, 0.7), method(joint, 0.7)
+    one, other = method(joint, 1.5), method(joint, 1.5)
     for _ in range(3):
         one.cycle()
     other.go_on(restored(stored(one.interim(), joint), joint))

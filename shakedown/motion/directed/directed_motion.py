@@ -19,6 +19,7 @@ from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, Sta
 from shakedown.motion.directed import curved_loop as kernel
 from shakedown.motion.directed.curved_history import CurvedHistory
 from shakedown.motion.directed.directed_jump import DirectedJump, jump_of
+from shakedown.motion.directed.exchange import make_afresh
 from shakedown.motion.directed.sliding import (
     DEGREE,
     CurveRecord,
@@ -174,6 +175,7 @@ class DirectedMotion:
     def go_on(self, interim: Interim) -> None:
         """Stand where a motion stood, but for what is recorded."""
         done, self.sliding.u[:], self.sliding.contact[:], self.sliding.direction[:] = interim
+        make_afresh(self.sliding)  # as every cycle begins
         self.enter_cycle(done)
 
     def enter_cycle(self, done: int) -> None:

@@ -14,7 +14,7 @@ and the other is not the matrix is antisymmetric, elsewhere symmetric, so that i
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.directed.sliding import Sliding
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.named_state import inner, summing
+from shakedown.motion.kernels.named_state import entered, inner, summing
 
 SINGULAR = 1e-13  # pivot, relative to the largest entry of its row of κ, that counts as zero
 MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
@@ -43,6 +43,12 @@ def exchange(sl: Sliding, place: int) -> bool:
     sl.free[place] = 1 - sl.free[place]
     sl.exchanges += 1
     return True
+
+
+@entered
+def make_afresh(sl: Sliding) -> None:
+    """Make the matrix of the present contact states anew before the next load step."""
+    sl.exchanges = MOST_EXCHANGES + 1
 
 
 @inner
