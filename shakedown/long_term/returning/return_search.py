@@ -218,9 +218,10 @@ class ReturnSearch:
             found = self._at_rest() or self._periodic(self.rules.goal)
             if found is not None:
                 return found
+            followed = self.cycles
             if self.cycles >= self.next_leap:
                 self._leap()
-            if halt is not None:
+            if halt is not None and self.cycles == followed:  # a state leapt to is followed once before
                 halt.note(self._standing)
         found = self._periodic(goal=np.inf)
         return found or self._undecided(f"no periodic state within {cycles_in_words(self.rules.most_cycles)}")
