@@ -4,8 +4,9 @@ It imports nothing of the toolkit, as siconos_steps.py does not. Each load step 
 problem u = M r + b of dimension 3, in local order (normal, two tangents), with M = κ⁻¹ and b the
 displacements free of reactions less the slip from which the step counts.
 
-IN: M (3n, 3n), free (k, 3n) of every step, f (n,), solver, tolerance, iterations. OUT: r, u (k, 3n),
-seconds of the processor in every call of the solver (k,), failures.
+IN: M (3n, 3n), free (k, 3n) of every step, f (n,), solver, tolerance, iterations, budget: seconds of the
+processor after which no further step is begun. OUT: r, u (j, 3n) and seconds of the processor in every call
+of the solver (j,), of the steps that were begun, and failures.
 """
 
 import sys
@@ -38,6 +39,8 @@ def main(source, target):
         if not np.isfinite(reactions).all():
             reactions = np.zeros_like(reactions)
         out.append((reactions.copy(), velocity))
+        if sum(seconds) > float(data["budget"]):
+            break
     r, u = (np.array(part) for part in zip(*out, strict=True))
     np.savez(target, r=r, u=u, seconds=seconds, failures=failures)
 

@@ -24,6 +24,7 @@ CLOSER = 1.5  # ratio of errors when steps are halved, at least, where the steps
 SAME = 1e-7  # difference, relative to the length scale, that is round-off of both
 CLOSE = 1e-2  # error of the shortest steps, at most
 VERDICTS = ("agrees", "undecided", "no reference", "another solution", "differs", "wrong")
+EXPLAINED = 100.0 * Tolerances().path  # violation within a step, where a polynomial stands for the path
 LAWFUL = 1e-9  # violation of the law beyond what the accuracy of a path explains
 
 
@@ -169,7 +170,7 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
         "jumps": sum(len(cycle.jumps) for cycle in done),
         "opens": any(bool(cycle.opened.any()) for cycle in done),
         "estimate": max((cycle.error for cycle in done), default=0.0) / motion.scale.length,
-        "violation": path_violation(problem, 1.0, Tolerances(), motion.history),
+        "violation": max(path_violation(problem, 1.0, Tolerances(), motion.history) - EXPLAINED, 0.0),
         "errors": [],
     }
     if motion.stop is None:
