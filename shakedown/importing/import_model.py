@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.condensation.condense import Condensation, condensed_stiffness
-from shakedown.condensation.contact_frame import friction_left_out
+from shakedown.condensation.contact_frame import SPACE, friction_left_out
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
@@ -33,9 +33,10 @@ from shakedown.importing.stiffness_section import ImportContext, stiffness_secti
 from shakedown.importing.traces import load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.readers.calculix_storage import NUMBERED
 from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
-from shakedown.readers.mesh import SOLIDS, Mesh
+from shakedown.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.toml_table import Table, change_number, read_toml
 
@@ -288,6 +289,7 @@ def import_model(
         stiffness = stiffness_section(sections["stiffness"], contact, model, files)
     else:
         stiffness = kept.stiffness
+    _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
         contact = contact_section(sections["contact"], model, files, assume_plane=False)
     checked = bool(sections["check"].content)
@@ -376,6 +378,29 @@ def _condensed(
         else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
         announce=announce,
     )
+
+
+def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
+    """That the rows of contact nodes are x, y, z: CalculiX stores them so, in a ``*TRANSFORM`` or not.
+
+    But a ``*BOUNDARY`` there takes a row away that is none of these.
+    """
+    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
+    if not turned or mesh is None:
+        return
+    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
+        raise ProblemError(
+            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
+            f"has them), found node {turned[0]} in a *TRANSFORM"
+        )
+    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
+    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
+    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
+    if partly:
+        raise ProblemError(
+            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
+            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
+        )
 
 
 def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:

@@ -42,10 +42,11 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
     displacement[rows] = list((moved or {}).values())
     _check_circumference(table, context)
-    reactions, clamped = clamped_run(table, context.contact, context.files)
+    reactions, clamped = clamped_run(table, context.contact, context.files, context.model.mesh)
     if clamped is not None:  # both bodies held: each node carries minus its reaction
         force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
-    thermal, opened = thermal_forces(table, context), opened_run(table, context.contact, context.files)
+    thermal = thermal_forces(table, context)
+    opened = opened_run(table, context.contact, context.files, context.model.mesh)
     if thermal is not None:
         force = thermal if force is None else force + thermal
     limits = table.array("range", float, (2,), required=False)

@@ -10,13 +10,14 @@ from shakedown.importing.model_section import Values
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.readers.circumference import HOOP
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.nodal_vectors import NodalVectors, What, combined
+from shakedown.readers.mesh import Mesh
+from shakedown.readers.nodal_vectors import NodalVectors, What, combined, in_model_directions
 from shakedown.readers.reactions_table import read_nodal_vectors
 from shakedown.readers.toml_table import Table
 
 
-def run_of(source: Table, what: What, files: InputFiles) -> NodalVectors:
-    """The step of a file that a table names, or the sum of some steps, each times a factor.
+def run_of(source: Table, what: What, files: InputFiles, mesh: Mesh | None) -> NodalVectors:
+    """The step of a file that a table names, or the sum of some steps, each times a factor; along x, y, z.
 
     Keys: ``file``; ``step`` (from 1) or ``steps`` = [[step, factor], …]; ``scale``.
     """
@@ -36,11 +37,23 @@ def run_of(source: Table, what: What, files: InputFiles) -> NodalVectors:
                 f"{source.where}: key 'steps': expected [step, factor] with steps 1 to {len(runs)}, "
                 f"found {number:g}"
             )
-    return combined([runs[int(number) - 1] for number, _ in pairs], [scale * factor for _, factor in pairs])
+    chosen = [_along_axes(runs[int(number) - 1], mesh, source.where) for number, _ in pairs]
+    return combined(chosen, [scale * factor for _, factor in pairs])
+
+
+def _along_axes(run: NodalVectors, mesh: Mesh | None, where: str) -> NodalVectors:
+    """The vectors along x, y, z, where the deck says which way the directions of their nodes lead."""
+    unknown = sorted(run.local if mesh is None else run.local - set(mesh.rotated))
+    if unknown:
+        raise ProblemError(
+            f"{where}: expected {run.what} along x, y, z, or the *TRANSFORM of the deck in [model], found "
+            f"those of node {unknown[0]} in directions of its own (*NODE PRINT, GLOBAL=YES writes x, y, z)"
+        )
+    return run if mesh is None else in_model_directions(run, mesh.directions_of)
 
 
 def clamped_run(
-    table: Table, contact: ContactSection, files: InputFiles
+    table: Table, contact: ContactSection, files: InputFiles, mesh: Mesh | None
 ) -> tuple[FloatArray | None, Values | None]:
     """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
     if not isinstance(table.content.get("reactions"), dict):
@@ -54,7 +67,7 @@ def clamped_run(
             "each other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, found "
             f"'{bodies}'"
         )
-    run = run_of(source, "reactions", files)
+    run = run_of(source, "reactions", files, mesh)
     source.done()
     if bodies != "clamped":
         return run.at(contact.first, contact.axes, contact.tied), None
@@ -81,10 +94,10 @@ def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
             "load with the contact nodes held and give their 'reactions', or with the contact open ('open')"
         )
     twin = Table(dict(source.content), source.where)
-    run = run_of(source, "reactions", context.files)
+    run = run_of(source, "reactions", context.files, context.model.mesh)
     source.done()
     if run.by_calculix:
-        _check_held(twin, context.files)
+        _check_held(twin, context.files, context.model.mesh)
     dofs = context.stiffness.dofs
     moving = np.isin(dofs[:, 1], (1, 2, 3))
     force = np.zeros(len(dofs))
@@ -106,11 +119,11 @@ def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
     return force
 
 
-def _check_held(source: Table, files: InputFiles) -> None:
+def _check_held(source: Table, files: InputFiles, mesh: Mesh | None) -> None:
     """That the displacements beside the reactions are all zero."""
     where = source.where
     try:
-        run = run_of(source, "displacements", files)
+        run = run_of(source, "displacements", files, mesh)
     except ProblemError as error:
         raise ProblemError(
             f"{where}: expected displacements beside the reactions, which show that every node was held "
@@ -125,13 +138,13 @@ def _check_held(source: Table, files: InputFiles) -> None:
 
 
 def opened_run(
-    table: Table, contact: ContactSection, files: InputFiles
+    table: Table, contact: ContactSection, files: InputFiles, mesh: Mesh | None
 ) -> tuple[FloatArray, FloatArray] | None:
     """``open``: displacements of the contact nodes with the contact open (of pairs u₁ − u₂), rounding."""
     if not table.has("open"):
         return None
     source = table.table("open")
-    run = run_of(source, "displacements", files)
+    run = run_of(source, "displacements", files, mesh)
     source.done()
     columns = [axis - 1 for axis in contact.axes]
     with found_in(source.where):
@@ -175,7 +188,7 @@ def static_run(table: Table, reduced: Condensation, context: ImportContext, stif
             "was made from, which agrees with itself"
         )
     moved = context.model.values(table, "displacements")
-    reactions, clamped = clamped_run(table, contact, files)
+    reactions, clamped = clamped_run(table, contact, files, context.model.mesh)
     table.done()
     if moved is None or reactions is None or clamped is not None:
         raise ProblemError(

@@ -24,6 +24,7 @@ HEADINGS: dict[What, re.Pattern[str]] = {
     "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
 }
 COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
+LOCAL = "L"  # at the end of a row whose components are along the directions of a *TRANSFORM
 LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
 _WORDS = {2: "two", 3: "three"}
 Order = Literal["node-by-node", "direction-by-direction"]
@@ -45,12 +46,12 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         If there is no table, or a line of one is malformed.
     """
     name = os.fspath(path)
-    tables: list[tuple[str, float, list[list[float]]]] = []
+    tables: list[tuple[str, float, list[list[float]], set[int]]] = []
     reading = False
     for k, line in enumerate(read_lines(path), start=1):
         where, heading = f"{name}: line {k}", HEADINGS[what].match(line)
         if heading:
-            tables.append((heading[1], number(heading[2], where), []))
+            tables.append((heading[1], number(heading[2], where), [], set()))
             reading = True
             continue
         fields = line.split()
@@ -59,17 +60,22 @@ def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions")
         if not re.fullmatch(r"\d+", fields[0]):  # another kind of output
             reading = False
             continue
-        if len(fields) != 4:
+        local = fields[4:] == [LOCAL]
+        if len(fields) != 4 + local:
             raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
-        tables[-1][2].append([*integers(fields[:1], where), *(number(field, where) for field in fields[1:])])
-    if not any(rows for _, _, rows in tables):
+        row = [*integers(fields[:1], where), *(number(field, where) for field in fields[1:4])]
+        tables[-1][2].append(row)
+        if local:
+            tables[-1][3].add(int(row[0]))
+    if not any(rows for _, _, rows, _ in tables):
         raise ProblemError(
             f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
             f"{'forces' if what == 'reactions' else what}"
         )
     steps: list[NodalVectors] = []
-    for node_set, when, rows in tables:
+    for node_set, when, rows, own in tables:
         table = step_of(what, (node_set,), when, rows, name, SEVEN_DIGITS)
+        table = replace(table, local=frozenset(own))
         if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
             table = _merged(steps.pop(), table)
         steps.append(table)
@@ -103,6 +109,7 @@ def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
         nodes=np.concatenate([first.nodes, second.nodes]),
         vectors=np.concatenate([first.vectors, second.vectors]),
         rounding=np.concatenate([first.rounding, second.rounding]),
+        local=first.local | second.local,
     )
 
 
@@ -146,6 +153,12 @@ def unit_displacement_stiffness(
         wrong sign, or the result is not symmetric to the digits that are printed.
     """
     n, d = len(nodes), len(axes)
+    turned = sorted(frozenset().union(*(step.local for step in steps)))
+    if turned:
+        raise ProblemError(
+            "unit displacements: expected reactions along x, y, z, found those of node "
+            f"{turned[0]} in a *TRANSFORM"
+        )
     if len(steps) != d * n:
         hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
         raise ProblemError(

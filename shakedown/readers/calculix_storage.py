@@ -1,6 +1,7 @@
 """CalculiX ``*FREQUENCY, SOLVER=MATRIXSTORAGE``: ``job.sti`` with its map ``job.dof``."""
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
 from shakedown.readers.row_map import Rows, read_row_map, row_map
 from shakedown.readers.stiffness import Stiffness, check_entries_once, checked, completed
 from shakedown.readers.text import integers, number, quoted, read_lines
@@ -36,8 +38,36 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     name = os.fspath(path)
     beside = Path(path).with_suffix(".dof")
     rows = beside if rows is None and beside.exists() else rows
+    lines = read_lines(path)
+    entries = _at_once(lines)
+    table, values = _one_by_one(lines, name) if entries is None else entries
+    dofs = _rows(rows, int(table.max()) + 1, name)
+    N = len(dofs)
+    if table.min() < 0 or table.max() >= N:
+        raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
+    half = sparse.coo_array((values, (table[:, 0], table[:, 1])), shape=(N, N))
+    check_entries_once(table[:, 0], table[:, 1], name)
+    return checked(completed(half), dofs, NUMBERED)
+
+
+def _at_once(lines: list[str]) -> tuple[NDArray[np.intp], FloatArray] | None:
+    """(row, column) from 0 and values; None where a line is not two whole numbers and a finite one."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of whole numbers written as real ones, of no lines at all
+            found = np.loadtxt(lines, dtype="i8,i8,f8", comments=None, ndmin=1)
+    except (ValueError, Warning):
+        return None
+    values = np.ascontiguousarray(found["f2"])
+    if not np.isfinite(values).all():
+        return None
+    return np.column_stack([found["f0"], found["f1"]]).astype(np.intp) - 1, values
+
+
+def _one_by_one(lines: list[str], name: str) -> tuple[NDArray[np.intp], FloatArray]:
+    """The same line by line, which says what is wrong where."""
     indices, values = [], []
-    for k, line in enumerate(read_lines(path), start=1):
+    for k, line in enumerate(lines, start=1):
         fields = line.split()
         if not fields:
             continue
@@ -49,14 +79,7 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
             )
         indices.append(integers(fields[:2], where))
         values.append(number(fields[2], where))
-    table = np.array(indices, dtype=np.intp) - 1
-    dofs = _rows(rows, int(table.max()) + 1, name)
-    N = len(dofs)
-    if table.min() < 0 or table.max() >= N:
-        raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
-    half = sparse.coo_array((np.array(values), (table[:, 0], table[:, 1])), shape=(N, N))
-    check_entries_once(table[:, 0], table[:, 1], name)
-    return checked(completed(half), dofs, NUMBERED)
+    return np.array(indices, dtype=np.intp) - 1, np.array(values)
 
 
 def _rows(rows: Rows, most: int, name: str) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""Local coordinate systems of a deck (``*ORIENTATION``): rectangular or cylindrical."""
+"""Local coordinate systems of a deck (``*ORIENTATION``, ``*TRANSFORM``): rectangular or cylindrical."""
 
 from dataclasses import dataclass
 
@@ -95,3 +95,25 @@ def coordinate_system(name: str, parameters: dict[str, str], data: list[tuple[st
     return CoordinateSystem(
         f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
     )
+
+
+def nodal_system(parameters: dict[str, str], data: list[tuple[str, str]], name: str) -> CoordinateSystem:
+    """Read the data line (where, text) of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
+
+    Two points: of ``TYPE=R`` along the first axis, and in the plane of the first and the second one; of
+    ``TYPE=C`` on the axis, the directions radial, circumferential and axial.
+
+    Raises
+    ------
+    ProblemError
+        If it is of another kind, or there are not six numbers.
+    """
+    kind, where = parameters.get("TYPE", "R").strip().upper(), data[0][0] if data else name
+    fields = [field.strip() for _, text in data for field in text.split(",") if field.strip()]
+    if kind not in ("R", "C") or len(fields) != 6:
+        raise ProblemError(
+            f"{where}: expected *TRANSFORM of TYPE=R or C with two points, found "
+            f"{quoted(', '.join([kind, *fields]))}"
+        )
+    first, second = np.array([number(field, where) for field in fields]).reshape(2, 3)
+    return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)

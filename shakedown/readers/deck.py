@@ -130,7 +130,7 @@ class _Deck:
     element_lists: dict[str, list[Members]] = field(default_factory=dict)
     sides: dict[str, list[tuple[str, str, int]]] = field(default_factory=dict)
     surface_nodes: dict[str, list[Members]] = field(default_factory=dict)
-    rotated: list[tuple[str, str]] = field(default_factory=list)
+    rotated: list[tuple[str, str, Orientation]] = field(default_factory=list)
     equations: list[tuple[str, list[str]]] = field(default_factory=list)
     parts: int = 0
     instances: int = 0
@@ -154,7 +154,7 @@ class _Deck:
             case "SURFACE":
                 self._surface(parameters, data)
             case "TRANSFORM":
-                self.rotated.append((parameters.get("NSET", ""), self.name))
+                self.rotated.append((parameters.get("NSET", ""), self.name, (parameters, data)))
             case "ORIENTATION":
                 self.systems[parameters.get("NAME", "").upper()] = (parameters, data)
             case "EQUATION":
@@ -297,11 +297,11 @@ class _Deck:
         for name, elements in self.nodes_of_elements:
             node_sets[name] = np.union1d(node_sets[name], self._nodes_of(elements, element_sets))
         node_sets |= resolved(self.surface_nodes, labels, node_sets)
-        rotated: set[int] = set()
-        for name, where in self.rotated:
+        rotated: dict[int, Orientation] = {}
+        for name, where, system in self.rotated:
             if name.upper() not in node_sets:
                 raise ProblemError(f"{where}: expected the node set {quoted(name)} of *TRANSFORM, found none")
-            rotated |= set(node_sets[name.upper()].tolist())
+            rotated |= dict.fromkeys(node_sets[name.upper()].tolist(), system)
         return Mesh(
             self.name,
             labels,
@@ -309,7 +309,7 @@ class _Deck:
             node_sets,
             {name: self._faces(sides, element_sets) for name, sides in self.sides.items()},
             self.elements,
-            frozenset(rotated),
+            rotated,
             relative_displacements(self.equations, node_sets),
             bool(self.revolved),
             self.matrix_by,

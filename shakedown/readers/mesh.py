@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.readers.coordinate_system import CoordinateSystem, coordinate_system
+from shakedown.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
 from shakedown.readers.face_shares import face_shares
 from shakedown.readers.text import listed, quoted
 
@@ -58,8 +58,8 @@ class Mesh:
         (element, face from 1) of each element surface, likewise.
     elements : mapping
         Shape and nodes of every element.
-    rotated : frozenset of int
-        Nodes whose directions are not x, y, z of the model (``*TRANSFORM``).
+    rotated : mapping
+        The system (``*TRANSFORM``) of nodes whose directions are not x, y, z, as the deck has it.
     relative : mapping
         (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
         difference u₁ − u₂ of two others: the labels of these two.
@@ -77,7 +77,7 @@ class Mesh:
     node_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
     surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     elements: Mapping[int, Element] = field(default_factory=dict)
-    rotated: frozenset[int] = frozenset()
+    rotated: Mapping[int, Orientation] = field(default_factory=dict)
     relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
     axisymmetric: bool = False
     matrix_by: str = ""
@@ -119,6 +119,22 @@ class Mesh:
             known = listed(sorted(self.systems)) or "none"
             raise ProblemError(f"{self.name}: expected the *ORIENTATION {quoted(name)}, found {known}")
         return coordinate_system(name, *self.systems[key])
+
+    def directions_of(self, labels: ArrayLike) -> FloatArray:
+        """Where directions 1, 2, 3 of nodes lead, one per row, (k, 3, 3): x, y, z unless the deck turns them.
+
+        Raises
+        ------
+        ProblemError
+            If a system is of another kind than rectangular or cylindrical, or a node lies on its axis.
+        """
+        wanted = np.asarray(labels).ravel()
+        places, found = self.at(wanted), np.tile(np.eye(3), (len(wanted), 1, 1))
+        for k, label in enumerate(wanted.tolist()):
+            if label in self.rotated:
+                system = nodal_system(*self.rotated[label], self.name)
+                found[k] = system.axes_at(places[k : k + 1])[0]
+        return found
 
     def at(self, labels: ArrayLike) -> FloatArray:
         """Coordinates of nodes, (k, 3) [length]; ``ProblemError`` names the first that is not there."""

@@ -1,7 +1,7 @@
 """What a static step gave at nodes: reactions or displacements, of one step or of several together."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -34,6 +34,8 @@ class NodalVectors:
     by_calculix : bool
         Whether CalculiX printed them: of axisymmetric models its reactions lack a part, and of all
         models they are the forces inside, without the loads at the node itself.
+    local
+        Nodes whose components are along directions of their own (``*TRANSFORM``).
     """
 
     what: What
@@ -43,6 +45,7 @@ class NodalVectors:
     vectors: FloatArray
     rounding: FloatArray
     by_calculix: bool = False
+    local: frozenset[int] = frozenset()
 
     def at(
         self, nodes: NDArray[np.intp], axes: tuple[int, ...], tied: NDArray[np.intp] | None = None
@@ -100,4 +103,27 @@ def combined(steps: Sequence[NodalVectors], factors: Sequence[float]) -> NodalVe
         np.sum([factor * step.vectors[place] for step, place, factor in pairs], axis=0),
         np.sum([abs(factor) * step.rounding[place] for step, place, factor in pairs], axis=0),
         by_calculix=any(step.by_calculix for step in steps),
+        local=frozenset().union(*(step.local for step in steps)),
     )
+
+
+def in_model_directions(
+    run: NodalVectors, directions: Callable[[NDArray[np.intp]], FloatArray]
+) -> NodalVectors:
+    """The same along x, y, z; ``directions`` says where those of nodes lead, (k, 3, 3).
+
+    Examples
+    --------
+    >>> turned = np.array([[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+    >>> one, nodes = np.array([[5.0, 0.0, 2.0]]), np.array([7])
+    >>> run = NodalVectors("reactions", ("N",), 1.0, nodes, one, 0 * one, local=frozenset([7]))
+    >>> in_model_directions(run, lambda nodes: turned).vectors
+    array([[0., 5., 2.]])
+    """
+    own = np.isin(run.nodes, list(run.local))
+    if not own.any():
+        return run
+    axes, vectors, rounding = directions(run.nodes[own]), run.vectors.copy(), run.rounding.copy()
+    vectors[own] = np.einsum("ki,kij->kj", vectors[own], axes)
+    rounding[own] = np.einsum("ki,kij->kj", rounding[own], np.abs(axes))
+    return replace(run, vectors=vectors, rounding=rounding, local=frozenset())

@@ -178,6 +178,68 @@ def test_tangents_of_a_local_system_of_the_deck(folder, made):
         tangents("TABLE")
 
 
+TRANSFORMS = """*TRANSFORM, NSET=UPPER_FOOT, TYPE=C
+-1., -1., 0., -1., -1., 5.
+*TRANSFORM, NSET=LOWER_TOP
+0.8, 0.6, 0., -0.6, 0.8, 0.
+"""
+
+
+def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
+    """CalculiX stores x, y, z all the same; what it prints along the directions of a node is turned back."""
+    sets, places = solids.node_sets(), solids.places()
+    for name in ("job.inp", "job.sti", "job.dof"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    nodes = np.concatenate([sets["UPPER_FOOT"], sets["LOWER_TOP"]])
+    moved = np.random.default_rng(0).normal(size=(len(nodes), 3)).round(3)
+    arm = places[nodes - 1, :2] + 1.0
+    radial = arm / np.linalg.norm(arm, axis=1)[:, None]
+    radial[12:] = [0.8, 0.6]
+    own = np.column_stack(
+        [
+            (radial * moved[:, :2]).sum(axis=1),
+            radial[:, 0] * moved[:, 1] - radial[:, 1] * moved[:, 0],
+            moved[:, 2],
+        ]
+    )
+    for name, vectors, mark in (("model.dat", moved, ""), ("own.dat", own, " L")):
+        rows = [
+            " ".join(map(repr, [int(n), *v])) + mark for n, v in zip(nodes, vectors.tolist(), strict=True)
+        ]
+        (tmp_path / name).write_text(
+            "\n".join([" displacements (vx,vy,vz) for set BOTH and time  0.1000000E+01", "", *rows, ""])
+        )
+
+    def imported(file, loads=LOADS):
+        return import_model(
+            configuration(tmp_path, loads=f'{loads}[[load]]\nopen = {{ file = "{file}" }}\nhistory = 1.0\n')
+        )
+
+    straight = imported("model.dat").problem
+    with pytest.raises(ProblemError, match=r"found those of node 13 in directions of its own \(\*NODE PRINT"):
+        imported("own.dat")
+    text = (tmp_path / "job.inp").read_text()
+    (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS}*STEP"))
+    for file in ("model.dat", "own.dat"):
+        turned = imported(file).problem
+        np.testing.assert_array_equal(turned.kappa, made.problem.kappa)
+        size = np.abs(straight.q_w).max()
+        np.testing.assert_allclose(turned.q_w, straight.q_w, atol=1e-12 * size)
+        np.testing.assert_allclose(turned.p_w, straight.p_w, atol=1e-12 * size)
+    rows = (tmp_path / "job.dof").read_text()
+    (tmp_path / "job.dof").write_text(rows.replace("25.1\n", "99.1\n", 1))
+    with pytest.raises(
+        ProblemError, match=r"expected three rows of a contact node in a \*TRANSFORM, found 2 of node 25"
+    ):
+        imported("model.dat")
+    (tmp_path / "job.dof").write_text(rows)
+    (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS.replace('TYPE=C', 'TYPE=S')}*STEP"))
+    with pytest.raises(
+        ProblemError, match=r"expected \*TRANSFORM of TYPE=R or C with two points, found 'S, -1"
+    ):
+        imported("own.dat")
+
+
 def components(frame, state):
     """(tangential…, normal…) along x, y, z at every node."""
     slip, gap = frame.layout.split(state)
@@ -277,7 +339,8 @@ def test_what_was_read_is_shown(folder, made):
 @pytest.mark.parametrize("tetrahedra", [False, True])
 def test_calculix_stores_what_is_imported(tmp_path, made, tetrahedra):
     """Its own C3D8 and C3D4: the same joint as from this element, to the digits of the file; six rigid motions."""
-    (tmp_path / "job.inp").write_text(solids.deck(solids.places(), tetrahedra=tetrahedra))
+    text = solids.deck(solids.places(), tetrahedra=tetrahedra)
+    (tmp_path / "job.inp").write_text(text if tetrahedra else text.replace("*STEP", f"{TRANSFORMS}*STEP"))
     ccx(tmp_path, "job")
     found = import_model(configuration(tmp_path))
     assert found.condensation.zero_modes == 6

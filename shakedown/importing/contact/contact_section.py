@@ -121,13 +121,6 @@ def contact_section(
     table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
-    if model.mesh is not None:
-        rotated = [label for label in contact.labels.ravel().tolist() if label in model.mesh.rotated]
-        if rotated:
-            raise ProblemError(
-                f"{table.where}: expected contact nodes with directions x, y, z, found node {rotated[0]} in "
-                "a *TRANSFORM"
-            )
     placed = _placed(contact, table.where, sort=from_sets) if found.axes != SPACE else _on_patch(contact)
     normals = in_space(placed.normals, placed.axes)
     return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
