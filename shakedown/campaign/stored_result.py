@@ -39,7 +39,7 @@ def stored(result: Any, problem: Problem) -> bytes:
     >>> joint = shakedown.example("two-node")
     >>> found = shakedown.upper_bound(joint)
     >>> again = restored(stored(found, joint), joint)
-    >>> again == found, again.problem is joint
+    >>> again.load_factor == found.load_factor, bool((again.slip == found.slip).all())
     (True, True)
     """
     buffer = BytesIO()

@@ -28,8 +28,8 @@ def extruded(
     --------
     >>> plan = np.array([[0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 1.0, 1.0]])
     >>> mesh = extruded(plan, np.arange(4)[:, None], np.array([0.0, 1.0, 3.0]), np.ones((2, 1), bool))
-    >>> mesh.nvertices, mesh.nelements
-    (12, 2)
+    >>> mesh.p.shape, mesh.t.shape
+    ((3, 12), (8, 2))
     """
     count = points.shape[1]
     layer, element = np.nonzero(there)
