@@ -32,7 +32,8 @@ class Course:
         shares, total = np.eye(len(self.weights)), np.zeros(len(self.weights))
         for _ in range(count):
             newest = self.weights @ shares
-            shares, total = np.vstack([shares[1:], newest]), total + newest
+            shares[:-1] = shares[1:]
+            shares[-1], total = newest, total + newest
         return self.last + total @ self.changes, (self.weights @ shares) @ self.changes
 
     @property

@@ -22,6 +22,7 @@ WINDOW = 7  # states that a limit is worked out from, one period apart
 FEWEST = 4  # of them
 AGREE = 1e-3  # two limits in a row differ by at most this share of the leap
 SETTLED = 0.1  # the rate changes by at most this share of 1 − rate while the changes shrink to a third
+PAUSE, SLOW = 4, 0.9  # while the rate still changes: states from try to try, and the rate from which
 NEAREST = 8  # periods ahead where the rate still changes, and twice that at least
 FADED = 0.125  # of a change: while the rate still changes, no farther than to where so little is foreseen
 ALIKE = 0.1  # of a change ahead: by how much it may differ from the one that was foreseen
@@ -301,8 +302,11 @@ class ReturnSearch:
 
     def _leap(self) -> None:
         """Go on from where the last states lead, as far as cycles on the way there do what was foreseen."""
+        waits = len(self.memory.states) % PAUSE > 0
         for approach in self.memory.back:
             p = approach.period
+            if (waits or approach.rate < SLOW) and approach.bend > SETTLED:
+                continue
             if not (self._worthwhile(approach) or approach.departs):
                 continue
             window, before = self.memory.window(p), self.memory.window(p, 1)
