@@ -14,7 +14,7 @@ import numpy as np
 from shakedown.motion.implicit.dense_solver import factorise, solve
 from shakedown.motion.implicit.sweeps import contact_position
 from shakedown.motion.implicit.swept_stiffness import inverse
-from shakedown.motion.kernels.named_state import inner
+from shakedown.motion.kernels.named_state import borrowing, inner
 
 ROUNDS = 25
 HALVINGS = 8  # of one step
@@ -23,11 +23,10 @@ FAST = 1e-2  # what a step with old factors leaves of |F|² at most
 DECREASE = 1e-4  # of the sum of squares, relative to what Newton's method foresees
 
 
-@inner
-def misfit(body, tableau, start, contact, F, direction):  # type: ignore[no-untyped-def]
+@borrowing
+def misfit(body, tableau, start, contact, F, direction, room):  # type: ignore[no-untyped-def]
     """F (2n,), the directions x/|x| (2n,) and |F|², and the largest; a node that sticks has direction 0."""
     total, largest = 0.0, 0.0
-    room = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(len(body.f)):
         j, k = 2 * i, 3 * i
         F[j], F[j + 1], direction[j], direction[j + 1] = 0.0, 0.0, 0.0, 0.0
@@ -51,41 +50,33 @@ def misfit(body, tableau, start, contact, F, direction):  # type: ignore[no-unty
     return total, largest
 
 
-@inner
-def weights():  # type: ignore[no-untyped-def]
-    """Room for :func:`weigh`."""
-    return np.empty((2, 2)), np.empty(2), np.empty((2, 2)), np.empty((3, 3)), np.empty((2, 3))
-
-
-@inner
-def weigh(body, tableau, start, contact, i, direction, room):  # type: ignore[no-untyped-def]
-    """How F of a node follows its own q, p and slip: a (2, 2), b (2,) and c (2, 2), put into room.
+@borrowing
+def weigh(body, tableau, start, contact, i, direction, P):  # type: ignore[no-untyped-def]
+    """How F of a node follows its own q, p and slip: a (2, 2), b (2,) and c (2, 2), as ten numbers.
 
     It slips: a = 1 − βT, b = −f x/|x| where it is pressed, c = ρβT, T = 1 − x xᵀ/|x|². It sticks: c = ρ.
     """
-    a, b, c, _, _ = room
     j, k = 2 * i, 3 * i
     rho, p = body.tangential[i], tableau.r_w[k + 2] + tableau.out[k + 2]
     x, y = direction[j], direction[j + 1]
-    a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1] = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    c[0, 0], c[0, 1], c[1, 0], c[1, 1] = rho, 0.0, 0.0, rho
+    a00, a01, a11, b0, b1, c00, c01, c11 = 0.0, 0.0, 0.0, 0.0, 0.0, rho, 0.0, rho
     if x != 0.0 or y != 0.0:
         qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
         sx, sy = rho * (tableau.given[k] - contact[j]), rho * (tableau.given[k + 1] - contact[j + 1])
-        share = body.f[i] * max(p, 0.0) / np.sqrt((qx - sx) ** 2 + (qy - sy) ** 2)
+        ax, ay = qx - sx, qy - sy
+        share = body.f[i] * max(p, 0.0) / np.sqrt(ax * ax + ay * ay)
         xx, xy, yy = share * y * y, -share * x * y, share * x * x
-        a[0, 0], a[0, 1], a[1, 0], a[1, 1] = 1.0 - xx, -xy, -xy, 1.0 - yy
-        c[0, 0], c[0, 1], c[1, 0], c[1, 1] = rho * xx, rho * xy, rho * xy, rho * yy
+        a00, a01, a11, c00, c01, c11 = 1.0 - xx, -xy, 1.0 - yy, rho * xx, rho * xy, rho * yy
         if p > 0.0:
-            b[0], b[1] = -body.f[i] * x, -body.f[i] * y
-    if start[k + 2] > 0.0:
-        weigh_touch(body, tableau, start, i, room)
+            b0, b1 = -body.f[i] * x, -body.f[i] * y
+    found = a00, a01, a01, a11, b0, b1, c00, c01, c01, c11
+    return weigh_touch(body, tableau, start, i, found, P) if start[k + 2] > 0.0 else found
 
 
-@inner
-def weigh_touch(body, tableau, start, i, room):  # type: ignore[no-untyped-def]
+@borrowing
+def weigh_touch(body, tableau, start, i, found, P):  # type: ignore[no-untyped-def]
     """As :func:`weigh`, of a node that was open: where it touches moves with its q, p and slip, too."""
-    a, b, c, P, moves = room
+    a00, a01, a10, a11, b0, b1, c00, c01, c10, c11 = found
     k, old = 3 * i, start[3 * i + 2]
     inverse(body.kappa, k, P)
     qx, qy = tableau.r_w[k] + tableau.out[k], tableau.r_w[k + 1] + tableau.out[k + 1]
@@ -96,16 +87,15 @@ def weigh_touch(body, tableau, start, i, room):  # type: ignore[no-untyped-def]
     for d in range(2):
         way = tableau.given[k + d] - (P[d, 0] * qx + P[d, 1] * qy + P[d, 2] * p) - start[k + d]
         for e in range(3):
-            moves[d, e] = -share * P[d, e] - way * grows * P[2, e]
-    for d in range(2):
-        first, second = c[d, 0], c[d, 1]
-        for e in range(2):
-            a[d, e] -= first * moves[0, e] + second * moves[1, e]
-        b[d] -= first * moves[0, 2] + second * moves[1, 2]
-        c[d, 0], c[d, 1] = first * (1.0 - share), second * (1.0 - share)
+            P[d, e] = -share * P[d, e] - way * grows * P[2, e]  # how it moves
+    a00, a01 = a00 - (c00 * P[0, 0] + c01 * P[1, 0]), a01 - (c00 * P[0, 1] + c01 * P[1, 1])
+    a10, a11 = a10 - (c10 * P[0, 0] + c11 * P[1, 0]), a11 - (c10 * P[0, 1] + c11 * P[1, 1])
+    b0, b1 = b0 - (c00 * P[0, 2] + c01 * P[1, 2]), b1 - (c10 * P[0, 2] + c11 * P[1, 2])
+    rest = 1.0 - share
+    return a00, a01, a10, a11, b0, b1, c00 * rest, c01 * rest, c10 * rest, c11 * rest
 
 
-@inner
+@borrowing
 def sorts(body, tableau, start, F, direction, nodes):  # type: ignore[no-untyped-def]
     """The nodes that slip or that were open; returns how many, and whether another is not where it sticks."""
     count, astray = 0, False
@@ -119,7 +109,7 @@ def sorts(body, tableau, start, F, direction, nodes):  # type: ignore[no-untyped
     return count, astray
 
 
-@inner
+@borrowing
 def are_known(tableau, factors, nodes, count):  # type: ignore[no-untyped-def]
     """Whether the factors are those of these nodes, the same others open."""
     if factors.known[0] != count or factors.known[1] != tableau.updates[1]:
@@ -133,29 +123,33 @@ def are_known(tableau, factors, nodes, count):  # type: ignore[no-untyped-def]
 @inner
 def equations(body, tableau, start, contact, direction, factors, nodes, count):  # type: ignore[no-untyped-def]
     """The derivatives of F with respect to the slips, and their factors; False where they are singular."""
+    fill(body, tableau, start, contact, direction, factors, nodes, count, np.empty((3, 3)))
+    return count == 0 or factorise(factors, 2 * count)
+
+
+@borrowing
+def fill(body, tableau, start, contact, direction, factors, nodes, count, P):  # type: ignore[no-untyped-def]
+    """The derivatives of F with respect to the slips of these nodes."""
     N, columns = tableau.N, factors.columns
-    room = weights()
-    a, b, c, _, _ = room
     for m in range(count):
         i = nodes[m]
         k = 3 * i
         factors.slipping[m] = i
-        weigh(body, tableau, start, contact, i, direction, room)
-        a00, a01, a10, a11, b0, b1 = a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1]
+        a00, a01, a10, a11, b0, b1, c00, c01, c10, c11 = weigh(body, tableau, start, contact, i, direction, P)
         for other in range(count):
             for d in range(2):
-                row = N[3 * nodes[other] + d]  # N is symmetric
-                x, y, z = row[k], row[k + 1], row[k + 2]
+                at = 3 * nodes[other] + d
+                x, y, z = N[k, at], N[k + 1, at], N[k + 2, at]  # N is symmetric
                 columns[2 * other + d, 2 * m] = a00 * x + a01 * y + b0 * z
                 columns[2 * other + d, 2 * m + 1] = a10 * x + a11 * y + b1 * z
-        for d in range(2):
-            columns[2 * m + d, 2 * m] += c[0, d]
-            columns[2 * m + d, 2 * m + 1] += c[1, d]
+        columns[2 * m, 2 * m] += c00
+        columns[2 * m, 2 * m + 1] += c10
+        columns[2 * m + 1, 2 * m] += c01
+        columns[2 * m + 1, 2 * m + 1] += c11
     factors.known[0], factors.known[1] = count, tableau.updates[1]
-    return count == 0 or factorise(factors, 2 * count)
 
 
-@inner
+@borrowing
 def goes_back(tableau, start, contact, F, direction, change):  # type: ignore[no-untyped-def]
     """The change of the slips (2n,) of nodes that stick, to where they do."""
     for i in range(len(tableau.is_open)):
@@ -169,13 +163,13 @@ def goes_back(tableau, start, contact, F, direction, change):  # type: ignore[no
 @inner
 def follow_back(body, tableau, start, contact, direction, factors, moved, right):  # type: ignore[no-untyped-def]
     """Take from the right side what the nodes that go back change of F."""
-    room = weights()
-    a, b, _, _, _ = room
+    P = np.empty((3, 3))
     for m in range(factors.known[0]):
-        k = 3 * factors.slipping[m]
-        weigh(body, tableau, start, contact, factors.slipping[m], direction, room)
-        for d in range(2):
-            right[2 * m + d] -= a[d, 0] * moved[k] + a[d, 1] * moved[k + 1] + b[d] * moved[k + 2]
+        i = factors.slipping[m]
+        k = 3 * i
+        a00, a01, a10, a11, b0, b1, _, _, _, _ = weigh(body, tableau, start, contact, i, direction, P)
+        right[2 * m] -= a00 * moved[k] + a01 * moved[k + 1] + b0 * moved[k + 2]
+        right[2 * m + 1] -= a10 * moved[k] + a11 * moved[k + 1] + b1 * moved[k + 2]
 
 
 @inner
@@ -201,7 +195,7 @@ def slips_on(body, tableau, start, contact, F, direction, factors, step, close):
     return True
 
 
-@inner
+@borrowing
 def move(tableau, change, moved):  # type: ignore[no-untyped-def]
     """What a change (2n,) of the slips of closed nodes changes of what follows, (3n,)."""
     for a in range(len(moved)):
@@ -214,7 +208,7 @@ def move(tableau, change, moved):  # type: ignore[no-untyped-def]
                 moved[a] += x * first[a] + y * second[a]
 
 
-@inner
+@borrowing
 def go(tableau, change, moved, share):  # type: ignore[no-untyped-def]
     """Go a share of the way."""
     for i in range(len(change) // 2):
@@ -234,7 +228,8 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
     n = len(body.f)
     F, direction, right, moved = np.empty(2 * n), np.empty(2 * n), np.empty(2 * n), np.empty(3 * n)
     change, nodes = np.empty(2 * n), np.empty(n, dtype=np.int64)
-    total, largest = misfit(body, tableau, start, contact, F, direction)
+    room = np.empty((3, 3)), np.empty(3), np.empty(3)
+    total, largest = misfit(body, tableau, start, contact, F, direction, room)
     for step in range(ROUNDS):
         if largest <= close:
             return True, step
@@ -253,7 +248,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
         move(tableau, change, moved)
         share, before = 1.0, total
         go(tableau, change, moved, share)
-        total, largest = misfit(body, tableau, start, contact, F, direction)
+        total, largest = misfit(body, tableau, start, contact, F, direction, room)
         if again and not total <= FAST * before:
             factors.known[0] = -1
         for _ in range(HALVINGS):
@@ -261,7 +256,7 @@ def newton(body, tableau, start, contact, close, factors):  # type: ignore[no-un
                 break
             go(tableau, change, moved, -0.5 * share)
             share *= 0.5
-            total, largest = misfit(body, tableau, start, contact, F, direction)
+            total, largest = misfit(body, tableau, start, contact, F, direction, room)
         if not again and not total <= (1.0 - DECREASE * share) * before:
             return False, step
     return largest <= close, ROUNDS

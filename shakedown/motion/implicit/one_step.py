@@ -5,12 +5,12 @@ import numpy as np
 from shakedown.motion.implicit.newton_rounds import go, move, newton
 from shakedown.motion.implicit.sweeps import contact_position, sweep
 from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product, shift
-from shakedown.motion.kernels.named_state import inner
+from shakedown.motion.kernels.named_state import borrowing, inner
 
 FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many after every stall
 
 
-@inner
+@borrowing
 def load(tableau, r_w):  # type: ignore[no-untyped-def]
     """Put new welded reactions on: closed nodes stay, open ones stay free of reactions."""
     for i in range(len(tableau.is_open)):
@@ -27,7 +27,7 @@ def load(tableau, r_w):  # type: ignore[no-untyped-def]
         tableau.r_w[a] = r_w[a]
 
 
-@inner
+@borrowing
 def displacements(tableau, u):  # type: ignore[no-untyped-def]
     """u (3n,) node by node."""
     for i in range(len(tableau.is_open)):
@@ -58,7 +58,7 @@ def renew(body, tableau):  # type: ignore[no-untyped-def]
     return held
 
 
-@inner
+@borrowing
 def residual(body, tableau, contact, u, r):  # type: ignore[no-untyped-def]
     """Largest departure of the present state from the law [force], its reactions from κ alone; fills u and r.
 

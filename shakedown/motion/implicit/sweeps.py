@@ -8,10 +8,10 @@ import numpy as np
 
 from shakedown.motion.implicit.node_alone import NO_STATE, OPENS, state_alone
 from shakedown.motion.implicit.swept_stiffness import exchange, inverse, shift
-from shakedown.motion.kernels.named_state import inner
+from shakedown.motion.kernels.named_state import borrowing, inner
 
 
-@inner
+@borrowing
 def contact_position(body, tableau, i, start, contact, room):  # type: ignore[no-untyped-def]
     """Where a node touches that was open: its slip when the gap closes.
 

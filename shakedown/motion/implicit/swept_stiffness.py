@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.named_state import inner, summing
+from shakedown.motion.kernels.named_state import borrowing, inner, summing
 
 SINGULAR = 1e-13  # of a block's determinant, relative to what the node's own stiffness has
 MOST_UPDATES = 2000  # before N is made anew from κ: each of them leaves a round-off
@@ -56,13 +56,13 @@ class Tableau(NamedTuple):
 def product(M, u, found):  # type: ignore[no-untyped-def]
     """M u."""
     for i in range(len(u)):
-        row, total = M[i], 0.0
+        total = 0.0
         for j in range(len(u)):
-            total += row[j] * u[j]
+            total += M[i, j] * u[j]
         found[i] = total
 
 
-@inner
+@borrowing
 def shift(tableau, i, x, y, z):  # type: ignore[no-untyped-def]
     """Change what is given of node i."""
     k, given, out, N = 3 * i, tableau.given, tableau.out, tableau.N
@@ -74,7 +74,7 @@ def shift(tableau, i, x, y, z):  # type: ignore[no-untyped-def]
         out[j] += x * first[j] + y * second[j] + z * third[j]
 
 
-@inner
+@borrowing
 def inverse(M, k, P):  # type: ignore[no-untyped-def]
     """The inverse P of the symmetric block of M at k; returns its determinant."""
     a, b, c = M[k, k], M[k, k + 1], M[k, k + 2]
@@ -105,11 +105,10 @@ def exchange(body, tableau, i):  # type: ignore[no-untyped-def]
         x = P[0, 0] * own[0, r] + P[0, 1] * own[1, r] + P[0, 2] * own[2, r]
         y = P[1, 0] * own[0, r] + P[1, 1] * own[1, r] + P[1, 2] * own[2, r]
         z = P[2, 0] * own[0, r] + P[2, 1] * own[1, r] + P[2, 2] * own[2, r]
-        row = N[r]
         for s in range(len(N)):
-            row[s] -= x * own[0, s] + y * own[1, s] + z * own[2, s]
-        row[k], row[k + 1], row[k + 2] = sign * x, sign * y, sign * z
-        N[k, r], N[k + 1, r], N[k + 2, r] = row[k], row[k + 1], row[k + 2]
+            N[r, s] -= x * own[0, s] + y * own[1, s] + z * own[2, s]
+        N[r, k], N[r, k + 1], N[r, k + 2] = sign * x, sign * y, sign * z
+        N[k, r], N[k + 1, r], N[k + 2, r] = sign * x, sign * y, sign * z
     for a in range(3):
         for b in range(3):
             N[k + a, k + b] = -P[a, b]

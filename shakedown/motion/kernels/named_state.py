@@ -47,6 +47,11 @@ inner: Any = numba.njit(  # type: ignore[call-overload]
 )
 """Compiles a function that only compiled code calls."""
 
+borrowing: Any = numba.njit(  # type: ignore[call-overload]
+    error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, **pipeline()
+)
+"""As ``inner``, for functions that make no array: those of the caller are not counted, which costs locks."""
+
 summing: Any = numba.njit(  # type: ignore[call-overload]
     error_model="numpy",
     no_cpython_wrapper=True,
