@@ -51,3 +51,20 @@ def test_a_limit_on_the_slip():
     run = shakedown.simulate(problem, 1.0, slip_below=1e-3)
     assert run.slip_criterion.met is False
     assert run.slip_criterion.largest == pytest.approx(shakedown.node_results(run).slip_range.max())
+
+
+def test_a_node_that_stays_open():
+    """It does not slip in contact, and the others are as without it."""
+    alone = circling()
+    problem = Problem(
+        A=2 * np.eye(4),
+        B=np.zeros((2, 4)),
+        C=np.eye(2),
+        f=0.5,
+        q_w=np.hstack([alone.q_w, 0.1 * alone.q_w]),
+        p_w=np.hstack([alone.p_w, -alone.p_w]),
+    )
+    nodes = shakedown.node_results(shakedown.long_term_state(problem, 1.0))
+    assert nodes.status == ("slip", "open")
+    assert nodes.slip_range[0] == pytest.approx(np.sqrt(1.3**2 - 0.5**2), rel=1e-4)
+    assert (nodes.slip_range[1], nodes.accumulated_slip[1], nodes.work[1]) == (0, 0, 0)

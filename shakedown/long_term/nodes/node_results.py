@@ -157,12 +157,12 @@ def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
     closed = _closed(settled, path, tolerances)
     places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
     widths = np.zeros(layout.n)
-    for node in range(layout.n):
+    for node in np.flatnonzero(closed.any(axis=0)):
         time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
         if settled.outcome == Outcome.RATCHETTING:  # a window of one period may lie across its end
             time = np.concatenate([time, time + len(closed) - 1])
             where = np.concatenate([where, where + drift[node]])
-        if np.ptp(where, axis=0).max(initial=0.0) > 0:
+        if np.ptp(where, axis=0).max() > 0:
             apart = np.abs(time[:, None] - time) < len(closed)
             widths[node] = (squareform(pdist(where)) * apart).max()
     return widths
