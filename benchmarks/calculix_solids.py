@@ -26,11 +26,15 @@ from shakedown.readers.calculix_reactions import read_calculix_output
 from shakedown.report.text_table import table
 
 Places = list[tuple[float, float]]
+Forces = tuple[float, float]  # that presses the block on, and the radius of the circle
 
 TITLE = "CalculiX with contact and friction in three dimensions against the toolkit"
 YOUNG, POISSON, FRICTION = 210e3, 0.3, 0.3
 UPPER, LOWER, LAYERS = (4, 3), (6, 5), 2  # cubes of side 1 along x and y of each block, and in height
-PRESS = -600.0
+PRESSES = (
+    -600.0,
+    -60.0,
+)  # the smaller one at the circle above the limit: CalculiX turns its normals with the bodies
 PATH = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # pressed; then quarters of the circle
 SLOPES = (50, 500, 5000)  # penalty, in Young's modulus over the side of an element
 RELATIVE = (0.9, 1.1)  # radius of the circle over that at λ_max
@@ -49,16 +53,19 @@ def cases(short: bool) -> list[dict]:
         print(calculix_peer.ABSENT)
         return []
     if short:
-        return [{"relative": RELATIVE[-1], "slope": SLOPES[1], "quarters": 1, "parts": 4}]
+        return [
+            {"press": PRESSES[0], "relative": RELATIVE[-1], "slope": SLOPES[1], "quarters": 1, "parts": 4}
+        ]
     return [
-        {"relative": relative, "slope": slope, "quarters": QUARTERS, "parts": 20}
-        for relative in RELATIVE
+        {"press": press, "relative": relative, "slope": slope, "quarters": QUARTERS, "parts": 20}
+        for press, relative in [(PRESSES[0], relative) for relative in RELATIVE]
+        + [(PRESSES[1], RELATIVE[-1])]
         for slope in SLOPES
     ]
 
 
 @cache
-def bodies() -> tuple[ElasticBody, ElasticBody]:
+def bodies(press: float) -> tuple[ElasticBody, ElasticBody]:
     """The block and what it lies on; the seat is where they touch."""
     steel = Material(YOUNG, POISSON)
     upper = brick_mesh((*map(float, UPPER), LAYERS), (*UPPER, LAYERS), origin=(0.0, 0.0, LAYERS))
@@ -74,7 +81,7 @@ def bodies() -> tuple[ElasticBody, ElasticBody]:
             )
         }
     )
-    loads = [Force("top", (0.0, 0.0, PRESS), history=1.0)]
+    loads = [Force("top", (0.0, 0.0, press), history=1.0)]
     loads += [Force("top", side, history=1.0) for side in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
     return (
         ElasticBody(upper, steel, loads=loads),
@@ -83,22 +90,23 @@ def bodies() -> tuple[ElasticBody, ElasticBody]:
 
 
 @cache
-def joint() -> Problem:
-    upper, lower = bodies()
+def joint(press: float) -> Problem:
+    upper, lower = bodies(press)
     return contact_problem(upper, "bottom", FRICTION, against=(lower, "seat"))
 
 
 def measure(case: dict) -> dict:
-    push, parts = case["relative"] * limit(), case["parts"]
+    press, parts = case["press"], case["parts"]
+    push = case["relative"] * limit(press)
     places = [PATH[0], *(PATH[1 + k % 4] for k in range(case["quarters"]))]
     begin = time.perf_counter()
-    slip, pressure = _by_calculix(push, case["slope"] * YOUNG, places, parts)
+    slip, pressure = _by_calculix((press, push), case["slope"] * YOUNG, places, parts)
     seconds = time.perf_counter() - begin
-    own_slip, own_pressure = _by_toolkit(push, places, parts)
+    own_slip, own_pressure = _by_toolkit((press, push), places, parts)
     size = np.abs(own_slip).max()
     return {
-        "n": joint().n,
-        "limit": limit(),
+        "n": joint(press).n,
+        "limit": limit(press),
         "slip_apart": float(np.abs(slip - own_slip).max() / size),
         "pressure_apart": float(np.abs(pressure - own_pressure).max() / own_pressure.max()),
         "last": [float(_last_cycle(found) / size) for found in (slip, own_slip)],
@@ -113,18 +121,18 @@ def _last_cycle(slips: FloatArray) -> float:
 
 
 @cache
-def limit() -> float:
+def limit(press: float) -> float:
     """The radius of the circle at λ_max, of the corners where its quarters end: loads lie between them."""
-    layout, unit = joint().layout, _unit_reactions()
+    layout, unit = joint(press).layout, _unit_reactions(press)
     q_w, p_w = layout.split(np.array([unit[0] + x * unit[1] + y * unit[2] for x, y in PATH[1:]]))
-    found = shakedown.upper_bound(replace(joint(), q_w=q_w, p_w=p_w))
+    found = shakedown.upper_bound(replace(joint(press), q_w=q_w, p_w=p_w))
     return float(found.load_factor)
 
 
-def _by_toolkit(push: float, places: Places, parts: int) -> tuple[FloatArray, FloatArray]:
+def _by_toolkit(forces: Forces, places: Places, parts: int) -> tuple[FloatArray, FloatArray]:
     """Slips (s, n, 2) and pressures (s, n) after every load step, in the order of the problem's nodes."""
-    problem = joint()
-    layout, unit = problem.layout, _unit_reactions()
+    (press, push), problem = forces, joint(forces[0])
+    layout, unit = problem.layout, _unit_reactions(press)
     loads = np.array([unit[0] + push * (x * unit[1] + y * unit[2]) for x, y in places])
     q_w, p_w = layout.split(loads)
     path = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, float(np.abs(loads).max()))
@@ -137,9 +145,9 @@ def _by_toolkit(push: float, places: Places, parts: int) -> tuple[FloatArray, Fl
 
 
 @cache
-def _unit_reactions() -> FloatArray:
+def _unit_reactions(press: float) -> FloatArray:
     """Welded reactions of the three loads at factor 1, (3, 3n)."""
-    upper, lower = bodies()
+    upper, lower = bodies(press)
     single = [
         contact_problem(
             ElasticBody(upper.mesh, upper.material, loads=[load]), "bottom", FRICTION, against=(lower, "seat")
@@ -149,14 +157,15 @@ def _unit_reactions() -> FloatArray:
     return np.array([np.r_[one.q_w[0], one.p_w[0]] for one in single])
 
 
-def _by_calculix(push: float, slope: float, places: Places, parts: int) -> tuple[FloatArray, FloatArray]:
+def _by_calculix(forces: Forces, slope: float, places: Places, parts: int) -> tuple[FloatArray, FloatArray]:
     """The same by CalculiX; its slips have the part in them that the penalty lets through."""
-    upper, lower = bodies()
-    labels = [int(name.split("/")[0]) for name in joint().label]
-    under = [int(name.split("/")[1]) for name in joint().label]
+    press, push = forces
+    (upper, lower), names = bodies(press), joint(press).label
+    labels = [int(name.split("/")[0]) for name in names]
+    under = [int(name.split("/")[1]) for name in names]
     shift = lower.mesh.nvertices
     with TemporaryDirectory() as folder:
-        deck = [*_model(upper, lower), *_contact(slope), *_steps(upper, push, places, parts)]
+        deck = [*_model(upper, lower), *_contact(slope), *_steps((upper, lower), push, places, parts)]
         calculix_peer.run(Path(folder), "blocks", deck)
         moved = read_calculix_output(Path(folder) / "blocks.dat", "displacements")
         pressure = calculix_peer.pressures(Path(folder) / "blocks.dat")
@@ -212,8 +221,8 @@ def _contact(slope: float) -> Iterator[str]:
     yield from ("*CONTACT PAIR, INTERACTION=TOUCH, TYPE=NODE TO SURFACE, SMALL SLIDING", "SLAVE, MASTER")
 
 
-def _steps(upper: ElasticBody, push: float, places: Places, parts: int) -> Iterator[str]:
-    first = 1 + bodies()[1].mesh.nvertices
+def _steps(both: tuple[ElasticBody, ElasticBody], push: float, places: Places, parts: int) -> Iterator[str]:
+    upper, first = both[0], 1 + both[1].mesh.nvertices
     shares = [load.nodal(upper)[0] for load in upper.loads]
     for x, y in places:
         total = (shares[0] + push * (x * shares[1] + y * shares[2])).reshape(-1)
@@ -235,12 +244,12 @@ def tables(rows: list[dict]) -> str:
     if not rows:
         return f"  {calculix_peer.ABSENT}"
     headers = [
-        "push / limit", "penalty [E/h]", "slips apart", "pressures apart",
+        "pressed [N]", "push / limit", "penalty [E/h]", "slips apart", "pressures apart",
         "last cycle: ccx", "toolkit", "ccx [s]",
     ]  # fmt: skip
     lines = [
         [
-            f"{row['relative']:.2f}", str(row["slope"]),
+            f"{-row['press']:.0f}", f"{row['relative']:.2f}", str(row["slope"]),
             f"{row['slip_apart']:.1e}", f"{row['pressure_apart']:.1e}",
             *(f"{last:.1e}" for last in row["last"]), f"{row['seconds']:.0f}",
         ]
@@ -251,14 +260,14 @@ def tables(rows: list[dict]) -> str:
 
 
 def figures(rows: list[dict]) -> dict[str, Figure]:
-    figure = Figure(figsize=(5.2, 3.4), layout="constrained")
+    figure = Figure(figsize=(5.2, 4.2), layout="constrained")
     ax = figure.add_subplot()
-    for relative in dict.fromkeys(row["relative"] for row in rows):
-        own = [row for row in rows if row["relative"] == relative]
+    for press, relative in dict.fromkeys((row["press"], row["relative"]) for row in rows):
+        own = [row for row in rows if (row["press"], row["relative"]) == (press, relative)]
         for key, style in (("slip_apart", "o-"), ("pressure_apart", "s--")):
-            label = f"{key.split('_')[0]}s, {relative:.2f} of the limit"
+            label = f"{key.split('_')[0]}s, {relative:.2f} of the limit, {-press:.0f} N"
             ax.loglog([row["slope"] for row in own], [row[key] for row in own], style, label=label)
     ax.set(xlabel="penalty [E/h]", ylabel="difference from CalculiX")
     if rows:
-        ax.legend(fontsize=7)
+        figure.legend(fontsize=7, loc="outside lower center", ncols=2)
     return {"calculix_solids": figure}

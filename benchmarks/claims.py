@@ -284,16 +284,24 @@ def _calculix() -> list[str]:
 
 def _calculix_solids() -> list[str]:
     measured = rows("calculix_solids")
-    stiffest = [row for row in measured if row["slope"] == max(row["slope"] for row in measured)]
+    heavy, light = (
+        [row for row in measured if row["press"] == press]
+        for press in dict.fromkeys(row["press"] for row in measured)
+    )
+    stiffest = [row for row in heavy if row["slope"] == max(row["slope"] for row in heavy)]
     below, above = stiffest
-    apart = [row["slip_apart"] for row in measured if row["relative"] == below["relative"]]
+
+    def apart(found: list[dict]) -> str:
+        return ", ".join(f"{row['slip_apart']:.1e}" for row in found if row["relative"] == above["relative"])
+
     return [
         f"CalculiX, with contact and friction of its own on two blocks of C3D8 whose {below['n']} pairs are pushed around "
         f"in a circle, has the same pressures to {max(row['pressure_apart'] for row in stiffest):.0e} and the same slips to "
         f"{max(row['slip_apart'] for row in stiffest):.0e} of the largest; at {below['relative']:g} of λ_max the toolkit is at "
-        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty (slips apart by "
-        f"{', '.join(f'{slip:.0e}' for slip in apart)} as that rises tenfold each time), at "
-        f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest (`calculix_solids`)."
+        f"rest after two cycles and CalculiX but for {below['last'][0]:.0e}, which falls with its penalty, at "
+        f"{above['relative']:g} both slip on by {above['last'][1]:.2g} of the largest. Slips are apart by {apart(heavy)} as the "
+        f"penalty rises tenfold each time, with a tenth of the load by {apart(light)}: the load has a share in what is left "
+        "(`calculix_solids`)."
     ]
 
 
