@@ -131,6 +131,7 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
         for k, body in enumerate(bodies, 1):
             of = f"body {k}: " if len(bodies) > 1 else ""
             rows += [(of + name, text) for name, text in _body_rows(body, problem)]
+    rows += _bolt_rows(source.get("bolts", []), problem)
     files = source.get("files", [])
     if isinstance(files, list):
         for entry in files:
@@ -147,7 +148,7 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
         return []
     force, length = units_of(problem)
     stress = stress_unit(force, length)
-    units = {"young": stress, "thickness": length, "x": length, "y": length}
+    units = {"young": stress, "thickness": length} | dict.fromkeys("xyz", length)
     rows = []
     for key, value in body.items():
         if key == "loads" and isinstance(value, list):
@@ -155,11 +156,19 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
                 loaded = load if isinstance(load, dict) else {"kind": load}
                 density = f"{force}/{length}³" if force and length else ""
                 unit = density if loaded.get("kind") == "BodyForce" else stress
-                own = {"value": unit, "x": length, "y": length}
+                own = {"value": unit} | dict.fromkeys("xyz", length)
                 rows.append((f"load {k}", _in_words(loaded, own)))
         elif value not in ([], {}):
             rows.append((ROWS.get(key, str(key)), _in_words(value, units | {"": units.get(key, "")})))
     return rows
+
+
+def _bolt_rows(bolts: object, problem: Problem) -> list[tuple[str, str]]:
+    """Patches, preload and stiffness of every bolt."""
+    force, length = units_of(problem)
+    own = {"preload": force, "stiffness": f"{force}/{length}" if force and length else ""}
+    told = bolts if isinstance(bolts, list) else []
+    return [(f"bolt {k}", _in_words(bolt, own)) for k, bolt in enumerate(told, 1)]
 
 
 def _in_words(value: object, units: Mapping[str, str] = MappingProxyType({})) -> str:

@@ -17,7 +17,6 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
-from shakedown.joint.arguments import NO_SUBSETS
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.planar.enumeration.critical import subset_count
@@ -155,7 +154,8 @@ def _context(v: Verification) -> dict[str, Any]:
     certain, *reservations = certain_in_words(v.limits)
     return {
         "title": shortened(problem.name) or "unnamed problem",
-        "subtitle": f"{count(problem.n, 'contact node')}, {_steps(problem)}, "
+        "space": problem.directions > 1,
+        "subtitle": f"{count(problem.n, 'contact node')}, {_directions(problem)}{_steps(problem)}, "
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
@@ -190,7 +190,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "sensitivity": sensitivity_picture(v),
         "friction": thresholds_in_sentences(v.limits),
         "runs": runs_table(v),
-        "runs_note": RUNS_NOTE,
+        "runs_note": _runs_note(problem),
         "run_pictures": run_pictures(v),
         "state_pictures": state_pictures(v) if problem.directions == 1 else patch_pictures(v),
         "no_pictures": no_pictures(v),
@@ -212,7 +212,12 @@ def _critical(v: Verification) -> list[str]:
     """What the enumeration has found, or why there is none."""
     if isinstance(v.limits, JointLimits):
         return critical_in_words(v.critical, subset_count(v.problem.n), v.limits.bounds)
-    return [f"There is no enumeration of critical load factors: {NO_SUBSETS}."]
+    return ["Critical load factors exist of joints with one tangential direction only."]
+
+
+def _directions(problem: Problem) -> str:
+    """Said of joints in space only."""
+    return "two tangential directions, " if problem.directions > 1 else ""
 
 
 def _steps(problem: Problem) -> str:
@@ -222,15 +227,25 @@ def _steps(problem: Problem) -> str:
     return count(problem.m, "load step")
 
 
+def _runs_note(problem: Problem) -> str:
+    """What the columns of the table of runs mean; what is in the plane only is said of joints there."""
+    plane = problem.directions == 1
+    return RUNS_NOTE.format(
+        predicted="up to λ_1 that is predicted, and proved only where the guarantee of λ_1 says so; " * plane,
+        box=", and the state asked about below its λ_box" * plane,
+        domain="Of a load domain λ_1 predicts nothing; its" if plane else "Of a load domain the",
+    )
+
+
 RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
-    "admissible, is proved to shake down; up to λ_1 that is predicted, and proved only where the guarantee "
-    "of λ_1 says so; above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
-    "and so does every state inside the energy ball (“ball”: drawn just inside its surface), and the state "
-    "asked about below its λ_box. Transient load steps come first: "
+    "admissible, is proved to shake down; {predicted}"
+    "above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
+    "and so does every state inside the energy ball (“ball”: drawn just inside its surface){box}. "
+    "Transient load steps come first: "
     "then the safe slip is one that they do not move, or else one locked in after them "
     "(“after”), and what is said of every state is said of those that they leave closed. "
-    "Of a load domain λ_1 predicts nothing; its corners are followed in the order given. With nodes "
+    "{domain} corners are followed in the order given. With nodes "
     "open the safe slip of the zone, those nodes open and the transient left out, stays at rest up to its "
     "λ_max. Slip per period: Σ|Δv| of the "
     "node that slips most, over one period of the long-term state. The law residual is the largest "

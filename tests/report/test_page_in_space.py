@@ -1,12 +1,13 @@
 """The page of a joint with two tangential directions: every section, its own pictures, no empty panel."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import shakedown
-from shakedown.report.data_page import node_load_head, node_load_rows, node_places
+from shakedown.report.data_page import node_load_head, node_load_rows, node_places, source_rows
 from shakedown.report.figures.patch_figures import instants, patch_pictures
 from shakedown.report.html import render
 
@@ -58,3 +59,23 @@ def test_a_slip_that_is_round_off_is_no_instant_to_show():
     shown = path.at(np.array(instants(path))).state
     assert not shown[:, 0].any()
     assert shown[:, 1].any()
+
+
+def test_words_of_the_plane_are_not_explained(verification, undrawn):
+    page = render(verification)
+    words = page[page.rindex("Words and symbols") :]
+    for absent in ("first collapse", "witness", "swing bound", "friction threshold", "box"):
+        assert absent not in words
+    for absent in ("guarantee of λ", "λ<sub>box</sub>", "subsets", "friction thresholds: table"):
+        assert absent not in page
+    assert "1 contact node, two tangential directions, 24 load steps" in page
+
+
+def test_bolts_and_all_three_extents_are_told_with_their_units():
+    source = {
+        "bolts": [{"head": "washer", "preload": 12e3, "stiffness": 2e5, "history": 1.0}],
+        "bodies": [{"mesh": {"elements": 2, "x": [0, 1], "y": [0, 2], "z": [-3, 0]}}],
+    }
+    rows = dict(source_rows(replace(JOINT, units="N, mm", source=json.dumps(source))))
+    assert rows["bolt 1"] == "head washer, preload 12000 N, stiffness 200000 N/mm, history 1"
+    assert rows["mesh"] == "elements 2, x (0, 1) mm, y (0, 2) mm, z (-3, 0) mm"

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
 
 CAUSES = {"friction": "friction", "constant": "constant load", "amplitude": "load amplitude"}
+IN_SPACE = (
+    "Which node limits λ_max and λ_E most, and by how much, is computed in the plane only, so far. Those "
+    "that reach their limits at λ_max, and in which load steps, stand in the table above."
+)
 SLIGHT = 5e-4  # of a per cent: what is said to change nothing
 
 
@@ -32,6 +36,8 @@ def sensitivities_in_words(limits: Limits) -> list[str]:
     λ_E is limited most at node 1: +0.95 % for 1 % more friction, +0.95 % for 1 % more constant
     load, −0.97 % for 1 % more load amplitude there.
     """
+    if limits.problem.directions > 1:
+        return [IN_SPACE]
     symbols = {"upper": "λ_max", "energy": "λ_E"}
     sentences = [
         f"Which node limits {symbols[name]} is left out: {found.reason} (docs/interpretation.md)."
