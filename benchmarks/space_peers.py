@@ -301,8 +301,22 @@ def _table_of_paths(rows: list[dict]) -> str:
 
 def _findings(rows: list[dict]) -> list[str]:
     """The best peer of every scene; the time of implicit steps at small errors, from their first order."""
-    lines: list[str] = []
-    steps = [row for row in rows if row["part"] == "steps"]
+    lines = [
+        f"{name}: the best of Siconos ({solver}) takes {ratio:.1f} times a step"
+        for name, (solver, ratio) in best_of_siconos(rows).items()
+    ]
+    for error in (1e-4, 1e-6, 1e-8):
+        for name, (own, others, siconos) in times(rows, error).items():
+            lines.append(
+                f"{name}: at {error:.0e} the events take {own:.1f} ms a cycle, implicit steps "
+                f"{others / own:.1f} times that" + (f", Siconos {siconos / own:.0f}" if siconos else "")
+            )
+    return lines
+
+
+def best_of_siconos(rows: list[dict]) -> dict[str, tuple[str, float]]:
+    """The quickest solver that meets 1e-10 in every step of a scene, and how many implicit steps it takes."""
+    steps, found = [row for row in rows if row["part"] == "steps"], {}
     for name in dict.fromkeys(row["scene"] for row in steps):
         mine = [row for row in steps if row["scene"] == name]
         own = min((row["ms"] for row in mine if row["method"] == "implicit"), default=-1.0)
@@ -312,23 +326,21 @@ def _findings(rows: list[dict]) -> list[str]:
         ]  # fmt: skip
         if sharp:
             best = min(sharp, key=lambda row: row["ms"])
-            lines.append(
-                f"{name}: the best of Siconos ({best['method']}) takes {best['ms'] / own:.1f} times a step"
-            )
+            found[name] = best["method"], best["ms"] / own
+    return found
+
+
+def times(rows: list[dict], error: float) -> dict[str, tuple[float, float, float]]:
+    """Of scenes whose events reach an error: a cycle by events, implicit steps and Siconos (0: none) [ms]."""
     paths = [row for row in rows if row["part"] == "paths" and row["error"] > 0]
+    found = {}
     for name in dict.fromkeys(row["scene"] for row in paths):
         euler = [row for row in paths if (row["scene"], row["method"]) == (name, "implicit")]
         events = [row for row in paths if (row["scene"], row["method"]) == (name, "events")]
-        for error in (1e-4, 1e-6, 1e-8):
-            good = [row["ms"] for row in events if row["error"] <= error]
-            if euler and good:
-                own, others = min(good), _needed(euler, error)
-                siconos = _needed(_by_siconos(rows, name), error)
-                lines.append(
-                    f"{name}: at {error:.0e} the events take {own:.1f} ms a cycle, implicit steps "
-                    f"{others / own:.1f} times that" + (f", Siconos {siconos / own:.0f}" if siconos else "")
-                )
-    return lines
+        good = [row["ms"] for row in events if row["error"] <= error]
+        if euler and good:
+            found[name] = min(good), _needed(euler, error), _needed(_by_siconos(rows, name), error)
+    return found
 
 
 def _needed(euler: list[dict], error: float) -> float:
