@@ -29,12 +29,13 @@ class Course:
 
     def ahead(self, count: int) -> tuple[FloatArray, FloatArray]:
         """The state so many steps ahead, and the change that follows it."""
-        shares, total = np.eye(len(self.weights)), np.zeros(len(self.weights))
-        for _ in range(count):
-            newest = self.weights @ shares
-            shares[:-1] = shares[1:]
-            shares[-1], total = newest, total + newest
-        return self.last + total @ self.changes, (self.weights @ shares) @ self.changes
+        r = len(self.weights)
+        one = np.zeros((r + 1, r + 1))  # step: of the shares of the last changes in those to come, and of their sum
+        one[: r - 1, 1:r] = np.eye(r - 1)
+        one[r - 1 :, :r] = self.weights
+        one[r, r] = 1.0
+        many = np.linalg.matrix_power(one, count)[:, :r]
+        return self.last + many[r] @ self.changes, (self.weights @ many[:r]) @ self.changes
 
     @property
     def limit(self) -> FloatArray:
