@@ -114,6 +114,30 @@ def test_a_slow_departure_is_followed_to_its_end():
     assert found.slip_per_cycle.max() == pytest.approx(5.08883e-4, rel=1e-3)  # after 20,000 plain cycles
 
 
+def test_a_departure_below_the_accuracy_is_no_rest():
+    """Its slips begin at 1e-8 a cycle, below what a cycle may miss, and grow by 0.7 % from one to the next."""
+    node = Problem(
+        A=[[1.2167, -0.3562], [-0.3562, 0.3091]], B=[[0.286, -0.2226]], C=[[0.3952]], f=0.3366,
+        q_w=[[-0.5315, 0.297], [-0.9665, -0.3876], [-0.7912, -0.2552]], p_w=[[4.0534], [3.5187], [3.9709]],
+    )  # fmt: skip
+    found = shakedown.long_term_state(node, 3.014891928, [-0.1021, -0.0596])
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    assert found.slip_per_cycle[0] == pytest.approx(0.162960, rel=1e-5)  # after 3,000 plain cycles
+
+
+def test_slip_without_friction_is_a_cycle():
+    joint = Problem(
+        A=2 * np.eye(4) + 0.2, B=np.zeros((2, 4)), f=[0, 0.5], p_w=np.ones((3, 2)),
+        q_w=[[1, 0, 0, 0], [0, 1, 0.1, 0], [-1, -1, 0, 0.1]],
+    )  # fmt: skip
+    found = shakedown.long_term_state(joint, 1.0)
+    assert found.outcome == Outcome.CYCLIC_SLIP
+    q = joint.q_w[:, :2]  # the other node sticks
+    way = np.diff(np.vstack([q, q[:1]]), axis=0) @ np.linalg.inv(joint.A[:2, :2])
+    np.testing.assert_allclose(found.slip_per_cycle, [np.hypot(*way.T).sum(), 0.0], atol=1e-12)
+    assert found.friction_dissipation_per_cycle == pytest.approx(0.0, abs=1e-12)
+
+
 def test_a_body_that_nothing_holds_slides_away():
     A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
     t = np.arange(8)[:, None] / 8

@@ -32,6 +32,7 @@ CLEAR = 1e3  # a cycle slips, and drifts, this much more than it is uncertain by
 CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent, or it is only the accuracy of a cycle
 MOST_LEAPS = 12  # states ahead that are looked at, each twice as far as the last
 NEAR = 0.1  # of the noise: a state foreseen this near the limit is there
+STILL = 1e-3  # of the noise: slip below it that grows is round-off
 WAIT = 3  # cycles after a leap that led nowhere, doubled every time
 
 
@@ -248,8 +249,9 @@ class ReturnSearch:
         last = list(self.records)[-2:]
         slips = [float((record.slip * self.rules.stiffness).max()) for record in last]
         exact = slips[-1] == 0.0 and self.memory.back[0].change == 0.0
-        if not exact and (len(last) < 2 or max(slips) > self.rules.noise):
-            return None
+        noise = self.rules.noise
+        if not exact and (len(last) < 2 or max(slips) > noise or slips[1] > max(slips[0], STILL * noise)):
+            return None  # what grows below the noise leads away
         breathing = np.flatnonzero(last[-1].opened & last[-1].closed)
         if breathing.size:
             nodes = nodes_in_words(breathing)
@@ -278,14 +280,16 @@ class ReturnSearch:
                 continue
             records = list(self.records)[-p:]
             slips = np.sum([record.slip for record in records], axis=0) * self.rules.stiffness
-            slip, stiffness = float(slips.max()), self.rules.stiffness[slips.argmax()]
+            most = slips.argmax()
+            slip, stiffness = float(slips[most]), self.rules.stiffness[most]
             work = float(np.mean([record.dissipation for record in records]))
             left = max(back.left, slipping.left)  # one that fades away is no cycle
             sure = goal == np.inf or (back.ratios and slipping.ratios and CLEAR * left < slip)
             clear = CLEAR_ENOUGH if sure else CLEAR
             steady = clear * max(error, slipping.left) < slip
             shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
-            if work <= self.rules.least_work / stiffness or shorter:
+            idle = work <= self.rules.least_work / stiffness and self.motion.problem.f[most] > 0.0
+            if idle or shorter:
                 continue
             if error <= goal and steady:
                 self._note(back)

@@ -69,6 +69,8 @@ FINEST = (
     1e-7  # of the rest: where even such explicit steps turn too far their error alone says how long they are
 )
 PATIENCE, MOST_PATIENCE = 20, 320  # explicit steps after one that was refused
+GAUSS = 0.5 - np.sqrt(0.15), 0.5, 0.5 + np.sqrt(0.15)  # shares of a step …
+GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds tell a length
 STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
@@ -459,6 +461,9 @@ def pass_on(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
     """Record the step and go to its end."""
     n = sl.n
     note(sl, rec, h)
+    for i in range(n):
+        if sl.friction[i] == 0.0 and sl.contact[i] != OPEN:
+            sl.slipped[i] += way_without_friction(sl, i, h)
     for a in range(sl.s):
         i = sl.node[a]
         for c in range(2):
@@ -477,6 +482,23 @@ def pass_on(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
     sl.time += h
     sl.error += error
     sign(sl)
+
+
+@inner
+def way_without_friction(sl: Sliding, i: int, h: float) -> float:
+    """How far a frictionless node goes in the step, along the cubic through both its ends [length]."""
+    x, y, way = 2 * i, 2 * i + 1, 0.0
+    for j in range(len(GAUSS)):
+        at = GAUSS[j]
+        chord, begin, end = (
+            6.0 * at * (1.0 - at),
+            (1.0 - at) * (1.0 - 3.0 * at) * h,
+            at * (3.0 * at - 2.0) * h,
+        )
+        vx = chord * (sl.next_out[x] - sl.u[x]) + begin * sl.rate[x] + end * sl.next_rate[x]
+        vy = chord * (sl.next_out[y] - sl.u[y]) + begin * sl.rate[y] + end * sl.next_rate[y]
+        way += GAUSS_WEIGHTS[j] * np.sqrt(vx * vx + vy * vy)
+    return way
 
 
 @inner

@@ -211,6 +211,28 @@ def test_implicit_steps_come_closer_the_shorter_they_are():
     assert errors[2] < 2e-3
 
 
+def test_the_way_of_a_frictionless_node_is_that_of_a_finer_path():
+    root = np.random.default_rng(5).normal(size=(9, 12))
+    kappa, loads = root @ root.T / 9 + 0.1 * np.eye(9), np.random.default_rng(6).normal(size=(5, 9))
+    joint = Problem(
+        A=kappa[:6, :6],
+        B=kappa[6:, :6],
+        C=kappa[6:, 6:],
+        f=[0, 0.4, 0.3],
+        q_w=loads[:, :6],
+        p_w=3 + loads[:, 6:],
+    )
+    coarse, fine = (
+        evolve(joint, 1.0, cycles=3, tolerances=Tolerances(path=path)).cycles[2] for path in (1e-8, 1e-11)
+    )
+    assert np.ptp(fine.slip) > 0.1
+    assert fine.slip.min() > 0.1
+    np.testing.assert_allclose(coarse.slip, fine.slip, atol=1e-6)
+    steps = ImplicitPath(joint, 1.0, parts=100)
+    third = [steps.cycle().slip for _ in range(3)][2]
+    np.testing.assert_allclose(third, fine.slip, rtol=0.02)
+
+
 def test_what_is_not_held_is_said():
     loose = node(C=[[1.0]], p_w=[[1.0], [-3.0]])
     run = evolve(loose, 1.0)
