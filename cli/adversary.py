@@ -28,6 +28,7 @@ from .output import (
     number,
     paragraph,
     progress,
+    remark_on_record,
     say,
     work_unit,
 )
@@ -73,6 +74,7 @@ def adversary(
         raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if output is not None:
         writes(context, RECORD, f"{output}.partial")
+        remark_on_record(resume, f"{output}.partial")
 
     def save(found: shakedown.SmallestCycle) -> None:
         if output is not None and found.state is not None:

@@ -39,6 +39,7 @@ from .output import (
     node_table,
     number,
     paragraph,
+    remark_on_record,
     say,
     slip_facts,
     tiny,
@@ -92,6 +93,7 @@ def simulate(
         raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if output is not None:
         writes(context, RECORD, f"{output}.partial")
+        remark_on_record(resume, f"{output}.partial")
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     wanted = output is not None or animation is not None
     run = shakedown.simulate(

@@ -28,7 +28,18 @@ from .options import (
     resume_option,
     slip_below_option,
 )
-from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table, tiny
+from .output import (
+    echo_json,
+    headline,
+    length_unit,
+    number,
+    paragraph,
+    progress,
+    remark_on_record,
+    say,
+    table,
+    tiny,
+)
 
 
 @click.command(
@@ -93,6 +104,7 @@ def verify(
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
         writes(context, RECORD, f"{output}.partial")
+        remark_on_record(resume, f"{output}.partial")
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,

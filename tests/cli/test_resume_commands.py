@@ -38,6 +38,6 @@ def test_a_stopped_command_goes_on(tmp_path, monkeypatch, output):
     assert code == 2
     assert "found it recorded with" in err
     code, out, err = run(*words, "-o", output, "--resume", cwd=tmp_path)
-    assert (code, out, err) == (0, whole, "")
+    assert (code, out, err) == (0, whole, f"goes on from {output}.partial\n")
     assert [entry.name for entry in tmp_path.iterdir()] == [output]
     assert (tmp_path / output).read_bytes() == content
