@@ -151,7 +151,9 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in limits_in_sentences(limits)]
-    lines += [] if result.transient is None else [paragraph(transient_in_words(result.transient, problem))]
+    if result.transient is not None:
+        proved = limits.from_state.load_factor
+        lines += [paragraph(transient_in_words(result.transient, problem, proved))]
     if result.slip_limit is not None:
         lines += [paragraph(slip_limit_in_words(result.slip_limit, problem))]
     lines += [paragraph(sentence) for sentence in thresholds_in_sentences(limits)]

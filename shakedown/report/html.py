@@ -181,7 +181,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "meaning": [
             certain,
             *limits_in_sentences(v.limits),
-            *([] if v.transient is None else [transient_in_words(v.transient, problem)]),
+            *([] if v.transient is None else [transient_in_words(v.transient, problem, _proved_below(v))]),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
         "guarantee": guarantee_picture(v),
@@ -201,6 +201,11 @@ def _context(v: Verification) -> dict[str, Any]:
         "limits": limits_in_words(v),
         "provenance": _provenance(v),
     }
+
+
+def _proved_below(v: Verification) -> float:
+    """The load factor up to which a bound proves shakedown from the state asked about."""
+    return v.limits.from_state.load_factor
 
 
 def _coupling_ratio(v: Verification) -> float:

@@ -118,6 +118,9 @@ def test_the_state_found_above_the_limit_is_named() -> None:
         limit, at_high=replace(limit.at_high, outcome=shakedown.Outcome.UNDECIDED, cycles_simulated=1000)
     )
     assert "; just above λ_T it is undecided after 1000 cycles (" in transient_in_words(slow)
+    above = f"after 1000 cycles, and yet proved to shake down below λ = {down(1.1 * slow.load_factor)} ("
+    assert above in transient_in_words(slow, proved_below=1.1 * slow.load_factor)
+    assert "and yet" not in transient_in_words(slow, proved_below=slow.load_factor)
 
 
 def test_a_free_body_is_told_why_no_subset_is_regular() -> None:

@@ -42,10 +42,13 @@ def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str
     )
 
 
-def transient_in_words(limit: TransientLimit, problem: Problem | None = None) -> str:
+def transient_in_words(
+    limit: TransientLimit, problem: Problem | None = None, proved_below: float = np.nan
+) -> str:
     """Up to where one history shakes down, and what was scanned to say so.
 
-    With the problem it is said where that history is one path of many through a load domain.
+    With the problem it is said where that history is one path of many through a load domain; with the load
+    factor below which a bound proves shakedown from the same state, where the simulations ended before that.
     """
     path = ", with the corners of the load domain in their order," * (
         problem is not None and problem.is_domain
@@ -64,6 +67,8 @@ def transient_in_words(limit: TransientLimit, problem: Problem | None = None) ->
             proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
         proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
+        if proved_below > limit.load_factor:
+            proved += f", and yet proved to shake down below λ = {down(proved_below)}"
     return f"{here} the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} ({scan})."
 
 
