@@ -30,7 +30,8 @@ class Course:
     def ahead(self, count: int) -> tuple[FloatArray, FloatArray]:
         """The state so many steps ahead, and the change that follows it."""
         r = len(self.weights)
-        one = np.zeros((r + 1, r + 1))  # step: of the shares of the last changes in those to come, and of their sum
+        # One step: the shares that the last changes have in those to come, and in the sum of these.
+        one = np.zeros((r + 1, r + 1))
         one[: r - 1, 1:r] = np.eye(r - 1)
         one[r - 1 :, :r] = self.weights
         one[r, r] = 1.0
