@@ -200,7 +200,8 @@ def _field(places: Places, values: FloatArray, label: str, ax: Axes | None) -> A
         levels = MaxNLocator(LEVELS).tick_values(*_ends(values))
         scale.set_norm(Normalize(levels[0], levels[-1]))
         patch = Triangulation(x, y, whole)
-        axes.tricontourf(patch, np.where(known, values, 0.0), levels, cmap=COLOURS)
+        inside = np.clip(np.where(known, values, 0.0), levels[0], levels[-1])  # −1e-17 of an open node
+        axes.tricontourf(patch, inside, levels, cmap=COLOURS)
         axes.scatter(x, y, s=DOT, color=GREY, lw=0, zorder=3)
         known = known & ~np.isin(np.arange(len(values)), whole)
     axes.scatter(x[known], y[known], s=SPOT, color=scale.to_rgba(values[known]), lw=0, zorder=3)
