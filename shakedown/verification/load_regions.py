@@ -4,6 +4,7 @@ import numpy as np
 
 from shakedown.assessment.every_limit import Limits
 from shakedown.assessment.space_limits import SpaceLimits
+from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
@@ -45,6 +46,11 @@ def default_load_factors(limits: Limits) -> list[float]:
         factors = [0.95 * first] if first > 0 else []
     if np.isinf(last):
         return [*factors, 1.5 * first or 1.0]
+    if not first and isinstance(limits, SpaceLimits):  # from every state nothing is proved
+        energy = sought(lambda: limits.energy)
+        proved = 0.0 if isinstance(energy, Missing) else energy.load_factor
+        first = proved if 0.0 < proved < last else 0.0
+        factors = [0.95 * first] if first > 0 else []
     if last > first * (1 + tolerances.second_road):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]

@@ -20,6 +20,7 @@ from shakedown.plot.patch.patch_places import Places, patch_axes, places_of, req
 from shakedown.plot.style import BLUE, GREY, Recorded, axes_for, path_of
 
 COLOURS, LEVELS = "viridis", 10
+LONG = 24  # characters of a label: the unit of a longer one stands below it
 BAR = (1.04, 0.0, 0.045, 1.0)  # of the axes: the scale of colours beside them
 DOT, SPOT = 3.0, 60.0  # areas of markers [points²]: between colours, and coloured themselves
 
@@ -219,7 +220,7 @@ def _ends(values: FloatArray) -> tuple[float, float]:
 def _colour_scale(axes: Axes, scale: ScalarMappable, label: str) -> None:
     beside = axes.inset_axes(BAR)
     bar = axes.figure.colorbar(scale, cax=beside)
-    bar.set_label(label)
+    bar.set_label(label.replace(" [", "\n[") if len(label) > LONG else label)
     bar.outline.set_visible(False)
     beside.yaxis.set_major_locator(MaxNLocator(6))
     beside.ticklabel_format(axis="y", scilimits=(-2, 3))
