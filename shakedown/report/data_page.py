@@ -155,7 +155,7 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
             for k, load in enumerate(value, 1):
                 loaded = load if isinstance(load, dict) else {"kind": load}
                 density = f"{force}/{length}³" if force and length else ""
-                unit = density if loaded.get("kind") == "BodyForce" else stress
+                unit = {"BodyForce": density, "Force": force}.get(str(loaded.get("kind")), stress)
                 own = {"value": unit} | dict.fromkeys("xyz", length)
                 rows.append((f"load {k}", _in_words(loaded, own)))
         elif value not in ([], {}):

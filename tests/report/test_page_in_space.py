@@ -71,11 +71,20 @@ def test_words_of_the_plane_are_not_explained(verification, undrawn):
     assert "1 contact node, two tangential directions, 24 load steps" in page
 
 
-def test_bolts_and_all_three_extents_are_told_with_their_units():
+def test_loads_bolts_and_all_three_extents_are_told_with_their_units():
     source = {
         "bolts": [{"head": "washer", "preload": 12e3, "stiffness": 2e5, "history": 1.0}],
-        "bodies": [{"mesh": {"elements": 2, "x": [0, 1], "y": [0, 2], "z": [-3, 0]}}],
+        "bodies": [
+            {
+                "mesh": {"elements": 2, "x": [0, 1], "y": [0, 2], "z": [-3, 0]},
+                "loads": [
+                    {"kind": kind, "value": [1.0, 0.0, 0.0]} for kind in ("Force", "Traction", "BodyForce")
+                ],
+            }
+        ],
     }
     rows = dict(source_rows(replace(JOINT, units="N, mm", source=json.dumps(source))))
     assert rows["bolt 1"] == "head washer, preload 12000 N, stiffness 200000 N/mm, history 1"
+    for number, unit in enumerate(("N", "MPa", "N/mm³"), 1):
+        assert rows[f"load {number}"].endswith(f"value (1, 0, 0) {unit}")
     assert rows["mesh"] == "elements 2, x (0, 1) mm, y (0, 2) mm, z (-3, 0) mm"
