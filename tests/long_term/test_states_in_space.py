@@ -186,3 +186,14 @@ def test_a_soft_node_does_not_hide_the_slip_of_a_stiff_one(stiffer):
     )
     at_rest = stiffer * both.final_slip[2:]
     np.testing.assert_allclose(at_rest, alone.final_slip, atol=1e-6)
+
+
+def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
+    """Exactly at λ_max the way left falls like one over the number of cycles: the slip across goes to 1/7.5."""
+    problem = Problem(
+        A=np.eye(2), B=[[0.0, 0.5]], C=[[1.0]], f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[1.0], [1.0]],
+        q_mean=[0.0, 0.0], p_mean=[1.0],
+    )  # fmt: skip
+    found = shakedown.long_term_state(problem, shakedown.upper_bound(problem).load_factor, [0.0, 0.2])
+    assert found.outcome == Outcome.SHAKEDOWN
+    assert 1e-6 < abs(found.final_slip[1] - 1 / 7.5) < found.error < 1e-3

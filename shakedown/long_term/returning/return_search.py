@@ -2,7 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -194,6 +194,7 @@ class ReturnSearch:
         self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
         self.records: deque[CycleRecord] = deque(maxlen=FEWEST * rules.longest_period)
         self.cycles = self.events = 0
+        self.leapt = 0  # cycles that leaps went over
         self.gathered = 0.0  # errors of integration, which what no cycle changes keeps
         self.rate, self.unsure, self.led_by = np.nan, 0.0, "after leaps along the approach"
         self.weights = np.ones(len(motion.state.u))  # a gap counts as it is
@@ -259,6 +260,19 @@ class ReturnSearch:
                 Outcome.SEPARATION, f"no frictional slip, but opening and closing every cycle: {nodes}", 1
             )
         return self._found(Outcome.SHAKEDOWN, f"no frictional slip {self._how_clear(exact)}{self._way()}", 1)
+
+    def _to_come(self) -> float:
+        """What later cycles may add to a state at rest within the accuracy, as the last two changes fade.
+
+        Twice the sum of a geometric series: changes like 1/k² sum to as much.
+        """
+        last = [*self.memory.states][-3:]
+        changes = [self.memory.size(after - before) for before, after in pairwise(last)]
+        if not changes or changes[-1] == 0.0:
+            return 0.0
+        fading = 1.0 - changes[-1] / changes[0] if changes[0] > changes[-1] else 0.0
+        most = self.cycles + self.leapt
+        return changes[-1] * (min(most, 2.0 / fading) if fading > 0.0 else most)
 
     def _how_clear(self, exact: bool) -> str:
         return "in the last cycle" if exact else "beyond the accuracy in the last two cycles"
@@ -378,6 +392,7 @@ class ReturnSearch:
             self.next_leap = self.cycles + self.wait
             return 0
         self.motion.state = reached
+        self.leapt += last * p
         self.rate, self.wait = rate ** (1 / p) if rate < 1.0 else self.rate, WAIT
         self._start_anew()
         self.next_leap = self.cycles + FEWEST * p
@@ -395,6 +410,8 @@ class ReturnSearch:
     def _found(self, outcome: Outcome, reason: str, period: int) -> Settled:
         """The answer; of a cycle the period is followed once more from where the search has ended."""
         left, back, start = 0.0, self.memory.back[period - 1], self.motion.state
+        if outcome == Outcome.SHAKEDOWN:
+            left = self._to_come()
         if outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
             left = back.left if outcome == Outcome.CYCLIC_SLIP else 0.0
             if not all(self._cycle() for _ in range(period)):
