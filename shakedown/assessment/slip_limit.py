@@ -130,7 +130,7 @@ def slip_limit(
     runs = _Runs(problem, slip_below, start, opened, tolerances, {})
     top = runs.end(_first_end(problem, opened, tolerances) if largest is None else largest)
     runs.scan(np.linspace(0.0, top, steps + 1).tolist())
-    bisected(runs.meets, *runs.first_change(), accuracy * top)
+    bisected(runs.meets, *runs.first_change(), lambda _: accuracy * top)
     return runs.limit()
 
 

@@ -179,13 +179,9 @@ class _Histories:
 
     def narrowed(self, low: float, high: float, width: float, coarse: float) -> tuple[float, float]:
         """The change from shakedown within a width; towards an undecided state within the coarse one."""
-        middle = 0.5 * (low + high)
-        while np.isfinite(high) and low < middle < high:  # floats are finite
-            if high - low <= (max(width, coarse) if self.is_open(high) else width):
-                break
-            low, high = (middle, high) if self.shakes_down(middle) else (low, middle)
-            middle = 0.5 * (low + high)
-        return low, high
+        return bisected(
+            self.shakes_down, low, high, lambda end: max(width, coarse) if self.is_open(end) else width
+        )
 
     def limit(self, low: float, high: float) -> TransientLimit:
         """All that has been found, with a proof near ``low``."""
@@ -260,10 +256,15 @@ def check_scan(largest: float, steps: int, accuracy: float) -> None:
         raise UsageError(f"accuracy: expected a number between 0 and 1, found {accuracy}")
 
 
-def bisected(holds: Callable[[float], bool], low: float, high: float, width: float) -> tuple[float, float]:
-    """A change from holding at ``low`` to not holding at ``high``, more narrowly; as given without one."""
+def bisected(
+    holds: Callable[[float], bool], low: float, high: float, width: Callable[[float], float]
+) -> tuple[float, float]:
+    """A change from holding at ``low`` to not holding at ``high``, more narrowly; as given without one.
+
+    How narrowly may depend on the end at which it does not hold.
+    """
     middle = 0.5 * (low + high)
-    while np.isfinite(high) and high - low > width and low < middle < high:  # floats are finite
+    while np.isfinite(high) and high - low > width(high) and low < middle < high:  # floats are finite
         low, high = (middle, high) if holds(middle) else (low, middle)
         middle = 0.5 * (low + high)
     return low, high

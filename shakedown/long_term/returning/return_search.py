@@ -268,10 +268,9 @@ class ReturnSearch:
         """
         last = [*self.memory.states][-3:]
         changes = [self.memory.size(after - before) for before, after in pairwise(last)]
-        if not changes or changes[-1] == 0.0:
+        if changes[-1] == 0.0:
             return 0.0
-        fading = 1.0 - changes[-1] / changes[0] if changes[0] > changes[-1] else 0.0
-        most = self.cycles + self.leapt
+        fading, most = 1.0 - changes[-1] / max(changes), self.cycles + self.leapt
         return changes[-1] * (min(most, 2.0 / fading) if fading > 0.0 else most)
 
     def _how_clear(self, exact: bool) -> str:
