@@ -7,6 +7,9 @@ import select
 import subprocess
 import time
 from collections.abc import Iterator
+from decimal import Decimal
+from functools import partial
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -15,12 +18,18 @@ from benchmarks.commands_compared import Run
 
 WORKER = Path(__file__).with_name("command_worker.py")
 ALONE = dict.fromkeys(["OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"], "1")
+UNDATED = {"SOURCE_DATE_EPOCH": "0"}  # what matplotlib writes into a picture
 NO_ANSWER, ABSENT = "no answer", "(absent)"
 NOT_COMPARED = (  # leaves, and what in their text differs from run to run of the same checkout
     ("seconds", ".+"),  # how long the command took
-    (r"out\.runs\[\d+\]\.seconds", ".+"),  # how long a simulation of `verify` took
+    (r"(out|files\.report\.json)\.runs\[\d+\]\.seconds", ".+"),  # how long a simulation of `verify` took
+    (r"files\.report\.html\[\d+\]", r"(?<=')[\d.,]+ (ms|s|min)(?=')"),  # the same in a table
+    (r"files\.report\.html\[\d+\]", r"\d{4}-\d\d-\d\d \d\d:\d\d UTC"),  # when the report was written
+    (r"files\..*\.(svg|html)\[\d+\]", r'(id="|url\(#|href="#)\w+'),  # names of the parts of a picture
     ("err", r"they would take about .*? on one core of this machine"),  # `critical`, beyond its budget
 )
+OF_BITS = r"\.sha256$"  # what says nothing of numbers that are only near
+NUMBER = re.compile(r"[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 Answer = dict[str, Any]
 
@@ -35,14 +44,16 @@ class Checkout:
     def _start(self) -> None:
         self._folder = TemporaryDirectory(prefix="same-results-")
         for name, content in self.files.items():
-            (Path(self._folder.name) / name).write_bytes(content)
+            path = Path(self._folder.name) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
         told = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
         self._process = subprocess.Popen(
-            [self.python, "-P", str(self.worker)],
+            [str(Path(self.python).absolute()), "-P", str(self.worker)],  # it starts in another folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd=self._folder.name,
-            env=told | ALONE,
+            env=told | ALONE | UNDATED,
         )
         hello = self._line()
         if "package" not in hello:
@@ -91,11 +102,24 @@ class Difference(NamedTuple):
     new: str
 
 
-def differences(reference: Answer, new: Answer) -> list[Difference]:
-    """Every leaf in which two answers differ; numbers are the same if they are to the last bit."""
+def differences(reference: Answer, new: Answer, within: float = 0.0) -> list[Difference]:
+    """Every leaf in which two answers differ.
+
+    Numbers are the same if they are to the last bit; or, where a share is given, if they are within that
+    share of the largest in their array. Those in a text may also be rounded to the next decimal shown.
+    """
     was, found = dict(leaves(reference)), dict(leaves(new))
-    pairs = [Difference(path, was.get(path, ABSENT), found.get(path, ABSENT)) for path in was | found]
-    return [pair for pair in pairs if _compared(pair.path, pair.reference) != _compared(pair.path, pair.new)]
+    sizes = _sizes(was, found) if within else {}
+    differing = []
+    for path in was | found:
+        pair = Difference(path, *(repr(side[path]) if path in side else ABSENT for side in (was, found)))
+        same = _compared(path, pair.reference) == _compared(path, pair.new)
+        if within and not same and ABSENT not in pair:
+            near = _near(was[path], found[path], within, sizes.get(_array(path), 0.0))
+            same = near or re.search(OF_BITS, path) is not None
+        if not same:
+            differing.append(pair)
+    return differing
 
 
 def _compared(path: str, text: str) -> str:
@@ -106,13 +130,47 @@ def _compared(path: str, text: str) -> str:
     return text
 
 
-def leaves(document: object, path: str = "") -> Iterator[tuple[str, str]]:
-    """Path and text of every number, word and empty list; ``repr`` tells floats apart that differ in a bit.
+def _array(path: str) -> str:
+    """The array that a leaf is an entry of, or the leaf itself."""
+    return re.sub(r"(\[\d+\])+$", "", path)
+
+
+def _sizes(*documents: dict[str, object]) -> dict[str, float]:
+    """The largest number of every array."""
+    sizes: dict[str, float] = {}
+    for document in documents:
+        for path, value in document.items():
+            if isinstance(value, float) and isfinite(value):
+                sizes[_array(path)] = max(sizes.get(_array(path), 0.0), abs(value))
+    return sizes
+
+
+def _near(one: object, other: object, within: float, size: float) -> bool:
+    """Whether two numbers are near, or two texts say the same of near numbers."""
+    if isinstance(one, float) and isinstance(other, float):
+        return abs(one - other) <= within * size
+    if not (isinstance(one, str) and isinstance(other, str)):
+        return False
+    if NUMBER.sub("#", one) != NUMBER.sub("#", other):
+        return False
+    return all(map(partial(_shown_near, within), NUMBER.findall(one), NUMBER.findall(other)))
+
+
+def _shown_near(within: float, one: str, other: str) -> bool:
+    """Whether two numbers in a text are near; the last of their decimals may be rounded up or down."""
+    was, found = (Decimal(text.replace("−", "-")) for text in (one, other))
+    last = max(was.as_tuple().exponent, found.as_tuple().exponent)
+    rounding = Decimal(1).scaleb(last) if last < 0 else 0
+    return abs(was - found) <= max(rounding, Decimal(within) * max(abs(was), abs(found)))
+
+
+def leaves(document: object, path: str = "") -> Iterator[tuple[str, object]]:
+    """Path and value of every number, word and empty list; ``repr`` tells floats apart that differ in a bit.
 
     Lists keep their order; the order of keys in an object is no result.
 
     >>> list(leaves({"code": 0, "out": {"lower": [0.1, None]}}))
-    [('code', '0'), ('out.lower[0]', '0.1'), ('out.lower[1]', 'None')]
+    [('code', 0), ('out.lower[0]', 0.1), ('out.lower[1]', None)]
     """
     if isinstance(document, dict) and document:
         for key, value in document.items():
@@ -121,4 +179,4 @@ def leaves(document: object, path: str = "") -> Iterator[tuple[str, str]]:
         for k, value in enumerate(document):
             yield from leaves(value, f"{path}[{k}]")
     else:
-        yield path, repr(document)
+        yield path, document

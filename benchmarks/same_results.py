@@ -1,9 +1,11 @@
 """Whether two checkouts say the same, to the last bit: ``python -m benchmarks same_results --reference …``.
 
-``solve``, ``verify``, ``simulate``, ``map``, ``sweep`` and ``critical`` run with ``--json`` on every built-in
-joint and on random ones, in one process of each checkout's interpreter. Compared are exit codes, every leaf
-of the documents, messages, and what the commands write: arrays by their bits, tables by their cells. What
-may differ is :data:`benchmarks.answers.NOT_COMPARED`.
+``solve``, ``verify``, ``simulate``, ``map``, ``sweep``, ``critical`` and ``nodes`` run on every built-in
+joint and on random ones in the plane and in space, ``import`` on the decks at hand, in one process of each
+checkout's interpreter. Compared are exit codes, every leaf of the documents, sentences, messages, and what
+the commands write: arrays by their bits, tables by their cells, reports and pictures line by line. What may
+differ is :data:`benchmarks.answers.NOT_COMPARED`; with ``--within`` numbers may be near each other, where a
+solver has changed.
 """
 
 import argparse
@@ -11,20 +13,22 @@ import hashlib
 import io
 import json
 import sys
+import time
 import zipfile
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from itertools import chain
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import shakedown
 from benchmarks.answers import NO_ANSWER, Answer, Checkout, Difference, differences
-from benchmarks.commands_compared import COMMANDS, Run, runs_of
-from benchmarks.drawn_joints import drawn_joint
+from benchmarks.commands_compared import COMMANDS, Run, imports, runs_of
+from benchmarks.drawn_joints import drawn_joint, drawn_joint_in_space
 from shakedown import Problem
 from shakedown.files.atomic_write import atomic_write
 from shakedown.report.text_table import table
@@ -33,11 +37,12 @@ FIRST = 3  # runs of every command of which the first differing leaf is shown
 LONGEST = 60  # characters of a value
 TURNS = 6  # of load factors, starts, samplers, parameters that a built-in joint is asked for; a random one: 1
 LIMIT = 300.0  # seconds for one answer
+DECKS = Path(__file__).parents[1] / "tests" / "data"
 LISTED = Run("example", "(their list)", ("example", "--json", "-q"))
 
 
 class Joints(NamedTuple):
-    """What both checkouts are asked, and the problem files of the random joints by name."""
+    """What both checkouts are asked, and the files that it needs: the problems of random joints, decks."""
 
     runs: list[Run]
     files: dict[str, bytes]
@@ -48,20 +53,24 @@ class Joints(NamedTuple):
 
 
 def main(words: list[str] | None = None) -> int:
-    """Exit code 0 where all is the same, 1 where anything differs."""
+    """Exit code 0 where all is the same, 1 where anything differs, or nothing was compared."""
     arguments = _parser().parse_args(words)
     commands = arguments.only.split(",")
     if unknown := set(commands) - set(COMMANDS):
         _parser().error(f"--only: expected some of {','.join(COMMANDS)}, found {','.join(sorted(unknown))}")
     joints = chosen_joints(arguments.joints, arguments.seed, arguments.on)
     runs = [run for run in joints.runs if run.command in (*commands, LISTED.command)]
-    reference, new = answers_of_both(arguments.reference, runs, joints)
+    began = time.monotonic()
+    reference, new = answers_of_both(arguments.reference, runs, joints, began + 60.0 * arguments.minutes)
     if arguments.save:
         save(arguments.save, reference, joints.checksum)
-    found = {run: differences(reference[run.key], new[run.key]) for run in runs}
-    print(_summary(runs, found, reference, new), flush=True)
+    compared = [run for run in runs if run.key in reference and run.key in new]
+    found = {run: differences(reference[run.key], new[run.key], arguments.within) for run in compared}
+    print(_summary(compared, found, reference, new), flush=True)
     print(_leaves_shown(found, arguments.list))
-    return int(any(found.values()))
+    cut = f"; {len(runs) - len(compared)} runs were not compared" if len(compared) < len(runs) else ""
+    print(f"{(time.monotonic() - began) / 60.0:.1f} minutes{cut}")
+    return int(any(found.values()) or not compared)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -73,7 +82,14 @@ def _parser() -> argparse.ArgumentParser:
         metavar="PYTHON",
         help="the other interpreter, or what --save kept of it",
     )
-    add("--joints", type=int, default=200, help="number of random joints (200)")
+    add("--joints", type=int, default=200, help="number of random joints in the plane (200); half in space")
+    add(
+        "--within",
+        type=float,
+        default=0.0,
+        help="numbers may be so far apart, as a share of their size",
+    )
+    add("--minutes", type=float, default=inf, help="ask no more after so long; what is left is counted")
     add("--seed", type=int, default=0, help="seed of the random joints (0)")
     add("--only", default=",".join(COMMANDS), metavar="COMMANDS", help="commands with commas between them")
     add("--on", metavar="JOINTS", help="these joints only: two-node,random-3,…")
@@ -85,19 +101,29 @@ def _parser() -> argparse.ArgumentParser:
 def chosen_joints(count: int, seed: int, names: str | None) -> Joints:
     """The runs of the built-in joints and of the random ones, or of those that are named."""
     built_in = {name: shakedown.example(name) for name in shakedown.example_names()}
-    drawn = {f"random-{number}": drawn_joint(seed, number) for number in range(count)}
-    chosen = names.split(",") if names else [*built_in, *drawn]
-    if unknown := set(chosen) - set(built_in) - set(drawn):
+    drawn = _drawn(count, seed)
+    decks, files = imports(DECKS)
+    chosen = names.split(",") if names else [*built_in, *drawn, *(run.joint for run in decks)]
+    if unknown := set(chosen) - {*built_in, *drawn, *(run.joint for run in decks)}:
         raise SystemExit(f"--on: expected built-in or random joints, found {', '.join(sorted(unknown))}")
-    runs, files = [LISTED], dict[str, bytes]()
+    runs = [LISTED, *(run for run in decks if run.joint in chosen)]
     for name in filter(chosen.__contains__, built_in):
         turns = [runs_of(name, name, built_in[name], turn) for turn in range(TURNS)]
         runs += dict.fromkeys(chain.from_iterable(turns))
-    for number, name in enumerate(drawn):
-        if name in chosen:
-            runs += runs_of(name, f"{name}.npz", drawn[name], number)
-            files[f"{name}.npz"] = _file(drawn[name])
+    for name in filter(chosen.__contains__, drawn):
+        runs += runs_of(name, f"{name}.npz", drawn[name], int(name.rpartition("-")[2]))
+        files[f"{name}.npz"] = _file(drawn[name])
     return Joints(runs, files)
+
+
+def _drawn(count: int, seed: int) -> dict[str, Problem]:
+    """Random joints, after every two in the plane one in space."""
+    drawn = {}
+    for number in range(count):
+        drawn[f"random-{number}"] = drawn_joint(seed, number)
+        if number % 2:
+            drawn[f"space-{number // 2}"] = drawn_joint_in_space(seed, number // 2)
+    return drawn
 
 
 def _file(problem: Problem) -> bytes:
@@ -107,14 +133,16 @@ def _file(problem: Problem) -> bytes:
 
 
 def _checksum(file: bytes) -> str:
-    """Of the arrays in a problem file, by their names."""
+    """Of a deck, or of the arrays in a problem file, by their names."""
+    if not zipfile.is_zipfile(io.BytesIO(file)):  # a deck
+        return hashlib.sha256(file).hexdigest()
     with zipfile.ZipFile(io.BytesIO(file)) as archive:
         members = {name: archive.read(name) for name in sorted(archive.namelist())}
     return hashlib.sha256(b"".join(name.encode() + content for name, content in members.items())).hexdigest()
 
 
 def answers_of_both(
-    reference: str, runs: list[Run], joints: Joints
+    reference: str, runs: list[Run], joints: Joints, until: float = inf
 ) -> tuple[dict[str, Answer], dict[str, Answer]]:
     """The answers of the reference, asked beside this checkout or read, and of this checkout."""
     kept = _kept(reference)
@@ -125,19 +153,22 @@ def answers_of_both(
         _check_place(here)
         if kept is not None:
             print(f"reference {reference}\nnew       {here.package}", flush=True)
-            return kept["answers"], _asked(here, runs)
+            return kept["answers"], _asked(here, runs, until)
         there = stack.enter_context(closing(Checkout(reference, joints.files, LIMIT)))
         print(f"reference {there.package}\nnew       {here.package}", flush=True)
         if there.package == here.package:
             print("This is one checkout: no difference means only that its results can be reproduced.")
         with ThreadPoolExecutor(2) as threads:
-            first, second = threads.map(lambda side: _asked(side, runs), (there, here))
+            first, second = threads.map(lambda side: _asked(side, runs, until), (there, here))
         return first, second
 
 
-def _asked(side: Checkout, runs: list[Run]) -> dict[str, Answer]:
-    answers = {}
+def _asked(side: Checkout, runs: list[Run], until: float) -> dict[str, Answer]:
+    """The answers to all runs, or to the first of them, where time is up."""
+    answers: dict[str, Answer] = {}
     for number, run in enumerate(runs, 1):
+        if time.monotonic() > until:
+            break
         answers[run.key] = side.answer(run)
         if sys.stderr.isatty():
             print(f"\r\033[K{number}/{len(runs)} {run.key[:80]}", end="", file=sys.stderr, flush=True)

@@ -8,6 +8,9 @@ Nothing is imported or run. What is counted:
 - *plane rooms*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
   ``u[:n]``, ``u[n:]``, ``n + i``), two rows a node (``[0::2]``, ``2 * j + 1``, interleaving), sides ±1;
 - *law rooms*: files that state Coulomb's law, the product of friction and pressure;
+- *packages* of the package, *depth* of its folders, *code lines of the command line*;
+- *functions* of more than forty code lines, *named numbers* (constants of a module) beside the fields of
+  ``Tolerances``, *class names* that more than one class has;
 - *public names* of the package;
 - *climbs*: followed from ``verify`` into every function that gets it, how often ``problem`` comes to a
   room that stands on a higher floor than the one before. Floors are the longest chain of imports.
@@ -17,7 +20,8 @@ import ast
 import io
 import sys
 import tokenize
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -38,6 +42,7 @@ PRESSURE = {
     "locked_p",
 }
 SIDES = {"BACKWARD", "FORWARD", "SIDES"}
+LONG = 40
 START = ("verification.verify", "verify", "problem")
 
 
@@ -105,6 +110,38 @@ def code_lines(path: Path) -> int:
         ):
             lines.difference_update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
     return len(lines)
+
+
+def lines_of(node: ast.FunctionDef) -> int:
+    """Lines of a function without its docstring."""
+    said = node.body[0] if ast.get_docstring(node) is not None else None
+    silent = 0 if said is None else (said.end_lineno or 0) - said.lineno + 1
+    return (node.end_lineno or 0) - node.lineno + 1 - silent
+
+
+def named_numbers(path: Path) -> int:
+    """Constants of a module: capitals that stand for a number, or for several."""
+    found = 0
+    for node in tree(path).body:
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            target, value = node.targets[0], node.value
+            names = target.elts if isinstance(target, ast.Tuple) else [target]
+            values = value.elts if isinstance(value, ast.Tuple) and len(names) > 1 else [value]
+            pairs = zip(names, values, strict=False)
+            found += sum(_word(name).isupper() and _is_number(value) for name, value in pairs)
+    return found
+
+
+def _is_number(node: ast.AST) -> bool:
+    if isinstance(node, ast.UnaryOp):
+        return _is_number(node.operand)
+    if isinstance(node, ast.BinOp):
+        return _is_number(node.left) and _is_number(node.right)
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def of_kind(paths: Iterable[Path], kind: type) -> Iterator:
+    return (node for path in paths for node in ast.walk(tree(path)) if isinstance(node, kind))
 
 
 def _word(node: ast.AST) -> str:
@@ -249,13 +286,22 @@ def climbs(rooms: dict[str, Path]) -> int:
 def counts(root: Path) -> dict[str, int]:
     rooms = sources(root)
     package = {room: path for room, path in rooms.items() if wing(room) not in ("cli", "benchmarks")}
+    paths, classes = package.values(), Counter(node.name for node in of_kind(package.values(), ast.ClassDef))
+    folders = [path.relative_to(root).parent for path in paths if path.name == "__init__.py"]
     return {
         "wings": len({wing(room) for room in rooms}),
         "arrows": len(arrows(rooms)),
         "rooms": len(package),
+        "packages": len(folders),
+        "depth": max(len(folder.parts) for folder in folders),
+        "functions": sum(1 for _ in of_kind(paths, ast.FunctionDef)),
+        "of > 40 lines": sum(lines_of(node) > LONG for node in of_kind(paths, ast.FunctionDef)),
+        "named numbers": sum(map(named_numbers, paths)),
+        "shared classes": sum(count > 1 for count in classes.values()),
         "plane rooms": len(with_arithmetic(package, _is_plane)),
         "law rooms": len(with_arithmetic(package, _is_law)),
         "code lines": sum(code_lines(path) for path in package.values()),
+        "command line": sum(code_lines(path) for room, path in rooms.items() if wing(room) == "cli"),
         "public names": public_names(root),
         "climbs": climbs(rooms),
     }
