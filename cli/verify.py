@@ -58,14 +58,14 @@ from .output import (
     type=click.IntRange(min=0),
     default=3,
     show_default=True,
-    help="Number of random initial states.",
+    help="Number of initial states: what random loads leave behind.",
 )
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Seed of the random initial states.",
+    help="Seed of the random loads.",
 )
 @open_option
 @cycles_option
@@ -136,15 +136,14 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
     from shakedown.report.words.answer_words import answer_in_words, margin_of_answer  # loads compiled code
 
     length = length_unit(problem)
-    lines = [headline(problem), ""]
+    limits = result.limits
+    answer = [answer_in_words(result), margin_of_answer(result)]
+    lines = [headline(problem), "", paragraph(" ".join(filter(None, answer))), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
         lines += [_kind_of_findings(result)]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    limits = result.limits
-    answer = [answer_in_words(result), margin_of_answer(result)]
-    lines += [paragraph(" ".join(filter(None, answer))), ""]
     evidence = as_given_in_words(result.as_given, length, problem, limits.universal)
     lines += [paragraph(sentence) for sentence in (evidence, *certain_in_words(limits))]
     lines += [""]

@@ -118,7 +118,8 @@ def limits_in_words(v: Verification) -> list[str]:
     states = (
         f"Initial states: λ = 1, λ_E{', λ_box' * plane} and λ_T begin at {start}, with all nodes closed. "
         f"Simulated besides: the safe slip, {'the witness, ' * plane}"
-        f"{count(asked.random_states, 'random state')} (seed {asked.seed})."
+        f"what {count(asked.random_states, 'random transient')} with up to twice the load amplitudes "
+        f"{'leaves' if asked.random_states == 1 else 'leave'} behind (seed {asked.seed})."
     )
     loads = (
         f"Loads: λ multiplies the periodic part of {count(problem.m, 'load step')}; the constant part"

@@ -246,7 +246,8 @@ RUNS_NOTE = (
     "Agreement is judged only where the bounds predict something: below λ_U every initial state, closed and "
     "admissible, is proved to shake down; {predicted}"
     "above λ_max none can with all nodes in contact; the safe slip shakes down below λ_max, "
-    "and so does every state inside the energy ball (“ball”: drawn just inside its surface){box}. "
+    "and so does every state inside the energy ball (“ball”: drawn just inside its surface, but no farther "
+    "from its centre than the other states){box}. "
     "Transient load steps come first: "
     "then the safe slip is one that they do not move, or else one locked in after them "
     "(“after”), and what is said of every state is said of those that they leave closed. "
@@ -266,6 +267,6 @@ def _provenance(v: Verification) -> str:
         f"shakedown {version('shakedown-bounds')}, Python {platform.python_version()}, "
         f"NumPy {np.__version__}, {datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC, "
         f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors; method {asked.method}, "
-        f"at most {asked.cycles} cycles, {count(asked.random_states, 'random initial state')} with seed "
+        f"at most {asked.cycles} cycles, {count(asked.random_states, 'random transient')} with seed "
         f"{asked.seed}."
     )

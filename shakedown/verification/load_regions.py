@@ -9,6 +9,7 @@ from shakedown.ground.status import Status
 
 UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above λ_max"
 PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted, and in space, which has none
+NARROW = 1e-4  # relative width of a region in which nothing is simulated: four digits do not show it
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
 
 
@@ -20,7 +21,7 @@ def predicted_below(limits: Limits) -> tuple[float, str]:
 
 
 def default_load_factors(limits: Limits) -> list[float]:
-    """One load factor a little inside every region that exists.
+    """One load factor a little inside every region that is wider than four digits show.
 
     Examples
     --------
@@ -29,7 +30,7 @@ def default_load_factors(limits: Limits) -> list[float]:
     >>> [round(x, 3) for x in default_load_factors(limits)]
     [0.625, 0.682, 0.776]
     """
-    upper, tolerances = limits.upper, limits.tolerances
+    upper = limits.upper
     least, last = upper.least_load_factor, upper.load_factor
     first, _ = predicted_below(limits)
     if upper.status == Status.INFEASIBLE:
@@ -51,7 +52,7 @@ def default_load_factors(limits: Limits) -> list[float]:
         proved = 0.0 if isinstance(energy, Missing) else energy.load_factor
         first = proved if 0.0 < proved < last else 0.0
         factors = [0.95 * first] if first > 0 else []
-    if last > first * (1 + tolerances.second_road):
+    if last > first * (1 + NARROW):
         factors.append(first + 0.3 * (last - first))
     return [*factors, 1.05 * last or 1.0]
 

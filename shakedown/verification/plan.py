@@ -1,6 +1,6 @@
 """What a verification simulates: load factors in every region, several initial states, predictions."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -16,8 +16,9 @@ from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.joint.loading import slip_reach, transient_path
+from shakedown.joint.loading import transient_path
 from shakedown.joint.problem import Problem
+from shakedown.long_term.left_behind import slip_left_behind
 from shakedown.long_term.passage import arrives_closed
 from shakedown.planar.collapse.box_bound import BoxBound
 from shakedown.verification.load_regions import (
@@ -31,7 +32,10 @@ from shakedown.verification.load_regions import (
     region_of,
 )
 
-ON_SURFACE = 2  # initial states on the surface of the energy ball, per load factor
+OVERLOAD = (
+    2.0  # of the random loads that leave initial states behind: within those of the loop few joints slip
+)
+IN_BALL = 2  # initial states in the energy ball, per load factor
 JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
 JUST_BELOW = 1 - 1e-6  # of the box bound, where it proves most from the state given
 
@@ -104,32 +108,43 @@ def planned_cases(
     seed: int,
     steps: RecordedSteps,
 ) -> list[Case]:
-    """Every simulation that a verification asks for, load factor by load factor, each a step."""
+    """Every simulation that a verification asks for, load factor by load factor, each a step; λ = 1 first."""
     chosen = default_load_factors(limits) if load_factors is None else load_factors
-    cases = [
-        case for each in chosen for case in steps.done(partial(_cases_at, limits, each, random_states, seed))
-    ]
-    alone = [AS_GIVEN] if AS_GIVEN not in chosen else []
+    name, state = next(iter(({**given_states(limits.problem), "zero": _at_zero(limits)}).items()))
+    alone = [] if AS_GIVEN in chosen else [AS_GIVEN]
+    cases = [steps.done(partial(_case_at, limits, each, name, state)) for each in alone]
+    for each in sorted(chosen, key=lambda load_factor: load_factor != AS_GIVEN):
+        cases += steps.done(partial(_cases_at, limits, each, random_states, seed))
     here = limits.from_state
     if load_factors is None and here.symbol == BOX and here.load_factor < np.inf:
-        alone.append(JUST_BELOW * here.load_factor)
-    name, state = next(iter(({**given_states(limits.problem), "zero": _at_zero(limits)}).items()))
-    cases += [steps.done(partial(_case_at, limits, each, name, state)) for each in alone]
+        near = JUST_BELOW * here.load_factor
+        cases.append(steps.done(partial(_case_at, limits, near, name, state)))
     return [replace(case, in_box=_in_box(case, limits.box)) for case in cases]
 
 
 def _cases_at(limits: Limits, load_factor: float, random_states: int, seed: int) -> list[Case]:
-    """The simulations at one load factor."""
-    problem, slip, at = limits.problem, limits.upper.slip, _At(limits, load_factor)
-    randoms = np.random.default_rng(seed).uniform(-1.0, 1.0, (random_states, problem.layout.slip_size))
-    centre = _at_zero(limits) if np.isnan(slip).any() else slip
-    half_width = slip_reach(problem, load_factor)
+    """The simulations at one load factor: from what loads of this joint can leave behind, each state once."""
+    problem, at = limits.problem, _At(limits, load_factor)
     states = {"zero": _at_zero(limits), "safe": at.safe.slip}
     states |= {} if isinstance(limits.lower, Missing) else {"witness": limits.lower.slip}
     states |= given_states(problem)
-    states |= {f"random {k}": centre + unit * half_width for k, unit in enumerate(randoms)}
-    states |= at.on_surface(seed)
-    return [at.case(name, state) for name, state in states.items() if not np.isnan(state).any()]
+    for k in range(random_states):
+        generator = np.random.default_rng([seed, k])
+        states[f"random {k}"] = slip_left_behind(
+            problem, load_factor, generator, overload=OVERLOAD, tolerances=limits.tolerances
+        )
+    states |= at.in_ball(states.values(), seed)
+    return [at.case(name, state) for name, state in _different(states).items()]
+
+
+def _different(states: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    """The states that exist; of random ones only those that are not there already."""
+    kept: dict[str, FloatArray] = {}
+    for name, state in states.items():
+        again = name.startswith("random") and any(np.array_equal(state, other) for other in kept.values())
+        if not (again or np.isnan(state).any()):
+            kept[name] = state
+    return kept
 
 
 def _case_at(limits: Limits, load_factor: float, name: str, state: FloatArray) -> Case:
@@ -149,13 +164,20 @@ class _At:
         self.region = region_of(load_factor, limits)
         self.ball = sought(energy_ball, limits.problem, load_factor, tolerances=limits.tolerances)
 
-    def on_surface(self, seed: int) -> dict[str, FloatArray]:
-        """States just inside the surface of the ball, by name."""
+    def in_ball(self, others: Iterable[FloatArray], seed: int) -> dict[str, FloatArray]:
+        """States in the ball, by name: just inside its surface, but no farther away than any other state."""
         ball = self.ball
         if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
             return {}
-        away = np.random.default_rng(seed).normal(size=(ON_SURFACE, ball.metric.inverse.shape[1]))
-        return {f"ball {k}": state for k, state in enumerate(ball.at(away, JUST_INSIDE))}
+        away = np.random.default_rng(seed).normal(size=(IN_BALL, ball.metric.inverse.shape[1]))
+        offsets = ball.at(away, JUST_INSIDE) - ball.slip
+        reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)
+        farthest = abs(offsets).max(axis=1)
+        return {
+            f"ball {k}": ball.slip + min(1.0, reach / far) * offset
+            for k, (offset, far) in enumerate(zip(offsets, farthest, strict=True))
+            if reach > 0
+        }
 
     def case(self, name: str, state: FloatArray) -> Case:
         """A case that begins before the transient with all nodes closed, but for some safe slips."""

@@ -46,7 +46,7 @@ class Settings:
     Attributes
     ----------
     random_states, seed
-        Number of random initial states, and the seed they were drawn with.
+        Number of initial states that random loads leave behind, and the seed these were drawn with.
     cycles, method
         As for :func:`shakedown.simulate`.
     """
@@ -203,8 +203,9 @@ def verify(
     that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
     with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
     bounds the safe slip must shake down, and every state inside the energy ball, of
-    which some are drawn just inside its surface, and the first given state (else slip zero) below its
-    box bound, just below which it is simulated; other states may do either. Where λ_max
+    which some are drawn just inside its surface (no farther away than the other states), and
+    the first given state (else slip zero) below its box bound, just below which it is
+    simulated; other states may do either. Where λ_max
     is that of a zone, its safe slip, with its nodes open and after the transient, must
     shake down without a node that closes or opens; of all others, and above, nothing is
     predicted.
@@ -222,9 +223,11 @@ def verify(
         The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches them where the mean
         load opens some, or no slip is safe with all closed.
     load_factors
-        Load factors λ to simulate; by default one in every region that exists.
+        Load factors λ to simulate; by default one in every region that is wider than four digits show.
+        λ = 1 comes first, from the state asked about, whatever else is asked for.
     random_states, seed
-        Number of random initial states, and the seed they are drawn with.
+        Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
+        (``slip_left_behind``), and the seed these are drawn with.
     cycles, method
         As for :func:`shakedown.simulate`.
     budget
@@ -307,6 +310,7 @@ def _verified(
         _find(limits, name, work.steps.done)
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(_Beside._fields)
+    _find(limits, "transient", work.done)
     how = settings.cycles, settings.method, tolerances
     runs = tuple(work.done(functools.partial(run_of, problem, case, *how)) for case in cases)
     beside = _beside(limits, asked, work)
@@ -361,7 +365,6 @@ def _beside(limits: Limits, asked: _Asked, work: "_Work") -> _Beside:
     curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
     critical = work.done(lambda: critical_load_factors(problem) if few else None)
     _find(limits, "friction", work.done)
-    _find(limits, "transient", work.done)
     slip = work.done(lambda: None if below is None else limits.slip(below))
     return _Beside(second, curve, critical, present(limits.friction), limits.transient, slip)
 

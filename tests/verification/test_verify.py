@@ -8,12 +8,14 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.subset_words import critical_in_words
 from shakedown.verification import second_road as room
 from shakedown.verification.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
+from shakedown.verification.plan import planned_cases
 
 TWO = shakedown.example("two-node")
 SAFE_LATER = Problem(
@@ -187,3 +189,25 @@ def test_where_no_box_is_proved_none_is_planned() -> None:
         report = shakedown.verify(joint, random_states=0, budget=0)
         assert not runs_in_box(report)
         assert report.limits.from_state.symbol == "λ_E"
+
+
+def test_states_are_no_larger_than_what_loads_leave_behind() -> None:
+    """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
+    flange = shakedown.example("bolted-flange")
+    limits = shakedown.assess(flange).details
+    cases = planned_cases(limits, None, 2, 0, RecordedSteps(flange))
+    assert cases[0].load_factor == 1.0
+    assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}
+    largest = {case.initial: np.abs(case.start).max() for case in cases}
+    assert max(largest.values()) < 5 * np.abs(limits.upper.slip).max() < 0.1
+    assert largest["random 0"] > 0
+
+
+def test_between_limits_that_agree_nothing_is_simulated() -> None:
+    """λ_E = 1.679993 and λ_max = 1.679995 of the flange: motions between them take for ever and say nothing."""
+    limits = shakedown.assess(shakedown.example("bolted-flange")).details
+    first, last = limits.energy.load_factor, limits.upper.load_factor
+    assert 0 < last / first - 1 < 1e-5
+    assert [factor / first for factor in default_load_factors(limits)] == pytest.approx(
+        [0.95, 1.05], rel=1e-4
+    )

@@ -16,13 +16,12 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import short
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import is_finite
-from shakedown.joint.loading import first_load, loop_path, slip_reach
+from shakedown.joint.loading import slip_reach
 from shakedown.joint.problem import Problem
-from shakedown.motion.evolve import evolve
+from shakedown.long_term.left_behind import slip_left_behind
 
 MOST_STATES = 100_000_000  # in one map: a day of a small joint, 2.5 GB of what is kept for the statistics
 BLOCK = 64  # states that share one stream of random numbers
-LONGEST_TRANSIENT = 12  # random load steps
 
 
 class Sampler(StrEnum):
@@ -251,20 +250,13 @@ def _ball(chosen: Sampling, block: int) -> FloatArray:
 
 
 def _transients(chosen: Sampling, block: int) -> FloatArray:
-    """Slips after random loads between two load steps each, and then the first load of the motion."""
-    problem, split = chosen.problem, chosen.problem.layout.split
-    generator, loop = _generator(chosen, block), loop_path(chosen.problem, chosen.load_factor)
-    q, p = split(first_load(problem, chosen.load_factor))
-    still = replace(problem, q_w=q[None], p_w=p[None], q_mean=q, p_mean=p, initial_slip=None)
-    slips = np.empty((BLOCK, problem.layout.slip_size))
-    for row in range(BLOCK):
-        ends = loop[generator.integers(problem.m, size=(2, generator.integers(1, LONGEST_TRANSIENT + 1)))]
-        share = generator.random((ends.shape[1], 1))
-        steps = ends[0] + share * (ends[1] - ends[0])
-        q, p = split(steps)
-        passed = replace(still, q_transient=q, p_transient=p)
-        slips[row] = evolve(passed, 0.0, tolerances=chosen.tolerances).history.v[-1]
-    return slips
+    """Slips that random loads within those of the loop leave behind."""
+    generator = _generator(chosen, block)
+    left = (
+        slip_left_behind(chosen.problem, chosen.load_factor, generator, tolerances=chosen.tolerances)
+        for _ in range(BLOCK)
+    )
+    return np.stack(list(left))
 
 
 def _generator(chosen: Sampling, block: int) -> np.random.Generator:
