@@ -58,6 +58,25 @@ def test_another_road_agrees(seed):
                 assert ball.radius == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize("coupling", [1.0, 1e-4, 1e-8])
+def test_a_ball_holds_a_state_below_its_load_factor_however_large_it_may_be(coupling):
+    """Slip next to no pressure: balls many orders larger than what friction holds."""
+    joint = space_joint(1, 3)
+    problem = replace(joint, B=coupling * joint.B)
+    start, proved = np.zeros(6), energy_bound(problem, certify=False).load_factor
+    for share in (0.5, 0.99):
+        assert energy_ball(problem, share * proved, around=start).contains(start)
+    assert not energy_ball(problem, 1.01 * proved, around=start).contains(start)
+
+
+def test_the_ball_of_a_flange_holds_the_joint_without_slip():
+    flange = shakedown.example("bolted-flange")
+    ball = energy_ball(flange, 1.679, around=np.zeros(48), split=False)
+    assert ball.status == "optimal"
+    assert ball.contains(np.zeros(48))
+    assert ball.residual <= 1e-14
+
+
 def least_room(problem: Problem, bound) -> float:
     """The least of f p − a |q| − f γ R over all nodes and load steps, from the matrices."""
     loop, f = loading(problem), problem.f

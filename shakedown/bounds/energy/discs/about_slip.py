@@ -137,21 +137,31 @@ class DiscsAbout:
         )
         return replace(found, norm=np.array([1.0, 0.0]), offset=self.offset)
 
+    @cached_property
+    def unit_of_radius(self) -> float:
+        """Radii times this change the discs as much as y does; s may be next to nothing beside H."""
+        return power_of_two(float(self.all_s.max(initial=0.0)))
+
     def margin_program(self) -> DiscProgram:
-        """The largest δ, of either sign, for which ‖y‖ + δ ≤ R and R ≥ 0, w = (R, δ)."""
+        """The largest δ, of either sign, for which ‖y‖ + δ ≤ R and R ≥ 0, w = (R − δ, δ) in these units.
+
+        The length of y in those of y, the radius in units of its own: it may be larger by many orders.
+        """
+        unit = self.unit_of_radius
         found = self.program(
-            np.stack([self._of_radius(self.disc_s), np.zeros_like(self.d)], axis=2),
-            np.vstack([np.column_stack([self.row_s, 0.0 * self.row_s]), [-1.0, 0.0]]),
+            np.stack([self._of_radius(self.disc_s), self._of_radius(self.disc_s / unit)], axis=2),
+            np.vstack([np.column_stack([self.row_s, self.row_s / unit]), [-unit, -1.0]]),
             np.zeros(1),
         )
-        return replace(found, norm=np.array([1.0, -1.0]))
+        return replace(found, norm=np.array([1.0, 0.0]))
 
     def radius_program(self, cap: float) -> DiscProgram:
-        """The largest R up to a cap, whatever y is, w = (R,)."""
-        ends = [0.0] if np.isinf(cap) else [0.0, cap]
+        """The largest R up to a cap, whatever y is, w = (R,) in units of the radius."""
+        unit = self.unit_of_radius
+        ends = [0.0] if np.isinf(cap) else [0.0, cap * unit]
         return self.program(
-            self._of_radius(self.disc_s)[:, :, None],
-            np.append(self.row_s, [-1.0, 1.0][: len(ends)])[:, None],
+            self._of_radius(self.disc_s / unit)[:, :, None],
+            np.append(self.row_s / unit, [-1.0, 1.0][: len(ends)])[:, None],
             np.array(ends),
         )
 

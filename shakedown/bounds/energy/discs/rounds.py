@@ -157,7 +157,9 @@ def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, s
 
     def one(each: DiscLimits, cap: float = inf) -> Found:
         about = discs_about(each, start).at_load(load_factor)
-        end = sharp_end(about.radius_program(cap), lambda y: _largest_radius(about, y))
+        unit = about.unit_of_radius
+        end = sharp_end(about.radius_program(cap), lambda y: np.array([unit * _largest_radius(about, y)]))
+        end = replace(end, w=end.w / unit, proved=end.proved / unit)
         if end.status == Status.UNBOUNDED and cap == inf:
             room, wide = about.room(np.zeros_like(end.y)), about.all_s > 0
             wider = one(each, typical_size(np.abs(room)[wide] / about.all_s[wide]))
@@ -182,7 +184,10 @@ def holding(
 
     def one(each: DiscLimits) -> Found:
         about = discs_about(each, state).at_load(load_factor)
+        unit = about.unit_of_radius
         end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), ROUGH)
+        margin = end.value / unit
+        end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
 
     def value(found: Found) -> float:
@@ -274,21 +279,20 @@ def _found(limits: DiscLimits, about: DiscsAbout, end: SharpEnd, start: FloatArr
     return Found(limits, about, end, slip, float(end.w[0]) * about.length)
 
 
-def _largest_radius(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray]:
+def _largest_radius(about: DiscsAbout, y: FloatArray) -> float:
     """The largest R that the limits leave at y; NaN where none does."""
     wide, room = about.all_s > 0, about.room(y)
-    radius = float(np.min(room[wide] / about.all_s[wide])) if wide.any() else nan
-    return radius, np.array([radius])
+    return float(np.min(room[wide] / about.all_s[wide])) if wide.any() else nan
 
 
-def _largest_margin(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray]:
-    """The largest δ = R − ‖y‖ that the limits leave at y."""
-    radius = _largest_radius(about, y)[0]
-    return radius - float(np.linalg.norm(y)), np.array([radius, radius - float(np.linalg.norm(y))])
+def _largest_margin(about: DiscsAbout, y: FloatArray) -> FloatArray:
+    """The largest δ = R − ‖y‖ that the limits leave at y, as w of :meth:`DiscsAbout.margin_program`."""
+    length = float(np.linalg.norm(y))
+    return np.array([length, (_largest_radius(about, y) - length) * about.unit_of_radius])
 
 
-def _largest_load(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray]:
-    """The largest λ that the limits allow at y, with R = ‖y‖ + δ; NaN where none does.
+def _largest_load(about: DiscsAbout, y: FloatArray) -> FloatArray:
+    """R = ‖y‖ + δ and the largest λ that the limits allow at y with it; NaN where none does.
 
     The excess of a disc is convex in λ: the first step of Newton's method ends above its last zero, and the
     others come down to it.
@@ -299,7 +303,7 @@ def _largest_load(about: DiscsAbout, y: FloatArray) -> tuple[float, FloatArray]:
     rising = about.row_d > 0
     load = float(np.min(rows[rising] / about.row_d[rising], initial=inf))
     load = min(load, _last_zero(at_zero, about.d, need))
-    return load, np.array([radius, load])
+    return np.array([radius, load])
 
 
 def _last_zero(u: FloatArray, d: FloatArray, need: FloatArray) -> float:

@@ -26,7 +26,7 @@ SHARP = 1e-13  # what is left between the value and its proof, relatively, where
 SMALL = 400  # unknowns up to which the shortest step is taken where the equations are singular
 SINGULAR = 1e-11  # relative singular value that counts as zero there
 
-Value = Callable[[FloatArray], tuple[float, FloatArray]]
+Value = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,13 @@ def sharp_end(program: DiscProgram, value: Value, usable: float = USABLE) -> Sha
     best = SharpEnd(end.status, end.y, end.w, end.discs, end.rows)
     if end.status != Status.OPTIMAL:
         return best
-    best = replace(best, w=value(best.y)[1] if np.all(np.isfinite(value(best.y)[1])) else best.w)
+    w = value(best.y)
+    best = replace(best, w=w if np.all(np.isfinite(w)) else best.w)
     best = replace(best, proved=proved(program, best))
     candidate = _newton(program, end) if _away(program, end) else _centred(program, end, value)
     if candidate is None:
         return best
-    sharper = replace(candidate, w=value(candidate.y)[1])
+    sharper = replace(candidate, w=value(candidate.y))
     sharper = replace(sharper, proved=proved(program, sharper))
     return sharper if np.isfinite(sharper.value) and sharper.open < best.open else best
 
@@ -168,7 +169,7 @@ def _away(program: DiscProgram, end: DiscSolution) -> bool:
 def _centred(program: DiscProgram, end: DiscSolution, value: Value) -> SharpEnd | None:
     """The end at y = 0: of the multipliers found there, those of what is active, in its directions."""
     y = np.zeros(program.rank)
-    w = value(y)[1]
+    w = value(y)
     if program.norm is None or not np.all(np.isfinite(w)):
         return None
     u = _discs_at(program, y, w, np.arange(len(program.node)))
