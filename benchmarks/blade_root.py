@@ -9,8 +9,8 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.blade_root import blade_root
 from benchmarks.friction_work import measured, work_picture, work_table
-from shakedown.fem import blade_root
 
 TITLE = "The dovetail root of a blade: limits, and friction work over the amplitude"
 MESHES = ((2, 3), (4, 6), (6, 9), (8, 12))  # along a flank, along the slot

@@ -8,8 +8,8 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.bolted_flange import bolted_flange
 from benchmarks.friction_work import measured, work_picture, work_table
-from shakedown.fem import bolted_flange
 
 TITLE = "A sector of a bolted flange: limits, and friction work over the amplitude"
 MESHES = (

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.figure import Figure
 
-from shakedown.fem import cylinder_on_flat, hertz, press_fit, press_fit_pressure
+from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 

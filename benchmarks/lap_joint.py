@@ -9,8 +9,8 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.friction_work import measured, work_picture, work_table
-from shakedown.fem import lap_joint
 
 TITLE = "A bolted lap joint in space: limits, and friction work over the amplitude"
 MESHES = ((12, 4, 2), (24, 6, 3), (36, 8, 4))  # elements along the lap, across it, over half of the height

@@ -15,7 +15,7 @@ come nearest to a limit: the largest q − f p and −q − f p.
 
 *Tenth cycle* (fig. 5.8): slip along the contact at λ_max, from the safe slip and from others.
 The thesis's block of fig. 5.5 has an angle and a loaded strip of which only a drawing exists:
-this one is ``shakedown.fem.cantilevered_block``, like it in kind and not in numbers.
+this one is ``benchmarks.bodies.blocks.cantilevered_block``, like it in kind and not in numbers.
 """
 
 from itertools import combinations

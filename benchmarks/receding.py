@@ -34,9 +34,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.blocks import receding_block
 from benchmarks.runner import run_study
 from shakedown import Problem, simulate
-from shakedown.fem import receding_block
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.event_history import EventHistory
 

@@ -20,9 +20,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.bodies.blocks import receding_block
 from benchmarks.receding import LETTERS
 from shakedown import Problem, plot
-from shakedown.fem import receding_block
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table

@@ -35,6 +35,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.blocks import cantilevered_block
 from benchmarks.runner import run_study
 from shakedown import Problem, guarantee_curve, lower_bound, upper_bound
 from shakedown.fem import (
@@ -43,7 +44,6 @@ from shakedown.fem import (
     Material,
     Support,
     block_mesh,
-    cantilevered_block,
     contact_problem,
     welded_corner,
 )

@@ -15,8 +15,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.bodies.dovetail import dovetail
 from shakedown import Problem
-from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem, dovetail
+from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.report.text_table import table
 
 TITLE = "Verification with a report: time, memory, size of the page"

@@ -15,9 +15,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.bodies.sphere import SKEW, rolling_limit, rolling_sphere
 from shakedown import Problem
-from shakedown.fem import rolling_limit, rolling_sphere
-from shakedown.fem.sphere import SKEW
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.report.text_table import table

@@ -15,19 +15,12 @@ from matplotlib.figure import Figure
 from threadpoolctl import threadpool_limits
 
 import shakedown
+from benchmarks.bodies.blade_root import blade_root
+from benchmarks.bodies.bolted_flange import bolted_flange
+from benchmarks.bodies.lap_joint import lap_joint
 from benchmarks.solid_condensation import SIDES, UNIT
 from shakedown import Problem
-from shakedown.fem import (
-    ElasticBody,
-    Force,
-    Material,
-    Support,
-    blade_root,
-    bolted_flange,
-    brick_mesh,
-    contact_problem,
-    lap_joint,
-)
+from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table
 

@@ -1,10 +1,10 @@
 """A sphere on a flat, pushed to and fro in any direction, against Cattaneo, Mindlin and Deresiewicz.
 
-The discs of :func:`shakedown.fem.sphere_on_flat` on finer and finer meshes, followed from event to event
-through two cycles of many amplitudes of the force. Errors are root mean squares over the amplitudes, relative
-to the value at the largest: at one amplitude alone they rise and fall with the place of the stick zone's edge
-between two rings. The classical solution is exact for Poisson's ratio 0. With 0.3 displacements are not
-quite along the force, so that slip is not quite opposite to the traction, which it neglects: the
+The discs of ``benchmarks.bodies.sphere.sphere_on_flat`` on finer and finer meshes, followed from event to
+event through two cycles of many amplitudes of the force. Errors are root mean squares over the amplitudes,
+relative to the value at the largest: at one amplitude alone they rise and fall with the place of the stick
+zone's edge between two rings. The classical solution is exact for Poisson's ratio 0. With 0.3 displacements
+are not quite along the force, so that slip is not quite opposite to the traction, which it neglects: the
 difference that stays is physics.
 """
 
@@ -14,8 +14,9 @@ from functools import cache
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.bodies.sphere import disc_patches, sphere_contact, sphere_on_flat
 from shakedown import Problem
-from shakedown.fem import disc_patches, mean_half_space_compliance, sphere_contact, sphere_on_flat
+from shakedown.fem import mean_half_space_compliance
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.evolve import evolve
 from shakedown.report.text_table import table

@@ -21,13 +21,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks import siconos_peer
+from benchmarks.friction_problems import friction_residual
 from benchmarks.half_space import around, blocks, grid, half_space
 from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.contact_law import scales
 from shakedown.motion.directed.directed_motion import DirectedMotion
-from shakedown.motion.implicit.delassus import friction_residual
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
 from shakedown.report.text_table import table
 

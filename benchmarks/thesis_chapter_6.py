@@ -3,9 +3,9 @@
 import numpy as np
 
 import shakedown
+from benchmarks.corner_report import corner_report, pair_thresholds
 from benchmarks.thesis_entry import Entry, entry
 from shakedown.motion.evolve import evolve
-from shakedown.thesis.corner_report import corner_report, pair_thresholds
 
 
 def chapter_6() -> list[Entry]:
@@ -19,12 +19,12 @@ def _equations() -> list[Entry]:
     return [
         entry(
             "(6.4)–(6.10)", "determinants of two slipping nodes; uniqueness in contact",
-            "shakedown.thesis.corner_report.pair_thresholds shakedown.friction_thresholds shakedown.planar.uniqueness.in_contact.unique_in_contact",
+            "benchmarks.corner_report.pair_thresholds shakedown.friction_thresholds shakedown.planar.uniqueness.in_contact.unique_in_contact",
         ),
-        entry("(6.15), (6.16)", "slips with both nodes at their limits", "shakedown.thesis.corner_report"),
+        entry("(6.15), (6.16)", "slips with both nodes at their limits", "benchmarks.corner_report"),
         entry(
             "(6.17)", "gaps of both nodes without contact; not possible, since one is negative",
-            "shakedown.thesis.corner_report.CornerReport.both_open_possible", computed=report.both_open,
+            "benchmarks.corner_report.CornerReport.both_open_possible", computed=report.both_open,
         ),
         entry(
             "(6.18)–(6.22)", "viscous motion beyond the discontinuity; damping D",
@@ -32,7 +32,7 @@ def _equations() -> list[Entry]:
         ),
         entry(
             "(6.31)–(6.40)", "perturbation of the corner; equilibrium with one node open",
-            "shakedown.thesis.corner_report shakedown.thesis.corner_report.CornerEnd",
+            "benchmarks.corner_report benchmarks.corner_report.CornerEnd",
         ),
         entry(
             "(6.45), (6.48)", "the system: matrices with four digits, f = 0.39, loads", "shakedown.example",
@@ -50,7 +50,7 @@ def _thresholds() -> list[Entry]:
             "shakedown.friction_thresholds", "1.1241 4.229", np.sort(limits.single_node),
         ),
         entry(
-            "(6.47)", "thresholds of both nodes", "shakedown.thesis.corner_report.pair_thresholds",
+            "(6.47)", "thresholds of both nodes", "benchmarks.corner_report.pair_thresholds",
             "0.3557 -0.3557 0.4079 -0.4079 4.3009 -4.3009 4.9314 -4.9314", pair_thresholds(joint),
         ),
         entry(
@@ -63,7 +63,7 @@ def _thresholds() -> list[Entry]:
 def _corner() -> list[Entry]:
     joint = shakedown.example("jump")
     report = corner_report(joint, joint.q_w[0], joint.p_w[0])
-    home = "shakedown.thesis.corner_report"
+    home = "benchmarks.corner_report"
     return [
         entry("(6.49)", "discontinuity point v", home, "-20.7296 30.9087", report.slip),
         entry("(6.50)", "H", home, "-0.3881 -0.1668 -0.1961 -0.0794", report.H),
@@ -71,7 +71,7 @@ def _corner() -> list[Entry]:
         entry("(6.52)", "eigenvectors of H", home, "-0.8943 -0.4472 0.3914 -0.9201", report.eigenvectors),
         entry(
             "(6.54), fig. 6.5", "admissible perturbations: coefficients of a₁, a₂",
-            "shakedown.thesis.corner_report.CornerReport.admissible", "0.4218 0.0015 0.2109 -0.0036", report.coefficients,
+            "benchmarks.corner_report.CornerReport.admissible", "0.4218 0.0015 0.2109 -0.0036", report.coefficients,
         ),
         entry(
             "before (6.55)", "p₂ is used up first: node 2 opens (the toolkit's node 1)", home, "2",
@@ -84,7 +84,7 @@ def _end() -> list[Entry]:
     joint = shakedown.example("jump")
     end = corner_report(joint, joint.q_w[0], joint.p_w[0]).end
     assert end is not None
-    home, path = "shakedown.thesis.corner_report.CornerEnd", evolve(joint, 1.0, joint.initial_slip[0]).history
+    home, path = "benchmarks.corner_report.CornerEnd", evolve(joint, 1.0, joint.initial_slip[0]).history
     printed = "0.3881 0.1668 -0.0525 0.1754 0.1216 0.1082 -0.053 0.1082 0.5522"
     inverse = "18.05 -31.83 7.95 -33.39 68.85 -16.67 8.27 -16.55 5.84"
     return [

@@ -4,9 +4,9 @@ import numpy as np
 
 import shakedown
 from benchmarks import receding, receding_zones
+from benchmarks.corner_report import pair_thresholds
 from benchmarks.reaction_planes import reaction_map, tenth_cycle
 from benchmarks.thesis_entry import Entry, entry
-from shakedown.thesis.corner_report import pair_thresholds
 
 REFINEMENT = 12  # of the receding block: 97 nodes on the half
 OTHER_BLOCK = "another block: the thesis prints neither its angle nor its strip"
@@ -37,7 +37,7 @@ def chapter_3() -> list[Entry]:
     exponents = [row["exponents"][window] for window in ("5-20", "10-40")]
     study = "benchmarks.receding_zones.measure"
     return [
-        entry("3.2, fig. 3.1", "block h × 4h, strip 2h, f = 0.35, ν = 0.3", "shakedown.fem.receding_block"),
+        entry("3.2, fig. 3.1", "block h × 4h, strip 2h, f = 0.35, ν = 0.3", "benchmarks.bodies.blocks.receding_block"),
         entry(
             "fig. 3.2", "nodes whose zone changes during the first loading", "benchmarks.receding.measure",
             "0", row["first_loading_changes"], figure="receding-zones",
@@ -95,7 +95,7 @@ def chapter_4() -> list[Entry]:
         ),
         entry("(4.18)", "transient load steps", "shakedown.Problem"),
         entry(
-            "(4.23)", "thresholds of two nodes, the real ones", "shakedown.thesis.corner_report.pair_thresholds",
+            "(4.23)", "thresholds of two nodes, the real ones", "benchmarks.corner_report.pair_thresholds",
             computed=pair[np.isfinite(pair)],
         ),
         entry("(4.21), (4.24)", "extremal constraints", "shakedown.joint.constraints"),
@@ -156,7 +156,7 @@ def _nine_nodes() -> list[Entry]:
     safe = float(tenth_cycle(block)["safe slip"].max())
     least = 1e-9 * np.abs(upper.slip).max()  # less is round-off
     return [
-        entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "shakedown.fem.cantilevered_block"),
+        entry("5.4, figs 5.5, 5.6", "cantilevered block h × 4.5h", "benchmarks.bodies.blocks.cantilevered_block"),
         entry("5.4", "subsets of nine nodes", "shakedown.subset_count", "43758", shakedown.subset_count(9)),
         entry(
             "5.4", "λ_min", "shakedown.critical_load_factors", "0.0013",

@@ -30,7 +30,6 @@ FLOORS = (
         "planar.uniqueness",
         "long_term.settling",
         "space",
-        "thesis",
     },
     {
         "bounds.energy",

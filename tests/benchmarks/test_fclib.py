@@ -6,7 +6,7 @@ from scipy import sparse
 
 from benchmarks import fclib, siconos_peer
 from benchmarks.fclib import FrictionProblem, merit, read_hdf5, read_text
-from shakedown.motion.implicit.delassus import solve_friction_problem
+from benchmarks.friction_problems import solve_friction_problem
 
 
 def problem(n: int = 3) -> FrictionProblem:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.fem import receding_block
+from benchmarks.bodies.blocks import receding_block
 
 
 def at_p_max(run, steps):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
-from shakedown.fem import lap_joint
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.cycle_record import State

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit
 from benchmarks.classical_contacts import line_contact_errors, press_fit_errors
-from shakedown.fem import cylinder_on_flat, hertz, press_fit
 from shakedown.ground.errors import UsageError
 
 

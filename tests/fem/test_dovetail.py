@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.bodies.dovetail import dovetail
 from shakedown import UsageError
-from shakedown.fem import dovetail
 
 
 @pytest.fixture(scope="module")

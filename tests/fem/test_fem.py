@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from skfem import MeshQuad
 
 import shakedown
+from benchmarks.bodies.blocks import cantilevered_block, receding_block, shipped_blocks
 from shakedown import ProblemError, UsageError
 from shakedown.fem import (
     BodyForce,
@@ -23,12 +24,9 @@ from shakedown.fem import (
     Support,
     Traction,
     block_mesh,
-    cantilevered_block,
     contact_condensation,
     contact_problem,
     read_mesh,
-    receding_block,
-    shipped_blocks,
     welded_corner,
 )
 from shakedown.readers.calculix_reactions import read_calculix_output

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.bodies.classical import press_fit
+from benchmarks.bodies.dovetail import dovetail
 from shakedown.fem import (
     Displacement,
     ElasticBody,
@@ -17,8 +19,6 @@ from shakedown.fem import (
     Traction,
     block_mesh,
     contact_problem,
-    dovetail,
-    press_fit,
     read_mesh,
 )
 

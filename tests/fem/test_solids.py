@@ -8,6 +8,9 @@ import pytest
 import solids
 from calculix import ccx, needs_ccx
 
+from benchmarks.bodies.blade_root import blade_root
+from benchmarks.bodies.bolted_flange import bolted_flange
+from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import ProblemError, UsageError, example, import_model
 from shakedown.fem import (
     BodyForce,
@@ -19,13 +22,10 @@ from shakedown.fem import (
     Pressure,
     Support,
     Traction,
-    blade_root,
     block_mesh,
-    bolted_flange,
     brick_mesh,
     contact_condensation,
     contact_problem,
-    lap_joint,
     read_mesh,
 )
 

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.fem import disc_patches, rolling_limit, rolling_sphere, sphere_contact, sphere_on_flat
+from benchmarks.bodies.sphere import (
+    disc_patches,
+    rolling_limit,
+    rolling_sphere,
+    sphere_contact,
+    sphere_on_flat,
+)
 from shakedown.ground.errors import UsageError
 from shakedown.motion.evolve import evolve
 

@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.fem import (
-    ElasticBody,
-    Material,
-    Pressure,
-    Support,
-    block_mesh,
-    contact_problem,
-    dovetail,
-    press_fit,
-    press_fit_pressure,
-    receding_block,
-)
-from shakedown.fem.blocks import shipped_blocks
+from benchmarks.bodies.blocks import receding_block, shipped_blocks
+from benchmarks.bodies.classical import press_fit, press_fit_pressure
+from benchmarks.bodies.dovetail import dovetail
+from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
 
 STEEL = Material(200e3, 0.3)
 BLOCKS = cache(shipped_blocks)

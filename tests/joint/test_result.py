@@ -24,7 +24,6 @@ from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.planar.universal.swing_bound import swing_bound
-from shakedown.thesis.corner_report import corner_report
 
 INPUTS = {"Problem", "Tolerances"}  # dataclasses that functions take; their own rules
 LARGEST = "block-33"
@@ -117,7 +116,6 @@ RESULTS = {  # one of every function that makes one
     "point": lambda: made("sweep").points[0],
     "cycle": lambda: shakedown.smallest_cycle(two(), states=8, rounds=1),
     "states": lambda: shakedown.long_term_states(two(), 0.9, np.zeros((3, 2))),
-    "corner": lambda: corner_report(jumping(), jumping().q_w[0], jumping().p_w[0]),
     "coupling": lambda: coupling(two()),
     "no coupling": lambda: coupling(dataclasses.replace(two(), f=50.0)),
     "single": lambda: single_node_cycle(shakedown.example("three-node")),

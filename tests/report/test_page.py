@@ -10,16 +10,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import shakedown
+from benchmarks.bodies.classical import press_fit
 from shakedown import Problem
-from shakedown.fem import (
-    ElasticBody,
-    Material,
-    Pressure,
-    Traction,
-    block_mesh,
-    contact_problem,
-    press_fit,
-)
+from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
 from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.figures.cycle_figures import as_given_state, cycling_state

@@ -4,7 +4,7 @@ They know arrays and small named states, no ``Problem``. Reading order: ``swept_
 open nodes eliminated, and the state in it), ``node_alone`` (the law at one node, its neighbours held),
 ``sweeps`` (Gauss–Seidel over the nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on
 the slipping nodes), ``one_step`` (both together, and the law re-checked), ``load_steps`` (many in a row),
-``implicit_step`` (what Python calls), ``delassus`` (contact problems given by their compliance).
+``implicit_step`` (what Python calls).
 """
 
 from shakedown.ground.code_cache import ensure_code_can_be_compiled

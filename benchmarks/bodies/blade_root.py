@@ -6,15 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import BodyForce, Force, Traction
-from shakedown.fem.solids.extrusion import extruded, grid
+from benchmarks.bodies.extrusion import extruded, grid
+from shakedown import Problem
+from shakedown.fem import BodyForce, ElasticBody, Force, Material, Support, Traction, contact_problem
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
 from shakedown.joint.loading import loading
-from shakedown.joint.problem import Problem
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
 
 # Heights of the bottom, the flanks' ends, the slot's rim and the tip, and half of the thickness there.
@@ -26,7 +23,6 @@ SPIN = 8  # load steps from rest to the overspeed, and half as many from there t
 ACROSS, POST = 6, 4  # through the root, through each post of the disc
 
 
-@checked
 def blade_root(
     elements: tuple[int, int] = (8, 12),
     *,

@@ -6,14 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import Mesh, MeshHex
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.bolt import Bolt
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import Force
+from shakedown import Problem
+from shakedown.fem import Bolt, ElasticBody, Force, Material, Support, contact_problem
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 
 LENGTH, LAP, WIDTH, HEIGHT = 720.0, 120.0, 25.4, 25.4  # of both half beams in all [mm]
 BOLTS = (330.0, 360.0, 390.0)  # where their axes are along the beam [mm]
@@ -23,7 +19,6 @@ ARM = 8  # elements along an arm, finer towards the lap
 STEP = LAP / 12  # of the smallest of them [mm]
 
 
-@checked
 def lap_joint(
     elements: tuple[int, int, int] = (24, 6, 3),
     *,

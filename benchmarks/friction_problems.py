@@ -18,12 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from shakedown.ground.errors import UsageError
+from shakedown import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.arguments import real_array
-from shakedown.joint.law import Law
-from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
 
 FIRST, LEAST, MOST = 1e-2, 1e-8, 100.0  # α, relative to the mean of the diagonal of W
@@ -123,10 +120,11 @@ def friction_residual(W: FloatArray, q: FloatArray, mu: FloatArray, r: FloatArra
     softness = np.diag(W).reshape(-1, 3).mean(axis=1, keepdims=True)
     aim = reaction - velocity / np.where(softness > 0, softness, softness.max() or 1.0)
     pressed = np.maximum(aim[:, 0], 0.0)
-    slipping = Law(mu, 2).projection(aim[:, 1:].ravel(), pressed)
-    apart = np.abs(r.reshape(-1, 3) - np.column_stack([pressed, slipping.reshape(-1, 2)])).max()
-    size = _force(W, q)
-    return float(apart) / size if size else float(apart > 0)
+    size, most = np.linalg.norm(aim[:, 1:], axis=1), mu * pressed
+    slipping = aim[:, 1:] * np.minimum(1.0, most / np.where(size > 0.0, size, 1.0))[:, None]
+    apart = np.abs(r.reshape(-1, 3) - np.column_stack([pressed, slipping])).max()
+    force = _force(W, q)
+    return float(apart) / force if force else float(apart > 0)
 
 
 def _force(W: FloatArray, q: FloatArray) -> float:
@@ -163,9 +161,10 @@ class _Contacts:
         each = np.arange(3 * n).reshape(n, 3)
         self.alpha, self.own = alpha, alpha * float(np.diag(W).mean())
         self.order = np.concatenate([each[:, 1:].ravel(), each[:, 0]])
-        kappa = np.linalg.inv(W + self.own * np.eye(3 * n))
-        self.kappa = 0.5 * (kappa + kappa.T)
-        A, B, C = Layout(n, 2).blocks(self.kappa[np.ix_(self.order, self.order)])
+        stiffness = np.linalg.inv(W + self.own * np.eye(3 * n))
+        self.kappa = 0.5 * (stiffness + stiffness.T)
+        kappa, slips = self.kappa[np.ix_(self.order, self.order)], 2 * n
+        A, B, C = kappa[:slips, :slips], kappa[slips:, :slips], kappa[slips:, slips:]
         self.joint = ImplicitJoint(A, B, C, mu, _force(W, q) * max(1.0, DIGITS / alpha))
         self.joint.turns = TURNS
         self.tangential = 2 * n
@@ -186,12 +185,14 @@ class _Contacts:
 
 def _checked(W: ArrayLike, q: ArrayLike, mu: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The data as private arrays; raises ``UsageError`` where they are no friction problem."""
-    mu = real_array("mu", mu).ravel()
-    n = len(mu)
-    W, q = real_array("W", W), real_array("q", q)
+    W, q, mu = (np.asarray(values, dtype=float) for values in (W, q, mu))
+    n = mu.size
     for name, found, expected in (("W", W.shape, (3 * n, 3 * n)), ("q", q.shape, (3 * n,))):
         if found != expected:
             raise UsageError(f"{name}: expected shape {expected} for {n} contacts, found {found}")
+    for name, values in (("W", W), ("q", q), ("mu", mu)):
+        if not np.isfinite(values).all():
+            raise UsageError(f"{name}: expected finite numbers, found {values[~np.isfinite(values)][0]}")
     if not n:
         raise UsageError("mu: expected at least one contact, found none")
     if (mu < 0).any():

@@ -4,29 +4,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from numbers import Integral
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigvals
 
-from shakedown.ground.errors import UsageError
+from shakedown import Problem, UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import (
-    NO_SIGNS,
-    checked,
-    checked_damping,
-    real_array,
-    require_plane,
-    require_problem,
-)
-from shakedown.joint.problem import Problem
-from shakedown.joint.result import Result
-from shakedown.motion.kernels.contact_status import OPEN
+
+OPEN = 2  # the state of a node that is open, as in an EventHistory
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CornerEnd(Result):
+@dataclass(frozen=True)
+class CornerEnd:
     """Where a viscous motion from a corner ends if one node opens and the other goes on slipping.
 
     Attributes
@@ -49,8 +39,6 @@ class CornerEnd(Result):
         Whether the end obeys the contact law and the motion towards it is stable.
     """
 
-    TABLE: ClassVar[str] = "slip gap"
-
     node: int
     G: FloatArray
     P: FloatArray
@@ -62,8 +50,8 @@ class CornerEnd(Result):
     possible: bool
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CornerReport(Result):
+@dataclass(frozen=True)
+class CornerReport:
     """Result of :func:`corner_report`.
 
     Attributes
@@ -93,8 +81,6 @@ class CornerReport(Result):
     both_open : (2,)
         Gaps that the two nodes would have without any contact (6.17) [length]; NaN without C.
     """
-
-    TABLE: ClassVar[str] = "nodes sides slip q p"
 
     nodes: tuple[int, int]
     sides: tuple[int, int]
@@ -140,7 +126,6 @@ class _Pair:
         return self.A - (np.array(self.sides) * self.f)[:, None] * self.B
 
 
-@checked
 def corner_report(
     problem: Problem,
     q_w: ArrayLike,
@@ -183,7 +168,6 @@ def corner_report(
     >>> report.end.slip.round(4), report.end.gap.round(4), report.both_open_possible
     (array([  3.564 , -24.5639]), array([0.    , 3.3443]), False)
     """
-    require_plane("corner report", problem, NO_SIGNS)
     pair, chosen = _checked_pair(problem, q_w, p_w, sides, nodes, slip, damping)
     rows, signs = pair.rows, np.array(pair.sides)
     out_of_balance = pair.q_w - signs * pair.f * pair.p_w
@@ -223,18 +207,18 @@ def _checked_pair(
     slip: ArrayLike | None,
     damping: ArrayLike | None,
 ) -> tuple[_Pair, tuple[int, int]]:
-    require_problem(problem)
     n = problem.n
     _check_pair(nodes, n)
     if len(sides) != 2 or not all(side in (-1, 1) for side in sides):
         raise UsageError(f"sides: expected two of +1 (backward) and -1 (forward), found {sides}")
-    loads = [real_array(name, values) for name, values in (("q_w", q_w), ("p_w", p_w))]
-    others = np.zeros(n) if slip is None else real_array("slip", slip)
-    for name, values in (("q_w", loads[0]), ("p_w", loads[1]), ("slip", others)):
-        if values.shape != (n,):
-            raise UsageError(f"{name}: expected shape ({n},), found {values.shape}")
-    D = checked_damping(problem, damping)
-    D = np.ones(problem.layout.size) if D is None else D
+    loads = [np.asarray(values, dtype=float) for values in (q_w, p_w)]
+    others = np.zeros(n) if slip is None else np.asarray(slip, dtype=float)
+    D = np.ones(2 * n) if damping is None else np.asarray(damping, dtype=float)
+    given = {"q_w": loads[0], "p_w": loads[1], "slip": others, "damping": D}
+    for name, values in given.items():
+        shape = (2 * n,) if name == "damping" else (n,)
+        if values.shape != shape:
+            raise UsageError(f"{name}: expected shape {shape}, found {values.shape}")
     i, j = int(nodes[0]), int(nodes[1])
     two, held = [i, j], others.copy()
     held[two] = 0.0
@@ -245,7 +229,7 @@ def _checked_pair(
         f=problem.f[two],
         q_w=(loads[0] + problem.A @ held)[two],
         p_w=(loads[1] + problem.B @ held)[two],
-        damping=D[problem.layout.of_nodes(two)],
+        damping=D[[i, j, n + i, n + j]],
         sides=(int(sides[0]), int(sides[1])),
     )
     return pair, (i, j)
@@ -329,7 +313,6 @@ def _check_pair(nodes: Sequence[int], n: int) -> None:
         raise UsageError(f"nodes: expected two different nodes of 0 to {n - 1}, found {nodes}")
 
 
-@checked
 def pair_thresholds(problem: Problem, nodes: Sequence[int] = (0, 1)) -> FloatArray:
     """Friction coefficients at which the slip of two nodes loses its stiffness, all eight of them (6.47).
 
@@ -359,7 +342,6 @@ def pair_thresholds(problem: Problem, nodes: Sequence[int] = (0, 1)) -> FloatArr
     >>> pair_thresholds(shakedown.example("jump"))[::2].round(4)
     array([0.3557, 0.4078, 4.301 , 4.9312])
     """
-    require_plane("pair thresholds", problem, NO_SIGNS)
     n = problem.n
     _check_pair(nodes, n)
     block = np.ix_(list(nodes), list(nodes))

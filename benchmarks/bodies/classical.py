@@ -5,19 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from skfem import MeshQuad
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import Displacement, Traction
-from shakedown.fem.mesh import block_mesh
+from shakedown import Problem
+from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 
 HOLE, FIT, OUTSIDE = 0.4, 1.0, 2.0  # radii of the press fit [length]
 
 
-@checked
 def press_fit(
     refinement: int = 1,
     *,
@@ -73,7 +68,6 @@ def press_fit(
     )  # fmt: skip
 
 
-@checked
 def press_fit_pressure(interference: float, young: float = 200e3, poisson: float = 0.3) -> float:
     """Lamé's pressure between the shaft and the hub of :func:`press_fit` [force/length²].
 
@@ -105,7 +99,6 @@ RADIUS = 20.0  # of the cylinder
 CANDIDATE, FAR = 1.5, 100.0  # half-widths of the candidate contact, of the bodies
 
 
-@checked
 def cylinder_on_flat(
     refinement: int = 1,
     *,
@@ -212,7 +205,6 @@ class Hertz:
         return f * (self.pressure(x) - self.peak * self.stick / self.half_width * inner)
 
 
-@checked
 def hertz(normal: float, shear: float = 0.0, f: float = 0.3, poisson: float = 0.3) -> Hertz:
     """The classical solution for :func:`cylinder_on_flat`, E* = E / 2(1 − ν²)."""
     modulus = 1.0 / (2 * (1 - poisson**2))

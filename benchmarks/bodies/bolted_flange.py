@@ -6,15 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.bolt import Bolt
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import Force
-from shakedown.fem.solids.extrusion import extruded
+from benchmarks.bodies.extrusion import extruded
+from shakedown import Problem
+from shakedown.fem import Bolt, ElasticBody, Force, Material, Support, contact_problem
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 
 BOLTS, CIRCLE = 30, 300.0  # in the whole ring; radius of the circle on which they are [mm]
 HALF = 32.0  # of the flange from the bolt inwards, and outwards to the wall of the pipe [mm]
@@ -24,7 +20,6 @@ YOUNG = 210e3
 RINGS, THROUGH, UP = 2, 2, 4  # elements from the pad to the outline, through the wall, along the pipe
 
 
-@checked
 def bolted_flange(
     elements: tuple[int, int, int] = (24, 6, 5),
     *,

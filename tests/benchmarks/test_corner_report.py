@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import shakedown
+from benchmarks.corner_report import corner_report, pair_thresholds
 from shakedown.motion.contact_law import reactions
 from shakedown.motion.evolve import evolve
-from shakedown.thesis.corner_report import corner_report, pair_thresholds
 
 JUMP = shakedown.example("jump")
 PRINTED = {  # (6.50)–(6.60); the thesis's matrices had more digits than it prints
@@ -120,7 +120,7 @@ def test_other_nodes_stuck_shift_the_corner():
         ({"nodes": (0, 2)}, "nodes: expected two different nodes of 0 to 1"),
         ({"sides": (1, 0)}, "sides: expected two of"),
         ({"slip": [0.0]}, r"slip: expected shape \(2,\)"),
-        ({"damping": [1.0]}, "damping: expected 4 positive numbers"),
+        ({"damping": [1.0]}, r"damping: expected shape \(4,\)"),
     ],
     ids=str,
 )

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.friction_problems import FrictionStatus, solve_friction_problem
 from shakedown import UsageError
-from shakedown.motion.implicit.delassus import FrictionStatus, solve_friction_problem
 
 
 def stack(n, rank, seed):

@@ -6,19 +6,14 @@ from dataclasses import replace
 import numpy as np
 from skfem import MeshQuad
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import Traction
-from shakedown.fem.mesh import block_mesh
+from shakedown import Problem
+from shakedown.fem import ElasticBody, Material, Support, Traction, block_mesh, contact_problem
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 
 OUTER = 2.5  # half-width of the slot's walls; the root is 2 wide at the bottom and 1 high
 
 
-@checked
 def dovetail(
     refinement: int = 1,
     *,

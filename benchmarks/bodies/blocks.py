@@ -4,19 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from shakedown.fem.body import ElasticBody, Material, Support
-from shakedown.fem.classical import cylinder_on_flat, press_fit
-from shakedown.fem.contact import contact_problem
-from shakedown.fem.loads import Pressure
-from shakedown.fem.mesh import block_mesh
-from shakedown.fem.solids.blade_root import blade_root
-from shakedown.fem.solids.bolted_flange import bolted_flange
+from benchmarks.bodies.blade_root import blade_root
+from benchmarks.bodies.bolted_flange import bolted_flange
+from benchmarks.bodies.classical import cylinder_on_flat, press_fit
+from shakedown import Problem
+from shakedown.fem import ElasticBody, Material, Pressure, Support, block_mesh, contact_problem
 from shakedown.ground.errors import UsageError
-from shakedown.joint.arguments import checked
-from shakedown.joint.problem import Problem
 
 
-@checked
 def receding_block(
     refinement: int = 2,
     *,
@@ -83,7 +78,6 @@ def receding_block(
     return contact_problem(body, "bottom", f, name=name, units="h, p_max")
 
 
-@checked
 def cantilevered_block(
     refinement: int = 1,
     *,
