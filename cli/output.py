@@ -140,7 +140,7 @@ def length_unit(problem: Problem) -> str:
 
 
 def headline(problem: Problem) -> str:
-    """Name, size and friction of a problem, in one or two lines; its loads, where it says them, in more."""
+    """Name, size and friction of a problem, in one or two lines; in more its loads, and what is doubtful."""
     f = problem.f
     friction = f"f = {f[0]:g}" if (f == f[0]).all() else f"f = {f.min():g} … {f.max():g}"
     nodes = f"{problem.n} node{'s' * (problem.n != 1)}"
@@ -152,6 +152,7 @@ def headline(problem: Problem) -> str:
     name = one_line(problem.name, LONGEST_NAME) or "unnamed problem"
     lines = [paragraph(f"{name}: {nodes}, {steps}, {friction}{units}")]
     lines += [paragraph(f"loads at λ = 1: {loads_in_words(problem)}")] if problem.loads else []
+    lines += [paragraph(f"warning: {warning}") for warning in problem.warnings]
     return "\n".join(lines)
 
 

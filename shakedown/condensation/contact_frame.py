@@ -167,7 +167,7 @@ def contact_frame(
             "contact: expected node labels (n,) or pairs (n, 2), "
             f"found {labels.dtype} of shape {labels.shape}"
         )
-    _check_unique(labels)
+    check_unique(labels)
     unit = _unit_normals(normals, len(labels))
     own = axes if unit.shape[1] == 2 else SPACE
     _check_plane(unit, axes, tangent)
@@ -272,7 +272,8 @@ def checked_dofs(dofs: ArrayLike) -> IntArray:
     return table.astype(np.intp)
 
 
-def _check_unique(labels: IntArray) -> None:
+def check_unique(labels: IntArray) -> None:
+    """Raise ``ProblemError`` where a node is in the contact twice."""
     unique, count = np.unique(labels, return_counts=True)
     if len(unique) < labels.size:
         raise ProblemError(

@@ -21,6 +21,7 @@ from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.fields.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 
@@ -96,16 +97,20 @@ def contact_problem(
     plane = frame.directions == 1
     x = _along(joint.place) if plane else patch_positions(joint.place, frame.normals, tangent)
     bare = joint.reduced.problem(cases, f, x=x, name=name, units=units)
+    area, label = body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]), node_names(joint.numbers)
+    area = without_cancelled(area)
     made = replace(
         bare,
-        label=node_names(joint.numbers),
+        label=label,
         coordinates=_in_space(joint.place),
         normal=_in_space(frame.normals),
         tangent=_in_space(frame.tangents) if plane else None,
-        node_area=body.areas_on(boundary, joint.numbers.reshape(frame.n, -1)[:, 0]),
+        node_area=area,
         load_names=tuple(case.name for case in cases),
         source=origin_text(
-            [(body, boundary), *([] if against is None else [against])], Contact(f, gap, steps, bolts)
+            [(body, boundary), *([] if against is None else [against])],
+            Contact(f, gap, steps, bolts),
+            bearing_no_pressure(area, label),
         ),
     )
     initial = np.asarray(gap(joint.place.T) if callable(gap) else gap)

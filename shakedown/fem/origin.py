@@ -45,7 +45,9 @@ def remember_file(mesh: Mesh, path: str | os.PathLike[str]) -> Mesh:
     return mesh
 
 
-def origin_text(bodies: Sequence[tuple[ElasticBody, str]], contact: Contact) -> str:
+def origin_text(
+    bodies: Sequence[tuple[ElasticBody, str]], contact: Contact, warnings: Sequence[str] = ()
+) -> str:
     """``source`` of a problem as JSON: no date, no machine, the same text for the same joint.
 
     Parameters
@@ -54,6 +56,8 @@ def origin_text(bodies: Sequence[tuple[ElasticBody, str]], contact: Contact) -> 
         Each body with its contact boundary.
     contact
         What else was given.
+    warnings
+        What is doubtful of the joint.
 
     Examples
     --------
@@ -75,6 +79,7 @@ def origin_text(bodies: Sequence[tuple[ElasticBody, str]], contact: Contact) -> 
         "bolts": [_fields(bolt) for bolt in contact.bolts],
         "bodies": [_body(body, boundary, contact.steps) for body, boundary in bodies],
         "files": files,
+        "warnings": list(warnings),
     }
     return json.dumps({key: value for key, value in about.items() if value not in (None, [])})
 

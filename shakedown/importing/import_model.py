@@ -18,6 +18,9 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.importing.contact.contact_directions import in_space
 from shakedown.importing.contact.contact_section import ContactSection, contact_section
+from shakedown.importing.evidence.contact_faces import contact_doubts
+from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open
+from shakedown.importing.evidence.pair_distances import PairDistances, check_distances, distances_of
 from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
 from shakedown.importing.load_section import (
     absent_before,
@@ -38,6 +41,7 @@ from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
 from shakedown.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.readers.stiffness import Stiffness
+from shakedown.readers.text import quoted
 from shakedown.readers.toml_table import Table, change_number, read_toml
 
 
@@ -66,10 +70,14 @@ class Import(Result):
         model, NaN where the coordinates are not known.
     loads : tuple of LoadEvidence
         Resultants of every load case.
+    pairs : PairDistances or None
+        How far apart the nodes of the pairs lie, where the model says where they are.
     sources : dict
         SHA-256 of the configuration and of every file that was read.
+    warnings : tuple of str
+        What is doubtful, and would make numbers wrong: the problem carries it with it.
     notes : tuple of str
-        What a user should know about the import.
+        What else a user should know about the import.
     path : str
         The configuration.
     """
@@ -82,7 +90,9 @@ class Import(Result):
     static_run: float
     rigid_residual: float
     loads: tuple[LoadEvidence, ...]
+    pairs: PairDistances | None
     sources: dict[str, str]
+    warnings: tuple[str, ...]
     notes: tuple[str, ...]
     path: str
 
@@ -97,6 +107,7 @@ class Import(Result):
             "asymmetry": reduced.asymmetry,
             "residual": reduced.residual,
             "static_run": self.static_run,
+            "warnings": self.warnings,
             "notes": self.notes,
             "nodes": contact.names,
             "normals": reduced.frame.normals,
@@ -104,6 +115,7 @@ class Import(Result):
             "coordinates": contact.coordinates,
             "node_area": self.problem.node_area,
             "gap": contact.gap,
+            "pairs": self.pairs,
             "rigid_residual": self.rigid_residual,
             "loads": self.loads,
             "sources": self.sources,
@@ -292,11 +304,16 @@ def import_model(
     _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
         contact = contact_section(sections["contact"], model, files, assume_plane=False)
+    where = f"{root.where}: contact"
+    pairs = distances_of(contact, model.mesh)
+    warnings = contact_doubts(contact, model.mesh, where)
+    if pairs is not None:
+        warnings += check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
     checked = bool(sections["check"].content)
     context = ImportContext(stiffness, contact, model, files, steps, checked)
     loads = [load_section(table, context) for table in tables]
+    held = held_rows(sections["supports"], context, loads)
     if kept is None:
-        held = held_rows(sections["supports"], context, loads)
         with found_in(root.where):
             reduced = _condensed(stiffness, contact, held, model.mesh, announce)
         difference = static_run(sections["check"], reduced, context, str(stiffness_file))
@@ -307,6 +324,17 @@ def import_model(
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
     area, without = positive_areas(contact)
+    names = load_names(cases, root.where)
+    warnings += (
+        *without,
+        *(
+            f"load {quoted(name)}: {doubt}"
+            for load, name in zip(loads, names, strict=True)
+            for doubt in load.doubts
+        ),
+        *load_doubts(cases, names, reduced, _held(stiffness, held)),
+        *pulled_open(bare),
+    )
     problem = replace(
         bare,
         label=contact.names,
@@ -315,8 +343,8 @@ def import_model(
         tangent=None if contact.directions > 1 else in_space(reduced.frame.tangents, contact.axes),
         node_area=area,
         stiffness_accuracy=stiffness.accuracy,
-        load_names=load_names(cases, root.where),
-        source=source_text(config_path, sources, _with_changes(command, changes)),
+        load_names=names,
+        source=source_text(config_path, sources, _with_changes(command, changes), warnings),
     )
     return Import(
         problem=problem,
@@ -327,20 +355,27 @@ def import_model(
         static_run=difference,
         rigid_residual=rigid_residual(stiffness, model.mesh, contact.axes),
         loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
+        pairs=pairs,
         sources=sources,
+        warnings=warnings,
         notes=(
             *reduced.notes,
             *_relative(contact, model.mesh),
             *circumference_notes(stiffness, model.mesh),
             *_solid(stiffness, contact, model.mesh),
-            *without,
-            *absent_before(cases, problem.load_names or ()),
+            *absent_before(cases, names),
             *uneven(cases),
             *(note for load in loads for note in few_digits(load.case, load.rounding, reduced)),
-            *_tension(problem),
         ),
         path=os.fspath(config_path),
     )
+
+
+def _held(stiffness: Stiffness, held: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which rows are held: by the configuration, or marked so in the matrix."""
+    found = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
+    found[held] = True
+    return found
 
 
 def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:
@@ -443,14 +478,3 @@ def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> 
     if solid.isdisjoint(contact.first.tolist()):
         return ()
     return (friction_left_out(across, "has no rows in the matrix"),)
-
-
-def _tension(problem: Problem) -> tuple[str, ...]:
-    """A word on loads that pull the contact open, which a wrong sign or normal makes them do."""
-    p_mean = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
-    if p_mean.sum() < 0:
-        return (
-            "the mean load pulls the welded contact open: the normals must point into the (first) body and "
-            "reactions must be the forces on it",
-        )
-    return ()

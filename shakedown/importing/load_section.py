@@ -27,11 +27,12 @@ UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
 
 @dataclass(frozen=True)
 class LoadSection:
-    """A load case, the rows whose displacement it prescribes, and the rounding of displacements read."""
+    """A load case, the rows whose displacement it prescribes, the rounding of displacements read, doubts."""
 
     case: LoadCase
     prescribed: NDArray[np.intp]
     rounding: FloatArray | None
+    doubts: tuple[str, ...] = ()
 
 
 def load_section(table: Table, context: ImportContext) -> LoadSection:
@@ -50,8 +51,9 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     if thermal is not None:
         force = thermal if force is None else force + thermal
     limits = table.array("range", float, (2,), required=False)
+    course = None if limits is not None else time_function(table, context.steps, context.files)
     case = LoadCase(
-        history=None if limits is not None else time_function(table, context.steps, context.files),
+        history=None if course is None else course.factors,
         range=limits,
         force=force,
         displacement=None if moved is None else displacement,
@@ -64,7 +66,8 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
         name=table.text("name", table.where) or table.where,
     )
     table.done()
-    return LoadSection(case, rows, None if opened is None else opened[1])
+    doubts = () if course is None else course.doubts
+    return LoadSection(case, rows, None if opened is None else opened[1], doubts)
 
 
 def vary_loads(root: Table, changes: Mapping[str, float]) -> dict[str, float]:

@@ -6,26 +6,19 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import numpy as np
-
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
 from shakedown.importing.contact.contact_section import ContactSection
+from shakedown.joint.fields.places import bearing_no_pressure
 
 LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
 
 
 def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """The areas of the nodes, or None and a note where the elements give some node no positive one."""
-    if contact.area is None or (contact.area > 0).all():
-        return contact.area, ()
-    name = contact.names[int(np.argmin(contact.area))]
-    note = (
-        f"no areas of the nodes: the quadratic faces at node {name} give it no positive share of a pressure, "
-        "so reactions over areas would be no tractions"
-    )
-    return None, (note,)
+    """The areas of the nodes, or None and a warning where the elements give some node no positive one."""
+    warning = () if contact.area is None else bearing_no_pressure(contact.area, contact.names)
+    return (None if warning else contact.area), warning
 
 
 def load_names(cases: Sequence[LoadCase], where: str) -> tuple[str, ...]:
@@ -33,8 +26,13 @@ def load_names(cases: Sequence[LoadCase], where: str) -> tuple[str, ...]:
     return tuple(shortened(visible(case.name.removeprefix(f"{where}: ")), LONGEST_NAME - 1) for case in cases)
 
 
-def source_text(config_path: str | os.PathLike[str], sources: Mapping[str, str], command: str) -> str:
-    """``source`` of a problem: toolkit, command, configuration and files, as JSON; no date, no machine."""
+def source_text(
+    config_path: str | os.PathLike[str],
+    sources: Mapping[str, str],
+    command: str,
+    warnings: Sequence[str] = (),
+) -> str:
+    """``source`` of a problem as JSON: toolkit, command, configuration, files, warnings; no date."""
     raw = Path(config_path).read_bytes()
     text = raw.decode() if len(raw) <= LONGEST_CONFIGURATION else None
     about = {
@@ -42,6 +40,7 @@ def source_text(config_path: str | os.PathLike[str], sources: Mapping[str, str],
         "command": command,
         "configuration": {"name": Path(config_path).name, "text": text},
         "files": [{"name": name, "sha256": digest} for name, digest in sources.items()],
+        "warnings": list(warnings),
     }
     return json.dumps({key: value for key, value in about.items() if value})
 

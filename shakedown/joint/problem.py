@@ -1,6 +1,7 @@
 """A discrete elastic contact with Coulomb friction and one period of its loading."""
 
 import hashlib
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -13,10 +14,10 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
 from shakedown.ground.tolerances import FIRST_DIGIT
-from shakedown.ground.visible_text import shortened, visible
+from shakedown.ground.visible_text import one_line, shortened, visible
 from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, TEXTS, check_shapes
 from shakedown.joint.fields.numbers import check_ratios, in_range, real_numbers
-from shakedown.joint.fields.places import check_places
+from shakedown.joint.fields.places import check_places, without_cancelled
 from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
 from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
 from shakedown.joint.law import Law
@@ -98,7 +99,7 @@ class Problem:
         Shown in reports.
     source : str, optional
         Where the problem comes from, as JSON: ``{"toolkit", "command", "configuration",
-        "files": [{"name", "sha256"}, …]}`` where it was imported.
+        "files": [{"name", "sha256"}, …], "warnings": […]}`` where it was imported.
 
     Raises
     ------
@@ -249,6 +250,20 @@ class Problem:
         numbers = self.load_mean.tolist(), self.load_amplitude.tolist()
         return tuple(map(Load._make, zip(self.load_names, *numbers, units, strict=True)))
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was doubtful in the model that the problem was made from, by its ``source``.
+
+        Examples
+        --------
+        >>> loop = {"f": 0.4, "q_w": [[1.0]], "p_w": [[3.0]]}
+        >>> Problem(A=[[2.0]], B=[[0.5]], **loop, source='{"warnings": ["no load varies"]}').warnings
+        ('no load varies',)
+        """
+        told = json.loads(self.source).get("warnings") if self.source else None
+        lines = told if isinstance(told, list) else []
+        return tuple(one_line(line) for line in lines if isinstance(line, str))
+
     def node_name(self, node: int) -> str:
         """A node by its number, and by its label where it has one.
 
@@ -281,7 +296,7 @@ class Problem:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """How a document introduces the joint: name, size, labels, units, load path and loads at λ = 1."""
+        """How a document introduces the joint: name, size, labels, units, load path, loads, warnings."""
         size: dict[str, Any] = {"name": self.name, "n": self.n, "m": self.m}
         size |= {"directions": self.directions} if self.directions > 1 else {}
         known: dict[str, Any] = {
@@ -290,6 +305,7 @@ class Problem:
         }
         known["load_path"] = self.load_path if self.is_domain else None
         known["loads"] = [load._asdict() for load in self.loads]
+        known["warnings"] = list(self.warnings)
         return size | {key: value for key, value in known.items() if value}
 
     @property
@@ -341,6 +357,8 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
         raise ProblemError(
             f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
         )
+    if "node_area" in arrays:
+        arrays["node_area"] = without_cancelled(arrays["node_area"])
     check_places(arrays)
     rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
     for key in ("A", "C"):

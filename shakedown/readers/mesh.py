@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.fields.places import without_cancelled
 from shakedown.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
 from shakedown.readers.face_shares import face_shares
 from shakedown.readers.text import listed, quoted
@@ -185,25 +186,14 @@ class Mesh:
         ProblemError
             If no face of the boundary ends at a node, or a normal leaves the plane.
         """
-        wanted = [int(label) for label in np.asarray(labels).ravel()]
-        total = {label: np.zeros(3) for label in wanted}
-        for element, face in self._boundary(set(wanted), surface):
-            corners = [
-                node for node in face if node in set(self.elements[element][1][: self._count(element)])
-            ]
-            inward = self._area(element, corners)
-            for node in face:
-                if node in total:
-                    total[node] += inward
-        vectors = np.array([total[label] for label in wanted])
-        size = np.linalg.norm(vectors, axis=1)
-        if not (size > 0).all():
+        wanted = np.asarray(labels).ravel()
+        units, _ = self.face_normals(wanted, surface)
+        bare = np.isnan(units[:, 0])
+        if bare.any():
             raise ProblemError(
-                f"{self.name}: expected a face of the boundary at contact node "
-                f"{wanted[int(np.argmin(size))]} with "
-                "all its corners among the contact nodes, found none; give 'normal' or 'normals'"
+                f"{self.name}: expected a face of the boundary at contact node {wanted[np.argmax(bare)]} "
+                "with all its corners among the contact nodes, found none; give 'normal' or 'normals'"
             )
-        units = vectors / size[:, None]
         if len(axes) == 3:
             return units
         plane = units[:, [axes[0] - 1, axes[1] - 1]]
@@ -214,6 +204,30 @@ class Mesh:
                 f"({', '.join(f'{c:.3g}' for c in units[k])}) at node {wanted[k]}; give 'normal' or 'axes'"
             )
         return plane
+
+    def face_normals(self, labels: ArrayLike, surface: str | None = None) -> tuple[FloatArray, FloatArray]:
+        """Mean unit normals into the body of the faces of :meth:`normals`, and how these faces differ.
+
+        Returns
+        -------
+        (n, 3)
+            NaN where a node has no such face.
+        (n,)
+            Least cosine between the mean and one of the faces at the node.
+        """
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        inward: dict[int, list[FloatArray]] = {label: [] for label in wanted}
+        for element, face in self.boundary(set(wanted), surface):
+            own = set(self.elements[element][1][: self._count(element)])
+            normal = self._area(element, [node for node in face if node in own])
+            for node in inward.keys() & set(face):
+                inward[node].append(normal)
+        units, least = np.full((len(wanted), 3), np.nan), np.ones(len(wanted))
+        for k, faces in enumerate(map(np.array, map(inward.get, wanted))):
+            if len(faces) and (size := np.linalg.norm(faces.sum(axis=0))) > 0:
+                units[k] = faces.sum(axis=0) / size
+                least[k] = (faces @ units[k] / np.linalg.norm(faces, axis=1).clip(np.finfo(float).tiny)).min()
+        return units, least
 
     def node_areas(
         self, labels: ArrayLike, surface: str | None = None, thickness: float = 1.0
@@ -228,12 +242,12 @@ class Mesh:
         (n,) or None
             None where a node has no such face, or a face has other nodes too or is not of a known
             kind. An area is not positive where nodal forces say nothing of the pressure there
-            (corners of quadratic faces).
+            (corners of quadratic faces): 0 at triangles.
         """
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         total = dict.fromkeys(wanted, 0.0)
         without = set(wanted)
-        for element, face in self._boundary(set(wanted), surface):
+        for element, face in self.boundary(set(wanted), surface):
             own = set(self.elements[element][1][: self._count(element)])
             corners = sum(node in own for node in face)
             shares = face_shares(self.at(face), corners, revolved=self.axisymmetric)
@@ -242,21 +256,29 @@ class Mesh:
             for node, share in zip(face, shares * (thickness if corners == 2 else 1.0), strict=True):
                 total[node] += float(share)
                 without.discard(node)
-        return None if without else np.array([total[label] for label in wanted])
+        return None if without else without_cancelled(np.array([total[label] for label in wanted]))
 
     def outlines(self, labels: ArrayLike) -> list[Face]:
         """Corners, in order, of the faces of the boundary that have all their corners among some nodes."""
         wanted = {int(label) for label in np.asarray(labels).ravel()}
-        faces = [
-            (face, set(self.elements[e][1][: self._count(e)])) for e, face in self._boundary(wanted, None)
-        ]
+        faces = [(face, set(self.elements[e][1][: self._count(e)])) for e, face in self.boundary(wanted)]
         return [tuple(node for node in face if node in own) for face, own in faces]
 
     def _count(self, element: int) -> int:
         return CORNERS[self.elements[element][0]]
 
-    def _boundary(self, wanted: set[int], surface: str | None) -> Iterable[tuple[int, Face]]:
-        """(element, face) on the boundary of its body with all corners wanted."""
+    def outer_faces(self, nodes: set[int]) -> list[frozenset[int]]:
+        """Corners of the faces of the boundary that have some of the nodes."""
+        seen = Counter[frozenset[int]]()
+        for element, (_, own) in self.elements.items():
+            if not nodes.isdisjoint(own):
+                corners = set(own[: self._count(element)])
+                faces = (corners.intersection(face) for face in self._faces_of(element))
+                seen.update(frozenset(face) for face in faces if not nodes.isdisjoint(face))
+        return [corners for corners, count in seen.items() if count == 1]
+
+    def boundary(self, wanted: set[int], surface: str | None = None) -> Iterable[tuple[int, Face]]:
+        """(element, face) on the boundary of its body with all corners wanted, or of a surface."""
         if surface is not None:
             key = surface.strip().upper()
             self.nodes(key)

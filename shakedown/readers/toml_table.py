@@ -25,7 +25,7 @@ def read_toml(path: str | os.PathLike[str]) -> "Table":
     if len(raw) > MOST_BYTES:
         raise ProblemError(f"{name}: expected a TOML file of at most {MOST_BYTES >> 20} MiB, found more")
     try:
-        content = tomllib.loads(raw.decode("utf-8"))
+        content = tomllib.loads(raw.decode("utf-8-sig"))
     except RecursionError:
         raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits

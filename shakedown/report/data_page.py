@@ -139,6 +139,7 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
                 rows.append((str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
     if not source:
         rows.append(("origin", "not stored with the problem"))
+    rows += [("warning", warning) for warning in problem.warnings]
     return [*rows, ("arrays of the problem", f"SHA-256 {problem.fingerprint}")]
 
 

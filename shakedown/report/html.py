@@ -161,7 +161,11 @@ def _context(v: Verification) -> dict[str, Any]:
         "margin_of_answer": margin_of_answer(v),
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.limits.universal),
         "margin": margin_in_words(v),
-        "reservations": [*reservations, *hints_in_words(problem)],
+        "reservations": [
+            *(f"Warning: {warning}." for warning in problem.warnings),
+            *reservations,
+            *hints_in_words(problem),
+        ],
         "verdict": roads_in_words(v),
         "verdict_class": banner_class(v),
         "problems": [*v.disagreements, *v.open_questions],

@@ -283,7 +283,8 @@ def test_relative_displacements_are_stated_and_checked(tmp_path, deck, word):
 def sampled(folder, text, steps=4, **words):
     """A history out of a file."""
     (folder / "h.csv").write_text(text)
-    return time_function(Table({"history": {"file": "h.csv", **words}}, "load 1"), steps, InputFiles(folder))
+    table = Table({"history": {"file": "h.csv", **words}}, "load 1")
+    return time_function(table, steps, InputFiles(folder)).factors
 
 
 def test_a_history_with_times_is_resampled(tmp_path):

@@ -110,7 +110,7 @@ def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
     points = np.vstack([points, *middles])[:count] if count > CORNERS[kind] else points
     mesh = Mesh("a mesh", np.arange(1, count + 1), points, elements={1: (kind, tuple(range(1, count + 1)))})
     middle = points[: CORNERS[kind]].mean(axis=0)
-    for _, face in mesh._boundary(set(range(1, count + 1)), None):
+    for _, face in mesh.boundary(set(range(1, count + 1))):
         own = [node for node in face if node <= CORNERS[kind]]
         inward, place = mesh._area(1, own), mesh.at(own)
         assert inward @ (middle - place.mean(axis=0)) > 0

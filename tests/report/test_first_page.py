@@ -167,7 +167,11 @@ def test_on_paper_long_tables_of_nodes_have_their_worst_rows_only():
 @pytest.mark.usefixtures("undrawn")
 def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
     kept = json.dumps(
-        {"configuration": {"name": "q_w.toml", "text": "load = p_w"}, "files": [{"name": "p_w.mtx"}]}
+        {
+            "configuration": {"name": "q_w.toml", "text": "load = p_w"},
+            "files": [{"name": "p_w.mtx"}],
+            "warnings": ["pairs lie apart"],
+        }
     )
     named = replace(slips.problem, name="λ_E joint", source=kept)
     found = replace(slips, assessment=shakedown.assess(named))
@@ -177,6 +181,8 @@ def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
     assert "λ<sub>max</sub>" in body
     assert "load = p_w</pre>" in body
     assert "p_w.mtx" in body
+    assert "<p>Warning: pairs lie apart.</p>" in body[: body.index("<dl")]
+    assert body.count("pairs lie apart") == 2  # and among the sources
     assert "p<sub>w</sub> mean" in body
 
 

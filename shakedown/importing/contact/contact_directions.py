@@ -30,12 +30,18 @@ class ContactDirections:
         Towards which the first of two tangents leads, where that is given.
     assumed : bool
         Whether nothing but normals in the plane of x and y says that there is one direction of slip.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    given : bool
+        Whether the configuration gives the normals, not the faces.
     """
 
     axes: Axes
     normals: FloatArray
     tangent: FloatArray | None = None
     assumed: bool = False
+    surface: str | None = None
+    given: bool = False
 
 
 def contact_directions(
@@ -63,7 +69,7 @@ def contact_directions(
     if said is None and given is not None and given.shape[-1] == 2:
         said = PLANE
     normals = _of_faces(table, model, first, said or SPACE) if given is None else given
-    table.text("surface", required=False)
+    surface = table.text("surface", required=False)
     axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
     columns = [axis - 1 for axis in axes]
     along = normals[:, columns] if given is None and said is None else normals
@@ -73,6 +79,8 @@ def contact_directions(
         np.broadcast_to(along, (len(first), len(axes))).copy(),
         _tangent(table, model, first, along) if axes == SPACE else None,
         assumed=said is None and axes == PLANE,
+        surface=surface,
+        given=given is not None,
     )
 
 
@@ -158,7 +166,15 @@ def _given(table: Table, n: int) -> FloatArray | None:
         raise ProblemError(
             f"{table.where}: key 'normals': expected one for each of {n} nodes, found {len(normals)}"
         )
-    return normals if normal is None else normal
+    found = normals if normal is None else normal
+    if found is not None and not (long := np.linalg.norm(np.atleast_2d(found), axis=1) > 0).all():
+        raise ProblemError(
+            f"{table.where}: {keys[0]}: expected vectors of length > 0, found "
+            f"{np.atleast_2d(found)[~long][0].tolist()}"
+            + f" at node {int(np.argmin(long))}"
+            * (normal is None)
+        )
+    return found
 
 
 def _vectors(table: Table, key: str) -> FloatArray | None:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.condensation.contact_frame import SPACE, node_names
+from shakedown.condensation.contact_frame import SPACE, check_unique, node_names
 from shakedown.condensation.tangent_pairs import patch_positions
-from shakedown.ground.errors import ProblemError
+from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact.contact_directions import Axes, contact_directions, in_space
 from shakedown.importing.contact.contact_nodes import contact_nodes
@@ -45,8 +45,14 @@ class ContactSection:
         Where the nodes of the first body are [length].
     gap : () or (n,)
         Initial gap [length]; negative is interference.
+    gap_is_stated : bool
+        Whether the configuration says what it is, be it 0.
     area : (n,) or None
         Area that each node stands for [length²], where the faces of the model give it.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    normals_are_given : bool
+        Whether the configuration gives the normals, not the faces.
     """
 
     labels: NDArray[np.intp]
@@ -60,7 +66,10 @@ class ContactSection:
     x: FloatArray | None
     coordinates: FloatArray | None
     gap: FloatArray
+    gap_is_stated: bool
     area: FloatArray | None
+    surface: str | None
+    normals_are_given: bool
 
     @property
     def first(self) -> NDArray[np.intp]:
@@ -71,6 +80,12 @@ class ContactSection:
     def moved(self) -> NDArray[np.intp]:
         """Nodes that unit displacements move: those of the first body, then those of the second."""
         return self.labels.T.ravel()
+
+    @property
+    def unit_normals(self) -> FloatArray:
+        """Unit normals along x, y, z, (n, 3)."""
+        found = in_space(self.normals, self.axes)
+        return found / np.linalg.norm(found, axis=1)[:, None]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -100,7 +115,10 @@ def contact_section(
         the normals are neither given nor to be had from the model.
     """
     labels, from_sets = contact_nodes(table, model)
+    with found_in(table.where.removesuffix(": contact")):
+        check_unique(labels)
     first = labels if labels.ndim == 1 else labels[:, 0]
+    gap_is_stated = table.has("gap")
     gap = initial_gap(table, model, files)
     area = _areas(table, model, first)  # before the normals take 'surface'
     found = contact_directions(table, model, first, assume_plane=assume_plane)
@@ -116,7 +134,10 @@ def contact_section(
         _positions(table, found.axes),
         None if model.mesh is None else model.mesh.at(first),
         gap.listed,
+        gap_is_stated,
         area,
+        found.surface,
+        found.given,
     )
     table.done()
     if contact.relative:

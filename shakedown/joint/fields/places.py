@@ -1,6 +1,6 @@
 """Where the nodes of a problem are: their areas, and directions in the model that it was made from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,36 @@ from shakedown.ground.tolerances import DEFAULT
 
 NOT_NEGATIVE = {"node_area": ("areas", "node"), "load_amplitude": ("amplitudes", "load")}
 DIRECTIONS = ("normal", "tangent", "tangents")
+NO_AREA = 1e-12  # of the largest: shares of a face that cancel leave round-off
+
+
+def without_cancelled(area: FloatArray) -> FloatArray:
+    """Areas of nodes, (n,): 0 where shares of faces cancel and leave round-off, as at quadratic triangles.
+
+    Examples
+    --------
+    >>> without_cancelled(np.array([-2e-18, 0.5, 1e-17])).tolist()
+    [0.0, 0.5, 0.0]
+    """
+    return np.where(np.abs(area) <= NO_AREA * np.abs(area).max(initial=0.0), 0.0, area)
+
+
+def bearing_no_pressure(area: FloatArray, names: Sequence[str]) -> tuple[str, ...]:
+    """A warning where nodes have no positive share of a pressure: corners of quadratic faces of solids.
+
+    Examples
+    --------
+    >>> bearing_no_pressure(np.array([0.5, 0.5]), ["7", "8"])
+    ()
+    """
+    without = np.flatnonzero(area <= 0)
+    if not without.size:
+        return ()
+    return (
+        f"quadratic faces at the contact give {without.size} of {len(area)} nodes, first "
+        f"{names[without[0]]}, no or a negative share of a pressure, so that these open or slide at once: "
+        "use linear elements there",
+    )
 
 
 def check_places(arrays: Mapping[str, FloatArray]) -> None:

@@ -1,0 +1,7 @@
+"""What speaks for and against an import: distances of pairs, normals and faces, loads that do nothing.
+
+What cannot be meant is refused; what is doubtful becomes a warning, one line each, that the problem
+carries with it.
+
+Reading order: ``pair_distances``, ``contact_faces``, ``load_doubts``.
+"""
