@@ -17,7 +17,7 @@ class Tolerances:
     Attributes
     ----------
     symmetry
-        Largest |A − Aᵀ| accepted (and averaged away), relative to max |A|.
+        Largest |A − Aᵀ| accepted (and averaged away), relative to max |A|; likewise C.
     definiteness
         Most negative eigenvalue of κ accepted as zero, relative to the largest.
     feasibility

@@ -15,13 +15,15 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import one_line, shortened, visible
-from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, TEXTS, check_shapes
+from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.fields.numbers import check_ratios, in_range, real_numbers
 from shakedown.joint.fields.places import check_places, without_cancelled
 from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
 from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout, layout_of
+
+COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 
 
 class Load(NamedTuple):
@@ -82,8 +84,8 @@ class Problem:
         Area of the contact that a node stands for, ≥ 0 [length²]: reactions over it are
         tractions. Of a plane model it is that of unit thickness, or of the one it has.
     stiffness_accuracy : float, optional
-        How accurate the stored A and B are, relative to their entries: 1e-7 where they come
-        from seven printed digits. What meets less resistance than that is a rigid slip
+        How accurate the stored A and B are, relative to their entries, at most 1e-3: 1e-7 where
+        they come from seven printed digits. What meets less resistance than that is a rigid slip
         (:class:`~shakedown.joint.rigid_slips.RigidSlips`). By default that of floating-point
         numbers which went through the condensation of a large model.
     label : (n,), optional
@@ -352,16 +354,18 @@ def _check_values(arrays: dict[str, FloatArray]) -> None:
     for key, array in arrays.items():
         arrays[key] = in_range(key, array)
     check_ratios(arrays)
-    accuracy = arrays.get("stiffness_accuracy", np.float64(0.5))
-    if not 0.0 < accuracy < 1.0:
+    accuracy = arrays.get("stiffness_accuracy", COARSEST)
+    if not 0.0 < accuracy <= COARSEST:
         raise ProblemError(
-            f"key 'stiffness_accuracy': expected a number above 0 and below 1, found {accuracy:g}"
+            f"key 'stiffness_accuracy': expected a number above 0 and up to {COARSEST:g} (three digits), "
+            f"found {accuracy:g}"
         )
     if "node_area" in arrays:
         arrays["node_area"] = without_cancelled(arrays["node_area"])
     check_places(arrays)
     rounding = FIRST_DIGIT * float(accuracy) if "stiffness_accuracy" in arrays else 0.0
+    largest = max(float(np.abs(arrays[key]).max()) for key in STIFFNESS if key in arrays)
     for key in ("A", "C"):
         if key in arrays:
-            arrays[key] = symmetrised(key, arrays[key], rounding)
+            arrays[key] = symmetrised(key, arrays[key], rounding, largest)
     check_definiteness(arrays, rounding)

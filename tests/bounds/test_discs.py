@@ -242,6 +242,21 @@ def test_zero_amplitude_and_relief():
     assert "brings no node nearer" in shakedown.upper_bound(relief).reason
 
 
+@pytest.mark.parametrize(
+    ("root", "f", "p_mean"),
+    [
+        ([[2.0, 0.0], [-1.0, 1.0], [-1.0, -2.0]], [0.5], [2.0]),
+        ([[2, 0, 0], [2, 1, 1], [1, 2, 0], [-2, -1, 1], [0, -2, -1], [-2, -2, -2]], [0.0, 0.5], [0.0, 0.0]),
+    ],
+)
+def test_singular_joints_without_loads_have_every_load_factor(root, f, p_mean):
+    kappa, n = np.array(root) @ np.transpose(root).astype(float), len(f)
+    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+    loop = {"q_w": np.zeros((4, 2 * n)), "p_w": np.zeros((4, n)), "q_mean": np.zeros(2 * n), "p_mean": p_mean}
+    upper = shakedown.upper_bound(Problem(A=A, B=B, C=C, f=f, **loop))
+    assert (upper.status, upper.load_factor) == (Status.UNBOUNDED, np.inf)
+
+
 def test_infeasible_with_multipliers_that_prove_it():
     problem = Problem(A=np.eye(2), B=[[0.1, 0.0]], f=0.5, q_w=[[1.0, 0.0], [-1.0, 0.0]], p_w=[[-3.0], [-3.0]])
     upper, rows = shakedown.upper_bound(problem), constraints(problem)

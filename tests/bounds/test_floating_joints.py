@@ -190,8 +190,9 @@ def test_relative_slips_change_no_limit() -> None:
     np.testing.assert_allclose(rows.coefficients @ moved, rows.G @ slip, atol=1e-10 * np.abs(rows.G).max())
 
 
-@pytest.mark.parametrize("wrong", [0.0, -1e-7, 1.0, 2.0, np.nan, np.inf, "seven", [1e-7], True])
-def test_an_accuracy_is_a_number_between_zero_and_one(wrong) -> None:
+@pytest.mark.parametrize("wrong", [0.0, -1e-7, 0.01, 0.5, 1.0, 2.0, np.nan, np.inf, "seven", [1e-7], True])
+def test_an_accuracy_is_a_number_of_three_digits_at_least(wrong) -> None:
+    """With fewer every resistance would be round-off, and a joint that is held would have all nodes pinned."""
     with pytest.raises(shakedown.ProblemError, match="key 'stiffness_accuracy': expected"):
         replace(two_bodies(), stiffness_accuracy=wrong)
 

@@ -143,6 +143,17 @@ MALFORMED = {
 }
 
 
+def test_a_block_that_is_round_off_of_the_others_is_symmetric():
+    """C = 0 by 1e-15: what asymmetry is, is judged by the whole stiffness; what is more than that, is refused."""
+    loop = {"q_w": [[1.0, 0.5], [0.0, 0.2]], "p_w": [[3.0, 3.0]] * 2, "f": 0.4}
+    A, noise = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([[1e-15, 3e-15], [-2e-15, 1e-15]])
+    problem = Problem(A=A, B=np.zeros((2, 2)), C=noise, **loop)
+    assert problem.C.tolist() == problem.C.T.tolist()
+    assert Problem(A=1e6 * noise, B=np.zeros((2, 2)), C=1e6 * A, **loop).n == 2
+    with pytest.raises(ProblemError, match="key 'C': expected a symmetric matrix"):
+        Problem(A=A, B=np.zeros((2, 2)), C=1e5 * noise, **loop)
+
+
 @pytest.mark.parametrize("kind", MALFORMED)
 def test_refused(tmp_path, kind):
     changes, message = MALFORMED[kind]

@@ -97,6 +97,7 @@ def test_the_shapes_tell_the_directions(tmp_path):
         ),
         ({"f": -np.ones(3)}, "key 'f': expected friction coefficients >= 0, found -1.0 at node 0"),
         ({"C": np.eye(6)}, "key 'C': expected shape (3, 3), found (6, 6)"),
+        ({"stiffness_accuracy": [1e-7]}, "key 'stiffness_accuracy': expected shape (), found (1,)"),
         ({"f": np.ones(6)}, "key 'f': expected shape (3,), found (6,)"),
         ({"q_w": np.ones((24, 3))}, "key 'q_w': expected shape (m, 6), found (24, 3)"),
         ({"p_w": np.ones((24, 6))}, "key 'p_w': expected shape (24, 3), found (24, 6)"),

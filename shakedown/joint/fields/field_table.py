@@ -144,7 +144,7 @@ def _check_shape(key: str, shape: tuple[int, ...], sizes: dict[str, int], direct
 
 def _in_space_hint(shape: tuple[int, ...], expected: tuple[int | str, ...]) -> str:
     """What a wrong shape of a joint with two tangential directions looks like."""
-    size = expected[-1]
+    size = expected[-1] if expected else None
     if (
         len(shape) > len(expected)
         and isinstance(size, int)

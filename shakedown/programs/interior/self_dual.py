@@ -263,7 +263,8 @@ def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
             slope = float(rest @ ahead)
             way, last = ahead + slope / last * way, slope
             along = scaling.divided(rows.times(way))
-            length = slope / float(along @ along)
+            across = float(along @ along)
+            length = slope / across if slope and across else np.inf  # nought: what is left is round-off
             if not np.isfinite(length):
                 break
             dx, dy = dx + length * way, dy + length * scaling.divided(along)
