@@ -47,6 +47,8 @@ class ConicBound(Result):
         Name of the solver.
     reduced_accuracy
         Whether the solver reached its reduced tolerances only (1e-8 instead of 1e-11).
+    unit
+        The load factor that is 1 in the numbers of the solver: next to nothing beside it is nothing to it.
     """
 
     status: Status
@@ -55,6 +57,7 @@ class ConicBound(Result):
     slip: FloatArray
     solver: str
     reduced_accuracy: bool = False
+    unit: float = 1.0
 
 
 @checked
@@ -217,7 +220,8 @@ def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBou
         if not end.optimal:
             return _nothing(end.status, size, name)
         reduced = end.reduced_accuracy or way is not ways[0]
-        return ConicBound(end.status, float(end.x[-1]), -1, end.x[:-1], name, reduced)
+        unit = float(program.scales.x[-1])
+        return ConicBound(end.status, float(end.x[-1]), -1, end.x[:-1], name, reduced, unit)
     return _nothing(Status.UNDECIDED, size, name)
 
 

@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.returning.returned_state import returned_state
-from shakedown.long_term.settling.search import BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
+from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.cycle_record import State
 from shakedown.motion.evolve import require_closed
@@ -183,6 +183,8 @@ def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float
     if not at.from_limit:
         ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
         text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
+    if verdict == BLURRED:
+        return f"what changes of the loads is next to round-off beside what does not ({text})", np.nan
     if verdict != BROKEN:
         return text, np.nan
     if at.done == 0:

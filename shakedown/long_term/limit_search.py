@@ -36,6 +36,7 @@ from shakedown.long_term.settling.settle import (
     walked,
     weigh,
 )
+from shakedown.motion.contact_law import alone, swing
 from shakedown.motion.cycle_record import Interim
 from shakedown.motion.integrator import ROUNDING, Evolution
 from shakedown.motion.kernels.event_loop import DONE, EFFORT, NO_RATES, PAUSED, address_of_follow
@@ -43,10 +44,12 @@ from shakedown.motion.kernels.run import progress
 
 LONGEST_PERIOD = 8  # cycles
 OUTCOMES = (  # of the verdicts of compiled code
-    Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.SEPARATION,
+    Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.SEPARATION,
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
 MOST_REMEMBERED = 4096  # states between two cycles
+CLEAR = 8.0  # times the force that counts as none: what is lost at the events of a period
+BLURRED = 100.0  # times that force: of loads that change by less no more than a first digit is certain
 
 
 def room_for_answers(s: int, layout: Layout) -> Answers:
@@ -86,6 +89,7 @@ class LimitSearch:
         runs = evolution.run(True, False), evolution.run(False, False), evolution.run(False, True)
         check = path_check(problem.f, Scale(scale.force, scale.length, t.periodicity * scale.length))
         self.compiled = search(runs, period_map(problem.n), check, rules)
+        self._weigh()
 
     @property
     def standing(self) -> Standing:
@@ -95,8 +99,15 @@ class LimitSearch:
     def begin(self, load_factor: float, initial_slip: ArrayLike | None, open_nodes: tuple[int, ...]) -> None:
         """Go to the very start at a load factor."""
         self.evolution.begin(load_factor, initial_slip, open_nodes)
-        scale, t = self.evolution.scale, self.evolution.tolerances
-        weigh(self.compiled, scale.force, scale.length, t.periodicity * scale.length)
+        self._weigh()
+
+    def _weigh(self) -> None:
+        """Set what the joint is measured by at its load factor, and from its start."""
+        evolution, scale = self.evolution, self.evolution.scale
+        share, lost = evolution.tolerances.periodicity, evolution.precision.force
+        near, moving = share * scale.length, swing(evolution.problem, evolution.load)
+        weigh(self.compiled, scale.force, scale.length, near, 0.0 < moving < BLURRED * lost)
+        self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, CLEAR * lost))
 
     def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
         """Answer for the state that the evolution is in, at its very start, or go on from a halt."""

@@ -18,6 +18,7 @@ from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import check_arguments, checked, checked_initial_slip
+from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
@@ -25,7 +26,8 @@ from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_b
 from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
-from shakedown.motion.contact_law import law_resolution
+from shakedown.motion.contact_law import alone, law_resolution, swing
+from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.implicit_path import ImplicitPath
@@ -34,6 +36,7 @@ from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 METHODS = ("event", "newton", "gauss-seidel")
+CLEAR = 8.0  # times what a load step leaves: no slip is told below it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -306,8 +309,10 @@ def _stepping(
 
 def _at_fixed_steps(motion: FixedSteps | ImplicitPath, asked: _Asked, steps: RecordedSteps) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
-    threshold, records = motion.tolerances.steadiness * motion.scale.length, []
-    slips = motion.problem.layout.slips
+    problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
+    moving = swing(problem, loop_path(problem, motion.load_factor))
+    threshold = alone(problem, max(t.steadiness * moving, CLEAR * t.convergence * scale.force))[: problem.n]
+    slips = problem.layout.slips
     start = motion.state.u[slips].copy()
     verdict = None
     for cycle in recorded_cycles(motion, asked.cycles, steps, record=asked.record):

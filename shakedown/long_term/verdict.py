@@ -27,16 +27,16 @@ class Verdict:
 LONGEST_PERIOD = REMEMBERED  # cycles
 
 
-def judge(cycles: Sequence[CycleRecord], threshold: float) -> Verdict | None:
+def judge(cycles: Sequence[CycleRecord], threshold: FloatArray) -> Verdict | None:
     """The long-term state that the last cycles show, or None while there is none yet.
 
-    Evidence, not proof: slips below ``threshold`` [length] count as none, and
+    Evidence, not proof: slips of a node below its ``threshold``, (n,) [length], count as none, and
     each finding must hold over two cycles (two periods) in a row.
     """
     if len(cycles) < 2:
         return None
     last, still = cycles[-1], np.zeros_like(cycles[-1].end_slip)
-    if max(cycle.slip.max() for cycle in cycles[-2:]) <= threshold:
+    if all(np.all(cycle.slip <= threshold) for cycle in cycles[-2:]):
         stays_open, breathing = _numbers(~last.closed), _numbers(last.opened & last.closed)
         if breathing:
             reason = f"no frictional slip, but opening and closing every cycle: {nodes_in_words(breathing)}"
@@ -50,21 +50,22 @@ def judge(cycles: Sequence[CycleRecord], threshold: float) -> Verdict | None:
     return None
 
 
-def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: float) -> Verdict | None:
+def _periodic(cycles: Sequence[CycleRecord], period: int, threshold: FloatArray) -> Verdict | None:
     """Cyclic slip or ratchetting of the given period, seen over two periods."""
     if len(cycles) < 2 * period + 1:
         return None
     stays_open = _numbers(~np.any([cycle.closed for cycle in cycles[-period:]], axis=0))
     steps = [cycles[-1 - k].end_slip - cycles[-1 - k - period].end_slip for k in range(period + 1)]
-    slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0).max()
+    slip = np.sum([cycle.slip for cycle in cycles[-period:]], axis=0)
     # A slow approach to shakedown has increments of the size of its slip; a limit cycle has none.
-    if slip <= 1e3 * threshold:
+    if np.all(slip <= 1e3 * threshold):
         return None
-    if max(np.abs(step).max() for step in steps) <= threshold:
+    none = np.repeat(threshold, len(steps[0]) // len(threshold))
+    if np.all(np.abs(steps) <= none):
         reason = f"the same slip every {cycles_in_words(period)}"
         return Verdict(Outcome.CYCLIC_SLIP, period, np.zeros_like(steps[0]), reason, stays_open)
-    change = max(np.abs(step - steps[0]).max() for step in steps[1:])
-    if change <= threshold and np.abs(steps[0]).max() > 1e3 * threshold:
+    steady = np.all(np.abs(np.subtract(steps, steps[0])) <= none)
+    if steady and np.any(np.abs(steps[0]) > 1e3 * none):
         reason = f"the same drift every {cycles_in_words(period)}"
         return Verdict(Outcome.RATCHETTING, period, steps[0], reason, stays_open)
     return None

@@ -64,6 +64,36 @@ def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
     return Scales(force, force / float(stiffness.min()) if stiffness.size else 1.0)
 
 
+def swing(problem: Problem, load: FloatArray) -> float:
+    """What one period changes at most of a tangential reaction or of a friction limit [force].
+
+    A load that rests moves nothing: what this much moves a node, alone, is what its slip is compared with.
+
+    Parameters
+    ----------
+    problem, load : (m, (d + 1) n)
+        The joint; welded reactions of one period [force].
+    """
+    of_q, of_p = problem.layout.split(np.ptp(load, axis=0))
+    return max(float(of_q.max(initial=0.0)), float((problem.f * of_p).max(initial=0.0)))
+
+
+def alone(problem: Problem, force: float) -> FloatArray:
+    """How far a force moves each node by itself, a slip in its stiffest direction and a gap, (2n,) [length].
+
+    What nothing holds is as soft as the softest of its kind.
+    """
+    of_slips = problem.layout.by_node(np.diag(problem.A)).max(axis=1)
+    of_gaps = of_slips if problem.C is None else np.diag(problem.C)
+    return force / np.append(_held(of_slips), _held(of_gaps))
+
+
+def _held(stiffness: FloatArray) -> FloatArray:
+    """Stiffnesses, with the least of them for zero."""
+    some = stiffness[stiffness > 0]
+    return np.where(stiffness > 0, stiffness, some.min() if some.size else 1.0)
+
+
 @checked
 def reactions(
     problem: Problem, q_w: FloatArray, p_w: FloatArray, v: FloatArray, w: FloatArray

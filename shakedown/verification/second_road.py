@@ -70,7 +70,10 @@ def road_findings(
         elif first.status != other.status:
             yield False, f"{name}: {first.status} by {road}, {other.status} on the second road"
         elif np.isfinite(one) and abs(one - two) > _closest(first, tolerances) * max(abs(one), size):
-            yield False, f"{name}: {one:.10g} by {road}, {two:.10g} on the second road"
+            seen = abs(one - two) > tolerances.second_road * other.unit
+            end = "" if seen else ", which tells no smaller ones apart"
+            text = f"{name}: {one:.10g} by {road}, {two:.10g} on the second road{end}"
+            yield False if seen else None, text
         elif first.reduced_accuracy:
             yield None, f"{name}: by {road} only to reduced accuracy (1e-7)"
     if isinstance(lower, Missing):

@@ -1,6 +1,7 @@
 """What is said of a long-term state: jumps and their energy, the friction law as judge, and proof."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -166,3 +167,32 @@ def test_a_reduced_scene_is_proved_as_the_full_form_is():
     problem = shakedown.Problem(A=np.eye(2), B=np.zeros((2, 2)), C=np.eye(2), f=0.5,
                                 q_w=[[0.0, 0.0]], p_w=[[1.0, -1.0]])  # fmt: skip
     assert shakedown.long_term_state(problem, 1.0, reduce=True).open_nodes == (1,)
+
+
+@pytest.mark.parametrize("method", ["event", "gauss-seidel"])
+@pytest.mark.parametrize("directions", [1, 2])
+def test_a_stiff_node_slips_little_and_is_seen(directions, method):
+    """Two nodes apart, one a million times stiffer: by hand, from λ = 1 on it slips 4 (λ − 1) / A per cycle."""
+    d, stiff = directions, 1e6
+    q = np.zeros((4, 2 * d))
+    q[0, d], q[2, d], q[1, 0], q[3, 0] = 1.0, -1.0, 0.3, -0.3
+    A = np.diag(np.repeat([1.0, stiff], d))
+    problem = shakedown.Problem(A=A, B=np.zeros((2, 2 * d)), f=0.5, q_w=q, p_w=np.full((4, 2), 2.0))
+    for load_factor in (1.01, 1.00001):
+        run = shakedown.simulate(problem, load_factor, method=method)
+        assert run.outcome == "cyclic-slip"
+        assert run.slip_per_cycle == pytest.approx([0.0, 4.0 * (load_factor - 1.0) / stiff], rel=1e-5)
+    assert shakedown.simulate(problem, 0.99, method=method).outcome == "shakedown"
+
+
+def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told():
+    """Above λ_max of a node that has next to no friction: too little changes to say that it rests."""
+    joint = shakedown.example("two-node")
+    problem = replace(joint, f=np.array([1e-12, joint.f[1]]))
+    above = 1.05 * shakedown.upper_bound(problem).load_factor
+    state = shakedown.long_term_state(problem, above)
+    assert state.outcome == "undecided"
+    assert "next to round-off" in state.reason
+    assert shakedown.long_term_states(problem, above, np.zeros((1, 2))).outcome == "undecided"
+    assert shakedown.long_term_state(problem, 10 * above).outcome == "cyclic-slip"
+    assert shakedown.verify(problem, random_states=0).disagreements == ()

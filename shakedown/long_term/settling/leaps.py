@@ -7,6 +7,7 @@ from shakedown.long_term.settling.path_check import begin_check, end_check
 from shakedown.long_term.settling.period_map import along_basis, displace, distance_to_limit
 from shakedown.long_term.settling.repeats import admissible, remember
 from shakedown.long_term.settling.search import (
+    BLURRED,
     BROKEN,
     CONFIRM,
     CYCLIC_SLIP,
@@ -50,7 +51,7 @@ def next_leap(se: Search) -> None:
     if se.leaps == MOST_LEAPS:
         return
     se.leaps += 1
-    near = pm.decaying and distance_to_limit(pm, se.leap) <= 1e3 * se.check.near
+    near = pm.decaying and distance_to_limit(pm, se.leap, se.weight) <= 1e3 * se.check.near
     if near:
         displace(pm, pm.limit, se.goal)
     else:
@@ -109,7 +110,7 @@ def after_confirmation(se: Search) -> None:
     se.damping += se.jump_damping
     share = se.done / se.period
     for j in range(2 * n):
-        far = larger(far, abs(mo.u[j] - se.goal[j] - share * se.drift[j]))
+        far = larger(far, se.weight[j] * abs(mo.u[j] - se.goal[j] - share * se.drift[j]))
     se.far = far
     if se.period % se.done == 0 and far <= se.check.near:
         judge_period(se, share)
@@ -122,13 +123,14 @@ def judge_period(se: Search, share: float) -> None:
     """What the period that has been confirmed says, if it obeys the friction law."""
     act, mo, check, near = se.first.active, se.first.motion, se.check, se.check.near
     se.signature = end_check(check, act, se.recorded.course, mo.u, se.done)
-    breathing, drifts = False, False
+    breathing, drifts, slip = False, False, 0.0
     for i in range(act.n):
         breathing = breathing or (se.opened[i] == 1 and check.always_open[i] == 0)
-        drifts = drifts or abs(share * se.drift[i]) > near
+        drifts = drifts or se.weight[i] * abs(share * se.drift[i]) > near
+        slip = larger(slip, se.weight[i] * se.slip[i])
     if not check.violation <= se.friction_law:
         se.verdict = BROKEN
-    elif largest(se.slip, act.n) <= 4.0 * near:
-        se.verdict = SEPARATION if breathing else SHAKEDOWN
+    elif slip <= 4.0 * near:
+        se.verdict = BLURRED if se.blurred else SEPARATION if breathing else SHAKEDOWN
     else:
         se.verdict = RATCHETTING if drifts else CYCLIC_SLIP

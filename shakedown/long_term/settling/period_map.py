@@ -169,11 +169,12 @@ def end_map(pm: PeriodMap, mo: Motion) -> None:
 
 
 @inner
-def distance_to_limit(pm: PeriodMap, leap: float) -> float:
-    """Largest slip that is left to the limit after so many periods, drift apart."""
+def distance_to_limit(pm: PeriodMap, leap: float, weight: FloatArray) -> float:
+    """Largest slip, weighted, that is left to the limit after so many periods, drift apart."""
     far = 0.0
     for a in range(pm.k):
-        far = larger(far, abs(pm.change[a] - leap * pm.drift[a] - pm.limit[a]))
+        left = abs(pm.change[a] - leap * pm.drift[a] - pm.limit[a])
+        far = larger(far, weight[pm.stuck[pm.moves[a]]] * left)
     return far
 
 

@@ -112,10 +112,10 @@ def returned_after(se: Search) -> int:
 
 @inner
 def distance(se: Search, one: int, other: int) -> float:
-    """Largest difference of two states of the past."""
+    """Largest difference of two states of the past, weighted."""
     m, far = 2 * se.first.active.n, 0.0
     for j in range(m):
-        far = larger(far, abs(se.past[one * m + j] - se.past[other * m + j]))
+        far = larger(far, se.weight[j] * abs(se.past[one * m + j] - se.past[other * m + j]))
     return far
 
 

@@ -14,7 +14,8 @@ from shakedown.motion.kernels.named_state import Hash, Integers, NamedState, Rea
 from shakedown.motion.kernels.run import RUN, Run
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
-SEARCHING, UNDECIDED, BROKEN, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(8)  # verdicts
+# Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.
+SEARCHING, UNDECIDED, BROKEN, BLURRED, LEFT, SHAKEDOWN, CYCLIC_SLIP, RATCHETTING, SEPARATION = range(9)
 LIMIT_WANTED, SINGULAR = 101, 102  # beside what ``follow`` says: why Python is asked
 
 
@@ -55,7 +56,7 @@ class Answers(NamedTuple):
     dissipation, contraction : (s,)
         Per cycle.
     verdict, period, cycles : (s,)
-        UNDECIDED, BROKEN, LEFT or an outcome; cycles of a period; cycles followed.
+        UNDECIDED, BROKEN, BLURRED, LEFT or an outcome; cycles of a period; cycles followed.
     signature : (s,)
         Of the contact states of a period.
     """
@@ -115,6 +116,10 @@ class Search(NamedState):
         Contact states of the goal.
     force, drift : (2n,)
         Scratch, reactions; what the slips gain per period for ever.
+    weight : (2n,)
+        By how much smaller than ``check.near`` a slip or gap must be to count as none.
+    blurred
+        Whether the loads that change are next to round-off.
     slip : (n,)
         Σ|Δv| since the period began.
     works : (longest period,)
@@ -135,7 +140,7 @@ class Search(NamedState):
     leap
         Periods leapt over.
     contraction, far
-        Factor per cycle; how far the period misses the goal.
+        Factor per cycle; how far the period misses the goal, weighted.
     friction, damping, jumps
         What friction took since the period began, and the damping in so many jumps.
     jump_friction, jump_damping, jumped
@@ -157,6 +162,7 @@ class Search(NamedState):
     contact: Integers
     force: Reals
     drift: Reals
+    weight: Reals
     slip: Reals
     works: Reals
     opened: Integers
@@ -193,6 +199,7 @@ class Search(NamedState):
     rounding: float
     friction_law: float
     stiffness: float
+    blurred: bool
 
 
 structref.define_boxing(SearchType, Search)
@@ -211,6 +218,7 @@ def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: R
         "contact": np.zeros(n, dtype=np.int64),
         "force": np.zeros(2 * n),
         "drift": np.zeros(2 * n),
+        "weight": np.ones(2 * n),
         "slip": np.zeros(n),
         "works": np.zeros(rules.longest_period),
         "opened": np.zeros(n, dtype=np.int64),
@@ -221,22 +229,22 @@ def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: R
 
 @entered
 def _search(  # type: ignore[no-untyped-def]
-    first, cyclic, recorded, pm, check, past, signatures, wanted, goal, reached, contact, force, drift, slip,
-    works, opened, rules,
+    first, cyclic, recorded, pm, check, past, signatures, wanted, goal, reached, contact, force, drift,
+    weight, slip, works, opened, rules,
 ):  # fmt: skip
     new = structref.new(SEARCH)
     new.first, new.cyclic, new.recorded, new.map, new.check = first, cyclic, recorded, pm, check
     new.past, new.signatures, new.wanted = past.ctypes, signatures.ctypes, wanted.ctypes
     new.goal, new.reached, new.contact = goal.ctypes, reached.ctypes, contact.ctypes
     new.force, new.drift, new.slip, new.works = force.ctypes, drift.ctypes, slip.ctypes, works.ctypes
-    new.opened = opened.ctypes
+    new.opened, new.weight = opened.ctypes, weight.ctypes
     new.most_cycles, new.longest_period, new.capacity = (
         rules.most_cycles,
         rules.longest_period,
         rules.capacity,
     )
     new.least_force, new.limit, new.rounding = rules.least_force, rules.limit, rules.rounding
-    new.friction_law, new.stiffness = rules.friction_law, rules.stiffness
+    new.friction_law, new.stiffness, new.blurred = rules.friction_law, rules.stiffness, False
     new.row, new.phase, new.verdict, new.placed, new.resumed = 0, START, SEARCHING, False, False
     new.signature, new.done, new.period, new.jumps, new.from_limit = np.uint64(0), 0, 0, 0, False
     return new

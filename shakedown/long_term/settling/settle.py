@@ -215,9 +215,10 @@ def walk_on(
 
 
 @entered
-def weigh(se: Search, force: float, length: float, near: float) -> None:
-    """Set the scales of force and length, and the slip or gap that counts as none."""
+def weigh(se: Search, force: float, length: float, near: float, blurred: bool) -> None:
+    """Set the scales of force and length, the slip or gap that counts as none; whether loads are blurred."""
     se.least_force, se.check.force, se.check.length, se.check.near = force, force, length, near
+    se.blurred = blurred
 
 
 @entered
