@@ -115,8 +115,8 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     facts = [
         ("from every state λ_U", bound(universal.load_factor), universal.argument),
         *first,
-        ("smallest cycle λ_cycle", up(found.load_factor, 10), _period(found)),
-        ("smallest separation", up(found.separation_load_factor, 10), _separation(found)),
+        ("smallest cycle λ_cycle", up(found.load_factor), _period(found)),
+        ("smallest separation", up(found.separation_load_factor), _separation(found)),
         ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
         ("dissipation per cycle", number(found.dissipation_per_cycle), work_unit(problem)),
         ("least that counts", number(found.least_dissipation, 2), "less is round-off: no cycle"),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from shakedown import Problem
-from shakedown.ground.shown_values import down
+from shakedown.ground.shown_values import DIGITS, down
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
 from shakedown.joint.units import units_of
 from shakedown.joint.units import work_unit as unit_of_work
@@ -57,16 +57,16 @@ def is_quiet() -> bool:
     return bool(click.get_current_context().meta.get(QUIET))
 
 
-def number(value: float | None, digits: int = 7) -> str:
+def number(value: float | None, digits: int = DIGITS) -> str:
     """A number for people; undefined ones as a dash."""
     if value is None or value != value:
         return "-"
     return f"{value:.{digits}g}"
 
 
-def bound(value: float, digits: int = 10, *, rounded: Callable[[float, int], str] = down) -> str:
+def bound(value: float, *, rounded: Callable[[float, int], str] = down) -> str:
     """A limit of the load factor, rounded down (or up) so that what is said of it stays true."""
-    return "-" if value != value else rounded(value, digits)
+    return "-" if value != value else rounded(value, DIGITS)
 
 
 def tiny(value: float) -> str:

@@ -85,7 +85,7 @@ def _in_the_plane(limits: JointLimits, curve: shakedown.GuaranteeCurve | Missing
     elif curve is not None:
         lines += [paragraph(curve_in_words(curve, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
-    thresholds = [number(each, 5) for each in limits.friction.single_node]
+    thresholds = [number(each) for each in limits.friction.single_node]
     safe, active = _safe_columns(problem, limits.upper).items()
     slips = [number(slip) for slip in limits.lower.slip]
     witness = with_unit("witness", length_unit(problem)), slips
@@ -128,7 +128,7 @@ def _facts(limits: JointLimits) -> list[Fact]:
         _from_every_state(limits.universal),
         ("lower bound λ_1", bound(lower.load_factor), f"{collapse}{_certified(lower.certified)}"),
         ("  guarantee", lower.guarantee, ""),
-        ("  single-node bound", bound(lower.single_node_bound, 7), "no node cycles alone below"),
+        ("  single-node bound", bound(lower.single_node_bound), "no node cycles alone below"),
         (
             "  coupling ratio ρ*",
             number(lower.coupling_ratio, 4),

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from shakedown.ground.visible_text import one_line
 
+DIGITS = 7  # of a load factor or a limit that is known to as many
+FEW_DIGITS = 4  # of simulated values and margins, and of a limit at least
 LONGEST_VALUE = 56  # characters of one value
 LONGEST_WHOLE, LOG_2 = 20, 0.30103  # digits of a whole number that is written out; log10 of 2
 
@@ -55,8 +57,8 @@ def _plain_parts(value: Any) -> Any:
     return one_line(str(value))
 
 
-def down(value: float, digits: int = 7) -> str:
-    """A number rounded down, for what holds below it.
+def down(value: float, digits: int = DIGITS) -> str:
+    """A limit rounded down, for what holds below it.
 
     What is rounded is the shortest decimal number that stands for the float, so that 1.9 stays 1.9.
 
@@ -68,9 +70,46 @@ def down(value: float, digits: int = 7) -> str:
     return _rounded(value, digits, ROUND_FLOOR)
 
 
-def up(value: float, digits: int = 7) -> str:
-    """A number rounded up, for what holds above it."""
+def up(value: float, digits: int = DIGITS) -> str:
+    """A limit rounded up, for what holds above it."""
     return _rounded(value, digits, ROUND_CEILING)
+
+
+def few(value: float, digits: int = FEW_DIGITS) -> str:
+    """A simulated value, of which nothing holds above or below.
+
+    Examples
+    --------
+    >>> few(1.5234567), few(123456.0), few(12345678.0)
+    ('1.523', '123500', '1.235e+07')
+    """
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.{DIGITS}g}" if "e+0" in text else text
+
+
+def at_lambda(load_factor: float) -> str:
+    """The load factor of a simulation, in as many digits as limits have.
+
+    Examples
+    --------
+    >>> at_lambda(1.59599370)
+    'λ = 1.595994'
+    """
+    return f"λ = {load_factor:.{DIGITS}g}"
+
+
+def certain_digits(low: float, high: float) -> int:
+    """How many digits are shown of a limit between two numbers: those that are certain, at least four.
+
+    Examples
+    --------
+    >>> certain_digits(1.679928, 1.680101), certain_digits(1.25, 1.25 + 1e-9), certain_digits(1.25, np.inf)
+    (4, 7, 7)
+    """
+    size = max(abs(low), abs(high))
+    if not (math.isfinite(size) and abs(high - low) > 0):
+        return DIGITS
+    return min(max(math.floor(-math.log10(abs(high - low) / size)), FEW_DIGITS), DIGITS)
 
 
 def _rounded(value: float, digits: int, rounding: str) -> str:

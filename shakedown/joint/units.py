@@ -4,6 +4,7 @@ import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import Literal
 
+from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Load, Problem
 
@@ -17,7 +18,11 @@ PASCALS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
 }
-ROUNDINGS = {"down": (ROUND_FLOOR, 3), "up": (ROUND_CEILING, 3), "nearest": (ROUND_HALF_EVEN, 6)}  # digits
+ROUNDINGS = {
+    "down": (ROUND_FLOOR, FEW_DIGITS),
+    "up": (ROUND_CEILING, FEW_DIGITS),
+    "nearest": (ROUND_HALF_EVEN, 6),
+}  # digits
 _EXACT = Context(prec=60)  # of a product of two floating-point numbers
 
 
@@ -76,7 +81,7 @@ def loads_in_words(
     load_factor
         λ ≥ 0; of inf the amplitude is any, of NaN there is nothing to say.
     rounding
-        How amplitudes are rounded: ``"down"`` to three digits for "safe up to", ``"up"`` to three
+        How amplitudes are rounded: ``"down"`` to four digits for "safe up to", ``"up"`` to four
         digits for "impossible above"; ``"nearest"`` to six digits for what is given or asked for.
         Constant parts have six digits.
 
@@ -89,7 +94,7 @@ def loads_in_words(
     >>> loads_in_words(joint)
     'axial load 20 ± 20 kN; bolt preload 12 kN, unchanged'
     >>> loads_in_words(joint, 1.2734, "down"), loads_in_words(joint, 1.2734, "up")
-    ('axial load 20 ± 25.4 kN; bolt preload ...', 'axial load 20 ± 25.5 kN; bolt preload ...')
+    ('axial load 20 ± 25.46 kN; bolt preload ...', 'axial load 20 ± 25.47 kN; bolt preload ...')
     """
     if math.isnan(load_factor):
         return ""

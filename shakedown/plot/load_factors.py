@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.ground.errors import UsageError
+from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
@@ -57,7 +58,7 @@ def load_factor_scale(
     ['λ_E = 0.66', 'λ_max = 0.74', 'as given, λ = 1']
     """
     known = [
-        (value, name if short else f"{name} = {value:.4g}")
+        (value, name if short else f"{name} = {few(value, DIGITS)}")
         for name, value in marks.items()
         if np.isfinite(value)
     ]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import at_lambda
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
@@ -93,7 +94,7 @@ def slip_space(
     _, length = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set(xlabel=with_unit("slip of node 0", length), ylabel=with_unit("slip of node 1", length))
-    axes.set_title(f"λ = {load_factor:.6g}", fontsize="medium")
+    axes.set_title(at_lambda(load_factor), fontsize="medium")
     axes.legend(fontsize="small")
     return axes
 

@@ -8,6 +8,7 @@ from shakedown.joint.problem import Problem
 from shakedown.report.node_words import open_in_words
 from shakedown.report.page_tables import transient_is_proved
 from shakedown.report.words.hint_words import LOAD_DOMAIN
+from shakedown.report.words.limit_words import transient_limit_as_text
 from shakedown.verification.verify import Verification
 
 ASSUMPTIONS = (
@@ -62,7 +63,7 @@ def margin_in_words(v: Verification) -> str:
     >>> import shakedown
     >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
     No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_box = 0.7315934 (proved), λ_T = 0.7315932 (simulated,
+    λ_box = 0.7315934 (proved), λ_T = 0.731593 (simulated,
     proved there).
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
@@ -75,7 +76,11 @@ def margin_in_words(v: Verification) -> str:
         limits = [(known, "λ_U", f"proved from every state, {state}")]
     if v.transient is not None and v.transient.monotone:
         limits.append(
-            (v.transient.load_factor, "λ_T", "simulated" + ", proved there" * transient_is_proved(v))
+            (
+                float(transient_limit_as_text(v.transient)),
+                "λ_T",
+                "simulated" + ", proved there" * transient_is_proved(v),
+            )
         )
     useful = [
         f"{name} = {down(value)} ({how})" if np.isfinite(value) else f"any load factor ({how})"

@@ -1,4 +1,4 @@
-"""What the first page shows below its sentence, in three digits: three large numbers and one table."""
+"""What the first page shows below its sentence: three large numbers and one table."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import certain_digits, down, few
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.planar.collapse.lower import LowerBound
@@ -37,7 +37,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
     shown = [
         LargeNumber(name, loads or factor, f"{factor}, {remark}" if loads else remark)
         for (name, factor, remark), loads in zip(
-            numbers_in_words(v.assessment, 3), loads_of_numbers(v.assessment), strict=True
+            numbers_in_words(v.assessment), loads_of_numbers(v.assessment), strict=True
         )
     ]
     every, here, above = shown
@@ -45,7 +45,7 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
 
 
 def rest_table(v: Verification) -> Table:
-    """The largest of what nodes go through at λ = 1, rounded up, and the other limits, rounded down."""
+    """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
     return Table(["", "value", "where, and what it is"], [*_node_rows(v), *_limit_rows(v)], words=(0, 2))
 
 
@@ -63,7 +63,7 @@ def _node_rows(v: Verification) -> list[list[str]]:
         _largest(v, "largest slip range", slip, length, "farthest apart in contact"),
         _largest(v, "largest slip per cycle", path, length, "accumulated, Σ|Δv|"),
         _largest(v, "largest friction work per cycle", taken, work, "at one node"),
-        ["friction work per cycle, all nodes", _sized(up(float(taken.sum()), 3), work), ""],
+        ["friction work per cycle, all nodes", _sized(few(float(taken.sum())), work), ""],
     ]
     if np.isnan(nodes.area).all():
         rows.insert(2, _largest(v, "largest normal force", nodes.p_max, force, "p"))
@@ -80,19 +80,18 @@ def _clean(values: FloatArray, none: float) -> FloatArray:
 
 
 def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: str) -> list[str]:
-    """A row of the largest of values per node, rounded up, and where it is."""
+    """A row of the largest of values per node, and where it is."""
     if np.isnan(values).all():
         return [name, "–", what]
     most = int(np.nanargmax(values))
     if not values[most] > 0:
         return [name, _sized("0", unit), "at no node"]
-    return [name, _sized(up(values[most], 3), unit), f"{node_in_words(v.problem, most)}: {what}"]
+    return [name, _sized(few(values[most]), unit), f"{node_in_words(v.problem, most)}: {what}"]
 
 
 def _sized(number: str, unit: str) -> str:
-    """A rounded number with its unit, without an exponent where that takes few zeros."""
-    plain = f"{float(number):.7g}" if "e+0" in number else number
-    return f"{plain} {unit}".rstrip()
+    """A number with its unit."""
+    return f"{number} {unit}".rstrip()
 
 
 def _limit_rows(v: Verification) -> list[Sequence[str]]:
@@ -101,8 +100,9 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):
         proved = ", proved there" * transient_is_proved(v)
+        digits = certain_digits(limit.load_factor, limit.high)
         what = f"λ_T: it shakes down from this state up to there, simulated{proved}"
-        rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down), what])
+        rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower
     if isinstance(collapse, LowerBound) and np.isfinite(collapse.load_factor):
         where = f", at {node_in_words(problem, collapse.node)}" if collapse.node >= 0 else ""
@@ -110,6 +110,6 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
     small = v.slip_limit
     if small is not None and np.isfinite(small.load_factor):
-        what = f"every slip range stays below {_sized(f'{small.below:.4g}', units_of(problem)[1])}, simulated"
+        what = f"every slip range stays below {_sized(few(small.below), units_of(problem)[1])}, simulated"
         rows.append(["small slips", at_load_factor(problem, small.load_factor, down), what])
     return rows

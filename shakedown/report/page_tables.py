@@ -8,7 +8,7 @@ import numpy as np
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.bounds.upper import UpperBound
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import DIGITS, down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
@@ -17,6 +17,7 @@ from shakedown.long_term.simulation import Simulation
 from shakedown.planar.collapse.box_bound import BoxBound
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.words.limit_words import transient_limit_as_text
 from shakedown.report.words.run_words import start_in_words
 from shakedown.verification.runs import Run
 from shakedown.verification.verify import Verification
@@ -40,7 +41,7 @@ def bounds_table(v: Verification) -> Table:
     upper, transient = v.limits.upper.load_factor, v.transient
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
     begins = v.limits.energy.least_load_factor
-    least = f" from {up(begins, 4)} on" if begins > 0 else ""
+    least = f" from {up(begins)} on" if begins > 0 else ""
     pairs = [(_name_of_largest(v), upper, v.second.upper.load_factor)]
     lower, again = v.limits.lower, v.second.lower
     if isinstance(lower, LowerBound) and again is not None:
@@ -54,7 +55,7 @@ def bounds_table(v: Verification) -> Table:
         *_box_row(v),
         (
             "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
-            "–" if transient is None else _bound(transient.load_factor),
+            "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
         ),
     ]
     rows = [[*row, "–", "–"] for row in proved]
@@ -80,8 +81,8 @@ def _over(v: Verification) -> str:
 
 
 def _bound(value: float, rounded: Callable[[float, int], str] = down) -> str:
-    """A limit of the load factor to ten digits, rounded to where what is said of it stays true."""
-    return rounded(value, 10) if np.isfinite(value) else number(value)
+    """A limit of the load factor, rounded to where what is said of it stays true."""
+    return rounded(value, DIGITS) if np.isfinite(value) else number(value)
 
 
 def _name_of_largest(v: Verification) -> str:
@@ -105,7 +106,7 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}" if np.isfinite(value) else ("∞" if value > 0 else "−∞")
 
 
-def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
+def limits_on_page(v: Verification) -> dict[str, float]:
     """Limits by name, rounded to where what is said of them stays true; NaN where there is none.
 
     Of λ_E and λ_box the larger.
@@ -113,13 +114,13 @@ def limits_on_page(v: Verification, digits: int) -> dict[str, float]:
     largest = {"λ_max": v.limits.upper.load_factor}
     others = {
         v.limits.from_state.symbol: v.limits.from_state.load_factor,
-        "λ_T": np.nan if v.transient is None else v.transient.load_factor,
+        "λ_T": np.nan if v.transient is None else float(transient_limit_as_text(v.transient)),
         "λ_U": v.limits.universal.load_factor,
     }
     if isinstance(v.limits.lower, LowerBound):
         others["λ_1"] = v.limits.lower.load_factor
-    down_to = {name: float(down(value, digits)) for name, value in others.items()}
-    return down_to | {name: float(up(value, digits)) for name, value in largest.items()}
+    down_to = {name: float(down(value)) for name, value in others.items()}
+    return down_to | {name: float(up(value)) for name, value in largest.items()}
 
 
 def transient_is_proved(v: Verification) -> bool:
@@ -186,7 +187,7 @@ def nodes_table(v: Verification) -> Table:
         columns[with_unit("witness at λ_1", length)] = list(map(number, limits.lower.slip))
     columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
     if isinstance(limits, JointLimits):
-        columns["friction threshold"] = [number(f, 5) for f in limits.friction.single_node]
+        columns["friction threshold"] = [number(f, DIGITS) for f in limits.friction.single_node]
     columns[with_unit("slip per period at λ = 1", length)] = [number(slip, 4) for slip in slips]
     work = with_unit("friction work per period at λ = 1", work_unit(force, length))
     columns[work] = [number(each, 4) for each in works]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from shakedown.ground.evidence import Missing
-from shakedown.ground.shown_values import plain, short
+from shakedown.ground.shown_values import at_lambda, plain, short
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
@@ -108,7 +108,7 @@ def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[
         if run.agrees is not False:
             continue
         text = (
-            f"λ = {run.simulation.load_factor:.6g}, {run.region}, initial state {run.initial}: "
+            f"{at_lambda(run.simulation.load_factor)}, {run.region}, initial state {run.initial}: "
             f"predicted {run.predicted}, simulated {run.simulation.outcome}"
         )
         below = run.region == BELOW
@@ -121,4 +121,4 @@ def open_questions(runs: Sequence[Run]) -> Iterator[str]:
     """One sentence for each run without an outcome."""
     for run in runs:
         if run.simulation.outcome == Outcome.UNDECIDED:
-            yield f"{run.initial} at λ = {run.simulation.load_factor:.6g}: {run.simulation.reason}"
+            yield f"{run.initial} at {at_lambda(run.simulation.load_factor)}: {run.simulation.reason}"

@@ -9,7 +9,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
 from shakedown.report.page_tables import WORST, worst_table
@@ -65,7 +65,7 @@ def test_a_joint_that_shakes_down_has_its_limit_in_the_loads_of_the_user(holds):
     )
     load, factor = map(float, found.groups())
     exact = holds.assessment.proved_from_this_state
-    assert 0.99 * exact < factor <= exact
+    assert factor == float(down(exact))
     assert 0.99 * 20 * exact < load <= 20 * exact
     percent, simulated = map(float, re.findall(rf"{NUMBER} %", margin_of_answer(holds)))
     assert 0.99 * (exact - 1) < percent / 100 <= exact - 1
@@ -84,7 +84,7 @@ def test_a_joint_that_slips_says_where_how_far_and_what_is_enough(slips):
     nodes = shakedown.node_results(slips.as_given)
     assert int(node) == nodes.slip_range.argmax()
     assert label == slips.problem.label[int(node)]
-    assert nodes.slip_range.max() <= float(slip) < 1.01 * nodes.slip_range.max()
+    assert slip == few(nodes.slip_range.max())
     exact = slips.assessment.proved_from_this_state
     assert 0.99 * exact < float(factor) <= exact
     assert 0.99 * 20 * exact < float(load) <= 20 * exact
@@ -103,11 +103,11 @@ def test_the_three_large_numbers_are_those_of_the_assessment_rounded_to_the_safe
     ]
     exact = v.assessment.proved_from_this_state, v.assessment.impossible_above
     for shown, value, rounded in zip((here, above), exact, (down, up), strict=True):
-        assert shown.value == f"20 ± {rounded(20 * value, 3)} kN"
-        assert shown.remark.startswith(f"λ = {rounded(value, 3)}, ")
+        assert shown.value == f"20 ± {rounded(20 * value, FEW_DIGITS)} kN"
+        assert shown.remark.startswith(f"λ = {rounded(value)}, ")
     assert every.value == "none"
     bare = replace(v.problem, load_mean=None, load_amplitude=None, load_units=None)
-    assert large_numbers(verified(bare))[0].value == f"λ = {down(exact[0], 3)}"
+    assert large_numbers(verified(bare))[0].value == f"λ = {down(exact[0])}"
 
 
 def test_the_table_has_the_worst_of_the_results_per_node_of_the_json(slips, tmp_path):
@@ -122,12 +122,11 @@ def test_the_table_has_the_worst_of_the_results_per_node_of_the_json(slips, tmp_
     ):
         value, where = rows[name]
         exact = max(nodes[column])
-        assert value == f"{up(exact, 3)} {unit}"
-        assert exact <= float(value.removesuffix(unit)) < 1.01 * exact
+        assert value == f"{few(exact)} {unit}"
         node = nodes[column].index(exact)
         assert where.startswith(f"node {node} (FE {nodes['label'][node]})")
     total = sum(nodes["work"])
-    assert rows["friction work per cycle, all nodes"][0] == f"{up(total, 3)} N mm"
+    assert rows["friction work per cycle, all nodes"][0] == f"{few(total)} N mm"
     assert sum(int(part.split()[0]) for part in rows["nodes"][1].split(", ")) == 9
 
 
@@ -151,7 +150,7 @@ def test_where_nothing_slips_zero_is_said_of_no_node(holds):
 def test_numbers_of_the_table_are_written_without_an_exponent_where_that_takes_few_zeros():
     values = [value for _, value, _ in rest_table(verified(shakedown.example("two-node"))).rows]
     assert not any("e+" in value for value in values)
-    assert "1790" in values
+    assert "1785" in values
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -190,7 +189,7 @@ SAID = {
     "one-node-separation": r"The loading as given \(λ = 1\): the joint is in separation: .*, simulated\.",
     "jump": r"The loading as given \(λ = 1\): the joint shakes down with node 1 open, proved\.",
     "receding-block": r"The loading as given \(λ = 1\): the joint .*nodes? .*",
-    "uncoupled": rf".*slips in every cycle, by up to {NUMBER} at node \d, simulated; reduced to λ = 0\.646 it .*",
+    "uncoupled": rf".*slips in every cycle, by up to {NUMBER} at node \d, simulated; reduced to λ = 0\.646554 it .*",
 }
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import at_lambda
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
@@ -146,7 +147,7 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     )
     rest = found.problem.layout.slip_size - 2
     others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"
-    axes.set_title(f"λ = {found.load_factor:.6g}{others}", fontsize="medium")
+    axes.set_title(f"{at_lambda(found.load_factor)}{others}", fontsize="medium")
     axes.legend(handles=handles, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
     return axes
 

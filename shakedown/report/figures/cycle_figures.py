@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from shakedown import plot
+from shakedown.ground.shown_values import at_lambda, few
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
@@ -59,7 +60,7 @@ def cycling_state(v: Verification) -> Pictured | None:
     if state is None or len(state.history) < 2:
         return None
     at_one = AT_ONE.get(v.as_given.simulation.outcome, "no slip in every cycle is known")
-    return Pictured(state, f"at λ = 1 {at_one}; shown at λ = {state.load_factor:.5g}, where it slips")
+    return Pictured(state, f"at λ = 1 {at_one}; shown at {at_lambda(state.load_factor)}, where it slips")
 
 
 def state_pictures(v: Verification) -> list[Picture]:
@@ -95,7 +96,7 @@ def _loops(pictured: Pictured, problem: Problem) -> Picture:
     path, work = state.history, friction_work(state.history)
     worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > 0] or [0]
     names = [node_name(node, problem) for node in worst]
-    total = f"{state.dissipation_per_cycle:.4g} {work_unit(*units_of(problem))}".rstrip()
+    total = f"{few(state.dissipation_per_cycle)} {work_unit(*units_of(problem))}".rstrip()
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
         f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is what "
@@ -159,7 +160,8 @@ def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Pict
             if piece.state.any()
         ]
     drawings += [
-        _zone_map(one.state.history, problem, f"λ = {one.state.load_factor:.5g}, long term") for one in shown
+        _zone_map(one.state.history, problem, f"{at_lambda(one.state.load_factor)}, long term")
+        for one in shown
     ]
     caption = (
         f"Stick, slip and open zones over position and time, {'; '.join(one.which for one in shown)}: "

@@ -9,6 +9,7 @@ import numpy as np
 
 from shakedown import plot
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import at_lambda, few
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
 from shakedown.motion.event_history import EventHistory
@@ -111,7 +112,7 @@ def _orbits(pictured: Pictured, problem: Problem) -> Picture:
     least = NONE * work.max()
     worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > least] or [0]
     names = ", ".join(node_name(node, problem) for node in worst)
-    total = f"{state.dissipation_per_cycle:.4g} {work_unit(*units_of(problem))}".rstrip()
+    total = f"{few(state.dissipation_per_cycle)} {work_unit(*units_of(problem))}".rstrip()
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
         f"Slip orbits of the nodes that dissipate most, over one period ({per}): {pictured.which}. Each is "
@@ -178,7 +179,7 @@ def _zones(shown: Sequence[Pictured], problem: Problem) -> Picture:
     """What sticks, slips and is open at instants of the period."""
     drawings = []
     for one in shown:
-        path, name = one.state.history, f"λ = {one.state.load_factor:.5g}"
+        path, name = one.state.history, at_lambda(one.state.load_factor)
         for time in instants(path):
             alt = f"Nodes that stick, slip and are open, {name}, t = {time:.4g} cycles"
             drawings.append(

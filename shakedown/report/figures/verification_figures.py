@@ -12,6 +12,7 @@ from shakedown import plot
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.ground.evidence import present
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import DIGITS, at_lambda, few
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
@@ -43,7 +44,7 @@ WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
 def scale_picture(v: Verification) -> Picture:
     """Every limit of the load factor on one scale, with λ = 1."""
     upper = v.limits.upper
-    marks = limits_on_page(v, 4)
+    marks = limits_on_page(v)
     known = v.limits.from_state
     both = known.load_factor, v.limits.universal.load_factor
     here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in both)
@@ -51,7 +52,7 @@ def scale_picture(v: Verification) -> Picture:
     bands = {"proved": proved}
     if np.isfinite(upper.load_factor) and not upper.open_nodes:
         bands["excluded"] = (upper.load_factor, np.inf)
-    shown = ", ".join(f"{name} = {value:.4g}" for name, value in marks.items() if np.isfinite(value))
+    shown = ", ".join(f"{name} = {few(value, DIGITS)}" for name, value in marks.items() if np.isfinite(value))
     alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the loading as given"
     state = (
         f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
@@ -165,7 +166,7 @@ def _by_load_factor(runs: Sequence[Run]) -> list[Group]:
     found = []
     for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
         named = {run.initial: run for run in group}
-        found.append(Group(f"λ = {factor:.5g}, {region}", named, {name: _style(name) for name in named}))
+        found.append(Group(f"{at_lambda(factor)}, {region}", named, {name: _style(name) for name in named}))
     return found
 
 

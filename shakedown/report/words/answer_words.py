@@ -1,4 +1,4 @@
-"""The answer of a verification in one sentence, in the user's loads, and its margin: three digits each."""
+"""The answer of a verification in one sentence, in the user's loads, and its margin."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
@@ -31,8 +31,8 @@ def answer_in_words(v: Verification) -> str:
     ...     load_mean=[12, 20], load_amplitude=[0, 20], load_units=["kN", "kN"],
     ... )
     >>> print(answer_in_words(shakedown.verify(joint, load_factors=[1.0], random_states=0)))
-    Axial load 20 ± 20 kN given: the joint slips in every cycle, by up to 1.52 at node 1, simulated;
-    reduced to 20 ± 14.6 kN (λ = 0.731) it shakes down, proved; bolt preload 12 kN, unchanged.
+    Axial load 20 ± 20 kN given: the joint slips in every cycle, by up to 1.511 at node 1, simulated;
+    reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes down, proved; bolt preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
     given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The loading as given (λ = 1)"
@@ -52,7 +52,7 @@ def _what(v: Verification) -> str:
         with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
         if limit.load_factor > 1:
             least = 0.0 if limit.state else v.limits.from_state.least_load_factor
-            begins = f" from λ = {up(least, 3)} on" if least > 0 else ""
+            begins = f" from λ = {up(least)} on" if least > 0 else ""
             until = up_to(v.problem, limit.load_factor)
             return f"the joint shakes down{with_open}{begins} {until}, proved{limit.state}"
         how = "proved" if run.proved else f"simulated{path}, not proved"
@@ -72,7 +72,7 @@ def _does(v: Verification) -> str:
     verb = "slips on and on" if run.outcome == Outcome.RATCHETTING else "slips"
     nodes = v.nodes
     most = int(nodes.slip_range.argmax())
-    size = f"{up(nodes.slip_range[most], 3)} {units_of(v.problem)[1]}".rstrip()
+    size = f"{few(nodes.slip_range[most])} {units_of(v.problem)[1]}".rstrip()
     return f"the joint {verb} in every cycle, by up to {size} at {node_in_words(v.problem, most)}"
 
 
@@ -111,7 +111,7 @@ def margin_of_answer(v: Verification) -> str:
     --------
     >>> import shakedown
     >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
-    Margin on the amplitude: 369 % proved, 370 % simulated.
+    Margin on the amplitude: 369.9 % proved, 370.2 % simulated.
     """
     limit, known = proved_limit(v), []
     if limit.load_factor > 0:
@@ -129,4 +129,4 @@ def _percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
     """How far a load factor is from 1."""
     if np.isinf(load_factor):
         return "any,"
-    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), 3)} %"
+    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS)} %"

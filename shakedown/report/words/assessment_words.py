@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.evidence import present
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import DIGITS, down, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import varying_loads_in_words
@@ -33,7 +33,7 @@ ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they 
 }
 
 
-def numbers_in_words(found: Assessment, digits: int = 7) -> list[tuple[str, str, str]]:
+def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
     """(name, value, remark) of the three numbers of a joint; each rounded so that it stays true.
 
     Examples
@@ -50,11 +50,11 @@ def numbers_in_words(found: Assessment, digits: int = 7) -> list[tuple[str, str,
     return [
         (
             "proved from every state",
-            _number(found.proved_from_every_state, down, digits),
+            _number(found.proved_from_every_state, down),
             f"all nodes closed{over}",
         ),
-        ("proved from this state", _number(found.proved_from_this_state, down, digits), _this_state(limits)),
-        ("impossible above", _number(found.impossible_above, up, digits), _where_impossible(limits)),
+        ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
+        ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
     ]
 
 
@@ -78,30 +78,32 @@ def _open(limits: Limits) -> str:
     return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
 
 
-def _number(value: float, rounded: Callable[[float, int], str], digits: int) -> str:
+def _number(value: float, rounded: Callable[[float, int], str]) -> str:
     """A load factor as one of the three numbers: what there is none of, and what has no end, in words."""
     if np.isnan(value):
         return "open"
     if np.isinf(value):
         return "any λ" if rounded is down else "none"
-    return f"λ = {beside_one(value, rounded, digits)}" if value > 0 or rounded is up else "none"
+    return f"λ = {beside_one(value, rounded)}" if value > 0 or rounded is up else "none"
 
 
-def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = 3) -> str:
-    """A load factor in few digits, and in more where it would else not be seen on which side of 1 it is.
+def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
+    """A load factor, with more digits where it would else not be seen on which side of 1 it is.
 
     Examples
     --------
-    >>> beside_one(1.2734, down), beside_one(1.0004, down), beside_one(0.99996, up)
-    ('1.27', '1.0004', '0.99996')
+    >>> beside_one(1.27345678, down), beside_one(1.00000004, down), beside_one(0.99996, up)
+    ('1.273456', '1.00000004', '0.99996')
     """
     texts = [rounded(value, more) for more in range(digits, 17)]
     return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
 
 
-def at_load_factor(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
-    """A load factor in the user's loads, in three digits; by itself where the problem does not say them."""
-    factor, loads = f"λ = {beside_one(load_factor, rounded)}", loads_at(problem, load_factor, rounded)
+def at_load_factor(
+    problem: Problem, load_factor: float, rounded: Callable[[float, int], str], digits: int = DIGITS
+) -> str:
+    """A load factor in the user's loads; by itself where the problem does not say them."""
+    factor, loads = f"λ = {beside_one(load_factor, rounded, digits)}", loads_at(problem, load_factor, rounded)
     return f"{loads} ({factor})" if loads else factor
 
 
@@ -113,7 +115,7 @@ def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int
     >>> import dataclasses, shakedown
     >>> loads = {"load_names": ["shear"], "load_mean": [20], "load_amplitude": [20], "load_units": ["N"]}
     >>> loads_at(dataclasses.replace(shakedown.example("two-node"), **loads), 1.2734, down)
-    '20 ± 25.4 N'
+    '20 ± 25.46 N'
     """
     loads = varying_loads_in_words(problem, load_factor, "down" if rounded is down else "up")
     varying = [load for load in problem.loads if load.amplitude != 0]
@@ -121,7 +123,7 @@ def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int
 
 
 def loads_of_numbers(found: Assessment) -> list[str]:
-    """The three numbers of a joint in the user's loads, three digits; empty where these are not said."""
+    """The three numbers of a joint in the user's loads; empty where these are not said."""
     limits = (
         (found.proved_from_every_state, down),
         (found.proved_from_this_state, down),

@@ -21,7 +21,7 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]
     >>> import shakedown
     >>> joint = shakedown.example("jump")
     >>> friction_in_words(joint, shakedown.friction_thresholds(joint))[0]
-    'The friction lies above the threshold of uniqueness (0.35568): the evolution may have ...'
+    'The friction lies above the threshold of uniqueness (0.3556757): the evolution may have ...'
     """
     friction = 1.0 if limits.factor else float(problem.f.max())
     closed, opened = limits.uniqueness_in_contact, limits.uniqueness
@@ -39,7 +39,7 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]
     wedging = limits.wedging
     if wedging.high <= friction:
         sentences.append(
-            f"It lies above the threshold of wedging ({up(wedging.high, 5)}): locked-in slip can hold "
+            f"It lies above the threshold of wedging ({up(wedging.high)}): locked-in slip can hold "
             "the joint without any load."
         )
     elif wedging.low <= friction:
@@ -52,16 +52,16 @@ def _uniqueness(friction: float, where: str, threshold: Threshold) -> str:
     name = f"the threshold of uniqueness{where}"
     if friction >= threshold.high:
         return (
-            f"The friction lies above {name} ({up(threshold.high, 5)}): the evolution may have several "
+            f"The friction lies above {name} ({up(threshold.high)}): the evolution may have several "
             "continuations or none, and then it jumps."
         )
     if threshold.low == threshold.high == np.inf:
         return f"Friction of any size leaves the evolution unique{where}."
     if friction < threshold.low:
-        limit = down(threshold.low, 5)
+        limit = down(threshold.low)
         limit = limit if threshold.low == threshold.high else f"at least {limit}"
         return f"The friction lies below {name} ({limit})."
-    between = f"between {down(threshold.low, 5)} and {up(threshold.high, 5)}"
+    between = f"between {down(threshold.low)} and {up(threshold.high)}"
     if np.isinf(threshold.high):
-        between = f"at {down(threshold.low, 5)} or above"
+        between = f"at {down(threshold.low)} or above"
     return f"It is open whether the friction lies below {name}, which is only known to lie {between}."

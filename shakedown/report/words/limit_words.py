@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import certain_digits, down, few, up
 from shakedown.report.node_words import open_in_words
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str
     With the problem it is said that these are states after a transient.
     """
     points = ", ".join(
-        f"{down(load_factor, 5)} (R = {radius:g})"
+        f"{down(load_factor)} (R = {radius:g})"
         for radius, load_factor in zip(curve.radii, curve.load_factors, strict=True)
     )
     over = " when the transient is over" * (problem is not None and problem.q_transient is not None)
@@ -40,6 +40,11 @@ def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str
         f"For initial states within R of the safe slip{over} the first collapse lies at λ_1(R) = {points}; "
         f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
     )
+
+
+def transient_limit_as_text(limit: TransientLimit) -> str:
+    """λ_T in as many digits as its bisection has made certain."""
+    return down(limit.load_factor, certain_digits(limit.load_factor, limit.high))
 
 
 def transient_in_words(
@@ -54,7 +59,7 @@ def transient_in_words(
         problem is not None and problem.is_domain
     )
     here = f"From its initial state{path}"
-    scan = f"{len(limit.scanned)} load factors up to {limit.scanned[-1]:.5g} simulated"
+    scan = f"{len(limit.scanned)} load factors up to {few(limit.scanned[-1])} simulated"
     if np.isnan(limit.load_factor):
         return f"{here} the joint shakes down at no load factor ({scan})."
     if not np.isfinite(limit.high):
@@ -69,7 +74,9 @@ def transient_in_words(
         proved += f"; just above λ_T it is undecided after {limit.at_high.cycles_simulated} cycles"
         if proved_below > limit.load_factor:
             proved += f", and yet proved to shake down below λ = {down(proved_below)}"
-    return f"{here} the joint shakes down up to λ_T = {down(limit.load_factor)}{order}{proved} ({scan})."
+    return (
+        f"{here} the joint shakes down up to λ_T = {transient_limit_as_text(limit)}{order}{proved} ({scan})."
+    )
 
 
 def _found_above(limit: TransientLimit) -> str:

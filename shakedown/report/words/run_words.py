@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.shown_values import down
+from shakedown.ground.shown_values import FEW_DIGITS, down
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import units_of, work_unit
 from shakedown.report.node_words import open_in_words, slipping_nodes
@@ -96,7 +96,7 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
     force, length = ("", unit) if problem is None else units_of(problem)
     energy_unit = f"√({work_unit(force, length)})" if work_unit(force, length) else ""
     one, all_nodes = (
-        f"{down(margin, 3)} {name}".rstrip()
+        f"{down(margin, FEW_DIGITS)} {name}".rstrip()
         for margin, name in (
             (state.long_term.single_node_margin, unit),
             (state.long_term.energy_margin, energy_unit),

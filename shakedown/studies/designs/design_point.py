@@ -13,7 +13,7 @@ from shakedown.bounds.upper import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import nodes_in_words
+from shakedown.ground.shown_values import down, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
@@ -239,7 +239,7 @@ def _limit(name: str, found: Mapping[str, Any]) -> Limit:
     if isinstance(result, TransientLimit):
         return _transient(result)
     if isinstance(result, EnergyBound) and result.least_load_factor > 0:
-        begins = f"proved only from λ = {result.least_load_factor:.9g} on"
+        begins = f"proved only from λ = {up(result.least_load_factor)} on"
         return Limit(result.load_factor, Status.UNDECIDED, begins)
     return Limit(result.load_factor, result.status, result.reason)
 
@@ -251,7 +251,7 @@ def _upper(upper: UpperBound) -> Limit:
             f"of the zone with {nodes_in_words(upper.open_nodes)} open: no upper bound of the joint"
         )
     if upper.least_load_factor > 0:
-        remarks.append(f"safe slips exist only from λ = {upper.least_load_factor:.9g} on")
+        remarks.append(f"safe slips exist only from λ = {up(upper.least_load_factor)} on")
     return Limit(upper.load_factor, upper.status, "; ".join(remarks))
 
 
@@ -260,7 +260,7 @@ def _transient(found: TransientLimit) -> Limit:
     if isnan(found.load_factor):
         return Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
     if isinf(found.high):
-        remark = f"every load factor scanned shakes down, up to {found.low:.9g}"
+        remark = f"every load factor scanned shakes down, up to {down(found.low)}"
         return Limit(nan, Status.UNDECIDED, remark, proved, cycling)
     remark = "" if found.monotone else "outcomes are not monotone in λ"
     return Limit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
