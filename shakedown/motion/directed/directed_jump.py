@@ -36,13 +36,24 @@ LABOUR = 10_000_000  # multiplications and additions after which the steps of in
 MOST_TAKEN = 5_000  # of them in an implicit step: beyond that it is solved at once
 
 
-class _End(NamedTuple):
+class StepEnd(NamedTuple):
     """Where an implicit step ends: displacements, contact states, and friction work and ways."""
 
     u: FloatArray
     contact: NDArray[np.int64]
     work: FloatArray
     slip: FloatArray
+
+
+def end_at_once(joint: ImplicitJoint, layout: Layout, u: FloatArray, path: FloatArray) -> StepEnd | None:
+    """The end of an implicit step between two welded reactions (2, 3n); None where none is found."""
+    joint.begin(*layout.split(u), *layout.split(path[0]))
+    found = joint.step(*layout.split(path[1]))
+    if found.status != StepStatus.SOLVED:
+        return None
+    w, length = found.w[-1], found.length[-1]
+    contact = np.where(w > 0.0, OPEN, np.where(length > 0.0, SLIP, STICK))
+    return StepEnd(layout.joined(found.v[-1], w), contact, found.work[-1], length)
 
 
 class DirectedJump(Relaxation):
@@ -105,7 +116,7 @@ class DirectedJump(Relaxation):
         self.slip += end.slip
         return True
 
-    def _followed(self, stiffer: FloatArray, path: FloatArray) -> _End | None:
+    def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step along the path of its static problem; None where there is none."""
         mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
         measure_sliding(mo, *self.measures)
@@ -118,20 +129,12 @@ class DirectedJump(Relaxation):
                 return None
         if status != kernel.DONE or not np.isfinite(mo.u).all() or reached(mo, room).passes < 1:
             return None
-        return _End(mo.u.copy(), mo.contact.copy(), mo.work, mo.slipped)
+        return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work, mo.slipped)
 
-    def _solved(self, stiffer: FloatArray, path: FloatArray) -> _End | None:
+    def _solved(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step, solved for; None where there is none."""
-        layout = self.layout
-        body = stiffer[layout.slips, layout.slips], stiffer[layout.gaps, layout.slips]
-        joint = ImplicitJoint(*body, stiffer[layout.gaps, layout.gaps], self.law.f, self.scale.force)
-        joint.begin(*layout.split(self.u), *layout.split(path[0]))
-        found = joint.step(*layout.split(path[1]))
-        if found.status != StepStatus.SOLVED:
-            return None
-        w, length = found.w[-1], found.length[-1]
-        contact = np.where(w > 0.0, OPEN, np.where(length > 0.0, SLIP, STICK))
-        return _End(layout.joined(found.v[-1], w), contact, found.work[-1], length)
+        joint = ImplicitJoint(*self.layout.blocks(stiffer), self.law.f, self.scale.force)
+        return end_at_once(joint, self.layout, self.u, path)
 
     def _rest(self) -> Rest | None:
         """The equilibrium of the present contact states, if the motion has come near it and it is one."""

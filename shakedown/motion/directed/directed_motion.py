@@ -18,7 +18,7 @@ from shakedown.motion.contact_law import Scales, law_violation, scales_of
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.directed import curved_loop as kernel
 from shakedown.motion.directed.curved_history import CurvedHistory
-from shakedown.motion.directed.directed_jump import DirectedJump, jump_of
+from shakedown.motion.directed.directed_jump import DirectedJump, end_at_once, jump_of
 from shakedown.motion.directed.exchange import make_afresh
 from shakedown.motion.directed.sliding import (
     DEGREE,
@@ -34,6 +34,7 @@ from shakedown.motion.directed.sliding import (
     sliding,
 )
 from shakedown.motion.event_history import EventKind
+from shakedown.motion.implicit.implicit_step import ImplicitJoint
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.viscous_jump import Jump, default_damping
@@ -240,13 +241,45 @@ class DirectedMotion:
                 self.pieces.append(self._piece(room, now.rows))
             if status in (kernel.RECORD_FULL, kernel.PAUSED):
                 continue
-            if status != kernel.NO_RATES or not self._jump(now, path):
+            if status != kernel.NO_RATES or not (self._rise(now, path, record) or self._jump(now, path)):
                 break
         if status == kernel.DONE:
             self.done += 1
             return now
         self._say_why(status, now, path)
         return None
+
+    def _rise(self, now: Reached, path: FloatArray, record: bool) -> bool:
+        """Pass the rest of a load step that begins without reactions and gaps; False where it does not.
+
+        The law is a cone: what one implicit step says of its end is reached along a straight way.
+        """
+        mo, layout, rest = self.sliding, self.problem.layout, 1.0 - now.time
+        load = path[now.step] + now.time * (path[now.step + 1] - path[now.step])
+        if (
+            np.abs(load + self.kappa @ mo.u).max() > self.measures.force
+            or mo.u[layout.gaps].any()
+            or not rest
+        ):
+            return False
+        A, B, C = layout.blocks(self.kappa)
+        body = A, B, C if self.problem.C is not None else None
+        joint = ImplicitJoint(*body, self.problem.f, self.scale.force, self.tolerances)
+        end = end_at_once(joint, layout, mo.u, np.stack([load, path[now.step + 1]]))
+        if end is None:
+            return False
+        if record:
+            at = self.problem.m - len(path) + now.step + now.time
+            curve = np.zeros((1, DEGREE, layout.size))
+            curve[0, 0] = end.u - mo.u
+            numbers = np.array([at]), np.array([rest]), mo.u[None].copy(), curve
+            none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
+            self.pieces.append(_Piece(self.done, *numbers, end.contact[None].copy(), none, kind))
+        mo.slipped[:] += end.slip
+        mo.work[:] += 0.5 * end.work  # the reaction rises, too
+        self.state = State(end.u, end.contact)
+        resume_sliding(mo, 1.0, EventKind.LOAD_STEP)
+        return True
 
     def _jump(self, now: Reached, path: FloatArray) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""

@@ -500,8 +500,8 @@ def reached(sl: Sliding, rec: CurveRecord) -> Reached:
 
 
 @entered
-def resume_sliding(sl: Sliding, time: float) -> None:
-    """Go on after a jump, from this share of the load step on."""
-    sl.time, sl.kind, sl.event_node, sl.entered = time, JUMPS, -1, False
-    sl.came_kind, sl.came_node = JUMPS, -1
+def resume_sliding(sl: Sliding, time: float, kind: int = JUMPS) -> None:
+    """Go on after a jump, or what else has changed the state, from this share of the load step on."""
+    sl.time, sl.kind, sl.event_node, sl.entered = time, kind, -1, False
+    sl.came_kind, sl.came_node = kind, -1
     sl.events += 1

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joints_in_space import random_joint
 
 import shakedown
 from shakedown import Problem, Tolerances
@@ -274,3 +275,19 @@ def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
         np.testing.assert_allclose(curved.v_after, along @ flat.v_after, rtol=1e-6, atol=1e-6)
     assert other.cycles[0].dissipation == pytest.approx(one.cycles[0].dissipation, rel=1e-6)
     assert bool(solved) == (longest_path == 0)
+
+
+@pytest.mark.parametrize("seed", [4, 9, 119, 138])
+def test_a_joint_is_assembled_from_nothing(seed):
+    """Loaded in proportion from zero, so that nodes slip and open: as from next to nothing, and by the law."""
+    rng = np.random.default_rng([5, seed])
+    joint = random_joint(rng, 4, pressure=1.0)
+    q, p, ends = 2.0 * rng.normal(size=8), rng.normal(1.0, 1.0, 4), []
+    for first in (0.0, 1e-6):
+        ramp = np.array([[first], [0.25], [0.5], [1.0]])
+        motion = DirectedMotion(replace(joint, q_transient=ramp * q, p_transient=ramp * p), 0.1)
+        assert motion.cycle(record=True) is not None
+        ends.append(motion.state.u)
+        broken = path_violation(motion.problem, 0.1, motion.tolerances, motion.history)
+        assert broken <= law_resolution(motion.problem, motion.tolerances)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-6 * np.abs(ends[1]).max())
