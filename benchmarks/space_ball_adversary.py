@@ -116,8 +116,9 @@ def allowed_states(rng: np.random.Generator, problem: Problem, load_factor: floa
 def allowed_way(problem: Problem, load_factor: float, centre: FloatArray, ways: FloatArray) -> FloatArray:
     """How many times each way (k, 2n) may be gone from a slip until the first load allows no more, (k,)."""
     q_w, p_w = loading(problem).at(load_factor)
-    room = problem.law.cone(q_w[0], p_w[0])
-    return way_to_limits(problem.law.stiffness(problem.A, problem.B), room, centre, ways)
+    discs, law = slice(3 * problem.n), problem.law
+    room = law.cone(q_w[0], p_w[0])[discs]
+    return way_to_limits(law.stiffness(problem.A, problem.B)[discs], room, centre, ways)
 
 
 class _Followed:

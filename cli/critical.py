@@ -43,9 +43,10 @@ from .output import (
 def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> None:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
     if problem.directions == 1:
-        n, count = problem.n, shakedown.subset_count(problem.n)
+        n, smooth = problem.n, len(problem.law.smooth)
+        count = shakedown.subset_count(n, smooth)
         subsets = "1 subset" if count == 1 else f"{count:,} subsets"
-        remark(f"{subsets} of {n + 1} of {2 * n} constraints")
+        remark(f"{subsets} of {n + 1} of {2 * n + smooth} constraints")
     with progress("subsets") as update:
         result = shakedown.critical_load_factors(problem, budget=budget, values=list_all, progress=update)
     if as_json:

@@ -6,7 +6,7 @@ import numpy as np
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import CONE, constraints, step_loads
+from shakedown.joint.constraints import CONE, DISC, constraints, step_loads
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
@@ -75,13 +75,14 @@ def admitted_up_to(problem: Problem, slip: FloatArray, tolerances: Tolerances = 
     rows, first = constraints(problem), step_loads(problem)[0]
     if rows.relative_excess(slip, 0.0).max() > tolerances.feasibility:
         return 0.0
-    room = rows.g - rows.G @ slip
+    room, law, in_discs = rows.g - rows.G @ slip, problem.law, np.inf
     if problem.directions > 1:
         heads = rows.heads[np.unique(rows.node[rows.heads], return_index=True)[1]]
         limits = room[heads[:, None] + np.arange(CONE)]
-        return min(map(leaves_cone, limits, -first.reshape(-1, CONE)), default=np.inf)
+        in_discs = min(map(leaves_cone, limits, -law.of_nodes(first)))
+        room, first = room[rows.side != DISC], first[law.rows * problem.n :]
     rising = first > 0
-    return max(float(np.min(room[rising] / first[rising], initial=np.inf)), 0.0)
+    return max(float(np.min(room[rising] / first[rising], initial=in_discs)), 0.0)
 
 
 def leaves_cone(start: FloatArray, along: FloatArray) -> float:

@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import GAP, Constraints, by_side
+from shakedown.joint.constraints import Constraints, by_side
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -230,10 +230,11 @@ def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, floa
     """How strongly the rows of the plane ask for a node to be opened or closed."""
     rows, pressing = zone.constraints, visit.multipliers
     weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
-    gaps = rows.side == GAP
-    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(gaps & (weight > 0))}
-    by_node, nodes = by_side(weight[~gaps]), by_side(rows.node[~gaps])[:, 0]
+    sided = rows.sided
+    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
+    by_node, nodes = by_side(weight[sided]), by_side(rows.node[sided])[:, 0]
     lifting = by_node.min(axis=1) > 0 if len(visit.slip) == 0 else _at_the_apex(visit, rows, tolerances)
+    lifting &= zone.problem.f[nodes] > 0  # without friction the pressure has a row of its own
     for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
         wish[int(node)] = float(share)
     return wish
@@ -241,9 +242,8 @@ def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, floa
 
 def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:
     """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
-    friction = rows.side != GAP
     tight = np.abs(rows.relative_excess(visit.slip, visit.load_factor)) <= tolerances.feasibility
-    return np.asarray(by_side(tight[friction]).all(axis=1))
+    return np.asarray(by_side(tight[rows.sided]).all(axis=1))
 
 
 def chosen_zone(

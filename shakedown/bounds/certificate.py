@@ -46,7 +46,7 @@ class Certificate:
         The float nearest to it.
     slip : (n,)
         The exact slip, or where unbounded the direction, rounded; NaN where infeasible.
-    multipliers : (2n,)
+    multipliers : (r,)
         The exact multipliers ≥ 0 of the rows that prove it, rounded; where
         infeasible (Farkas) the largest is 1.
     rows
@@ -201,7 +201,9 @@ def _accepted(
         return certificate
     towards = -1.0 if node is None else 1.0
     program = load_factor_program(rows, towards, tolerances)
-    second = extreme_load_factor(reversed_rows(program, rows.node == node))
+    if node is not None:
+        program = reversed_rows(program, rows.limits_of(node))
+    second = extreme_load_factor(program)
     confirmed = second.status == outcome.status and _agree(
         second.load_factor, plain, margin, rows, tolerances
     )

@@ -22,14 +22,14 @@ _NEAR = 1e-12  # a load step this near to the largest, relative to its terms, ma
 
 @dataclass(frozen=True)
 class ExactRows:
-    """The 2n constraint rows of the problem as stored, each times a positive number that makes it whole.
+    """The constraint rows of the problem as stored, each times a positive number that makes it whole.
 
     Attributes
     ----------
     matrix
-        [G | d], 2n rows of n + 1 integers; zero in the columns of pinned slips.
+        [G | d], r rows of n + 1 integers; zero in the columns of pinned slips.
     right
-        g, 2n integers.
+        g, r integers.
     factors
         Those positive numbers.
     """
@@ -98,11 +98,12 @@ def _totals(samples: FloatArray) -> list[Fraction]:
 
 def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
     """d: the largest of ±q¹ − f p¹ over the load steps; in floats it is known which steps can be it."""
-    loop, steps, largest = loading(problem), step_loads(problem), constraints(problem).d
-    pressed = problem.law.limit(np.abs(problem.p_w) + np.abs(loop.p0))
-    terms = np.abs(problem.q_w) + np.abs(loop.q0) + pressed
-    slack = _NEAR * terms.max(axis=0).repeat(law.rows)
-    near = (steps >= largest - slack).reshape(problem.m, problem.n, law.rows).any(axis=2)
+    loop, rows = loading(problem), constraints(problem)
+    pressed = np.abs(problem.p_w) + np.abs(loop.p0)
+    terms = np.abs(problem.q_w) + np.abs(loop.q0) + problem.law.limit(pressed)
+    size = np.where(rows.sided, terms.max(axis=0)[rows.node], pressed.max(axis=0)[rows.node])
+    reached, near = step_loads(problem) >= rows.d - _NEAR * size, np.zeros((problem.m, problem.n), dtype=bool)
+    np.logical_or.at(near.T, rows.node, reached.T)
     moving_q, moving_p = np.any(loop.q1 != 0, axis=0), np.any(loop.p1 != 0, axis=0)
     found = []
     for j in range(problem.n):
@@ -110,7 +111,8 @@ def _extremes(problem: Problem, law: Law, q0: Exact, p0: Exact) -> Exact:
         q1 = _exact(problem.q_w[at, j])[:, None] - q0[j] if moving_q[j] else still
         p1 = _exact(problem.p_w[at, j])[:, None] - p0[j] if moving_p[j] else still
         found.append(Law(law.f[[j]]).against(*np.broadcast_arrays(q1, p1)).max(axis=0))
-    return np.concatenate(found)
+    of_friction, of_pressures = ([each[part] for each in found] for part in (slice(2), slice(2, None)))
+    return np.concatenate([*of_friction, *of_pressures])
 
 
 def _whole(rows: Exact) -> ExactRows:

@@ -182,7 +182,7 @@ def conic_lower_bound(
     most = least.with_signs(cost=-1.0)
     found = [extreme_load_factor(most, solver)]  # λ_max: λ_1 is never larger
     for node in range(problem.n) if nodes is None else node_numbers("nodes", nodes, problem.n):
-        end = extreme_load_factor(reversed_rows(least, rows.node == node), solver)
+        end = extreme_load_factor(reversed_rows(least, rows.limits_of(node)), solver)
         found.append(replace(end, node=node) if end.status != Status.INFEASIBLE else found[0])
         if found[-1].load_factor <= tolerances.feasibility:
             break

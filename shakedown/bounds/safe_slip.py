@@ -136,15 +136,15 @@ def _in_space(zone: Zone, load_factor: float, transient: bool, tolerances: Toler
     status, margin, active, slip = (
         Status.OPTIMAL,
         found.margin,
-        rows.named(found.discs),
-        rows.gaps.slips(found.x),
+        rows.named(*found.carrying),
+        rows.half_spaces.slips(found.x),
     )
-    if residual > tolerances.feasibility:
+    if not residual <= tolerances.feasibility:
         status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
     elif margin > 0.75 * found.cap:
         status, margin, active = Status.UNBOUNDED, inf, ()
     slip, reduced = zone.slips(slip) if zone.open_nodes else slip, found.reduced_accuracy
-    pinned = zone.pinned if zone.open_nodes else rows.gaps.pinned
+    pinned = zone.pinned if zone.open_nodes else rows.half_spaces.pinned
     return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)
 
 

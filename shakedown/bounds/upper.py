@@ -59,7 +59,7 @@ class UpperBound(Result):
     slip : (dn,)
         The safe slip at λ_max [length]; NaN unless optimal.
     active
-        (node, side) of the rows that determine it; with two directions (node, load step) of the discs,
+        (node, side) of the rows that determine it; with two directions (node, load step) of the limits,
         steps of a transient counted from −k to −1.
     multipliers : (r,)
         y ≥ 0 that prove the status, of the r rows of the constraints (with two directions, in their cones).
@@ -216,14 +216,14 @@ def _in_space(zone: Zone, transient: bool, certify: bool | None, tolerances: Tol
     certify = (problem.n <= SPACE_CERTIFIED_UP_TO if certify is None else certify) and plain
     balanced = plain and problem.q_mean is None and problem.p_mean is None
     found = largest_load_factor(rows, problem if certify else None, balanced, tolerances)
-    slips, optimal = rows.gaps.slips(found.x), found.status == Status.OPTIMAL
+    slips, optimal = rows.half_spaces.slips(found.x), found.status == Status.OPTIMAL
     nowhere = np.full(len(slips), nan)
     direction = slips if found.status == Status.UNBOUNDED else nowhere
     bound = UpperBound(
         status=found.status,
         load_factor=found.load_factor,
         slip=slips if optimal else nowhere,
-        active=rows.named(found.discs),
+        active=rows.named(*found.carrying),
         multipliers=found.multipliers,
         direction=direction,
         reason=_reason(found.status, rows, transient),
@@ -234,7 +234,7 @@ def _in_space(zone: Zone, transient: bool, certify: bool | None, tolerances: Tol
         uncertified=found.uncertified,
         missing=found.missing,
         reduced_accuracy=found.reduced_accuracy,
-        pinned=rows.gaps.pinned,
+        pinned=rows.half_spaces.pinned,
         in_floats=np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
     )
     return _in_zone(zone, bound) if zone.open_nodes else bound
@@ -247,7 +247,7 @@ def _reason(status: Status, rows: DiscRows, transient: bool) -> str:
         return ""
     if not relieving(rows):
         return WEDGING
-    return RELIEVING if rows.e.any() or rows.gaps.d.any() else ZERO_AMPLITUDE
+    return RELIEVING if rows.e.any() or rows.half_spaces.d.any() else ZERO_AMPLITUDE
 
 
 def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -17,7 +18,8 @@ from shakedown.joint.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
 BACKWARD, FORWARD = +1, -1
 GAP = 0  # the row of an open node: its gap
 DISC = 2  # one of the rows of a disc, which has no sides
-SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc"}
+PRESSURE = 3  # the row of a closed node without friction: its pressure, which no limit tells
+SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc", PRESSURE: "pressure"}
 CONE = 3  # rows of a disc: f p, q_x, q_y
 
 
@@ -28,21 +30,22 @@ class Constraints(Result):
     With one tangential direction K are half-spaces, G v + λ d ≤ g: row 2j is the backward-slip
     limit of node j (side +1, q = f p), row 2j + 1 its forward-slip limit (side −1, q = −f p): the
     thesis's I, II, III, IV, … With two, K are second-order cones: the three rows (f p, q_x, q_y) of a
-    node at one load step, and every node has as many as it has extreme load steps.
+    node at one load step, and every node has as many as it has extreme load steps. Where f = 0 a row p ≥ 0
+    follows (side 3), as |q| ≤ f p does not say it there.
     Programs over the rows take their coefficients from ``coefficients``, not from G: there the slips
     of a body that only friction holds are those relative to its pinned nodes.
 
     Attributes
     ----------
     G : (r, dn)
-        Coefficients of the slip v, r = 2n rows with one direction [force/length].
+        Coefficients of the slip v, with one direction r = 2n and one for each node of f = 0 [force/length].
     d : (r,)
         Coefficients of the load factor λ, at the extreme load step [force].
     g : (r,)
         Right-hand sides: the distance of the mean load from the limit [force].
     node, side, step : (r,)
-        Node, side (±1; 2: none) and extreme load step of every row; of rows of transient load steps
-        (:func:`through_transient`) the step counted from −k to −1, before the period.
+        Node, side (±1; none: 2, gap: 0, pressure: 3) and extreme load step of every row; of rows of
+        transient load steps (:func:`through_transient`) the step counted from −k to −1, before the period.
     rigid
         The slips that change no frictional limit, and where they are pinned.
     """
@@ -69,6 +72,15 @@ class Constraints(Result):
         """The first row of every cone of K, in order; a half-space has no other."""
         in_disc = self.side == DISC
         return np.flatnonzero(~in_disc | (np.cumsum(in_disc) % CONE == 1))
+
+    @cached_property
+    def sided(self) -> NDArray[np.bool_]:
+        """The rows (r,) of friction in the plane, two for every closed node: no gaps, no pressures."""
+        return np.asarray(np.abs(self.side) == BACKWARD)
+
+    def limits_of(self, node: int) -> NDArray[np.bool_]:
+        """The two limits of a node in the plane, among all rows (r,)."""
+        return np.asarray(self.sided & (self.node == node))
 
     @property
     def cones(self) -> NDArray[np.intp]:
@@ -143,45 +155,59 @@ def constraints(problem: Problem) -> Constraints:
     """
     loop, law = loading(problem), problem.law
     G, g = law.stiffness(problem.A, problem.B), law.cone(loop.q0, loop.p0)
-    rigid = rigid_slips(problem)
+    rigid, steps = rigid_slips(problem), step_loads(problem)
     if problem.directions > 1:
         place = law.extreme_steps(loop.q1, loop.p1)
-        return _cones(G, step_loads(problem), np.broadcast_to(g, (problem.m, g.size)), place, rigid)
-    steps = step_loads(problem)
+        return _cones(law, G, steps, np.broadcast_to(g, steps.shape), place, rigid)
+    sides = np.tile([BACKWARD, FORWARD], problem.n)
     return Constraints(
         G=G,
         d=steps.max(axis=0),
         g=g,
-        node=np.repeat(np.arange(problem.n), 2),
-        side=np.tile([BACKWARD, FORWARD], problem.n),
+        node=np.append(np.repeat(np.arange(problem.n), 2), law.smooth),
+        side=np.append(sides, np.full(len(law.smooth), PRESSURE)),
         step=steps.argmax(axis=0),
         rigid=rigid,
     )
 
 
+def stacked(one: Constraints, other: Constraints) -> Constraints:
+    """The rows of both, in the columns of the first."""
+    parts = ("d", "g", "node", "side", "step")
+    both: dict[str, Any] = {part: np.append(getattr(one, part), getattr(other, part)) for part in parts}
+    return replace(one, G=np.vstack([one.G, other.G]), **both)
+
+
 def _cones(
+    law: Law,
     G: FloatArray,
     taken: FloatArray,
     left: FloatArray,
     place: tuple[NDArray[np.intp], NDArray[np.intp]],
     rigid: RigidSlips,
 ) -> Constraints:
-    """The discs of some nodes at some load steps: rows of all nodes (m, 3n) → those of these cones."""
+    """The discs of some nodes at some load steps, and the least pressures of nodes without friction.
+
+    ``taken`` and ``left`` (m, r) are what load steps take from the room, and what they leave.
+    """
     node, step = (each.repeat(CONE) for each in place)
     rows = CONE * node + np.tile(np.arange(CONE), len(place[0]))
+    pressures = law.rows * law.layout.n + np.arange(len(law.smooth))
+    steps = np.append(step, np.argmax(taken[:, pressures] - left[:, pressures], axis=0))
+    rows = np.append(rows, pressures)
     return Constraints(
         G=G[rows],
-        d=taken[step, rows],
-        g=left[step, rows],
-        node=node,
-        side=np.full(len(rows), DISC),
-        step=step,
+        d=taken[steps, rows],
+        g=left[steps, rows],
+        node=np.append(node, law.smooth),
+        side=np.append(np.full(len(node), DISC), np.full(len(law.smooth), PRESSURE)),
+        step=steps,
         rigid=rigid,
     )
 
 
 def step_loads(problem: Problem) -> FloatArray:
-    """The coefficients of the load factor in the rows of every node at every load step, (m, (d + 1) n).
+    """The coefficients of the load factor in the rows of every node at every load step, (m, r).
 
     With one direction their largest over the loop are the ``d`` of :func:`constraints` [force].
     """
@@ -210,7 +236,8 @@ def through_transient(problem: Problem) -> Constraints:
     room = law.cone(problem.q_transient, problem.p_transient)
     if problem.directions > 1:
         place = law.extreme_steps(problem.q_transient, problem.p_transient)
-        before = _cones(law.stiffness(problem.A, problem.B), np.zeros_like(room), room, place, rows.rigid)
+        G = law.stiffness(problem.A, problem.B)
+        before = _cones(law, G, np.zeros_like(room), room, place, rows.rigid)
     else:
         before = replace(rows, d=np.zeros_like(rows.d), g=room.min(axis=0), step=room.argmin(axis=0))
     return replace(
@@ -230,7 +257,7 @@ def rows_of(nodes: int | NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def by_side(rows: NDArray[Any]) -> NDArray[Any]:
-    """What belongs to the 2n rows of a joint in the plane by node and side, backward first, (n, 2, …)."""
+    """What belongs to the 2n rows of friction in the plane by node and side, backward first, (n, 2, …)."""
     return rows.reshape(-1, 2, *rows.shape[1:])
 
 

@@ -21,7 +21,8 @@ class Law:
     A node slips only at the limit, and against its reaction: q = −f p v̇/|v̇|. As a cone, the law
     says that s(q, p) lies in K: with one direction s = (f p − q, f p + q) in a quadrant, one
     half-space for backward and one for forward slip; with two s = (f p, q_x, q_y) in a
-    second-order cone. Nothing here depends on units.
+    second-order cone. Where f > 0 a node in K is pressed, p ≥ 0. Where f = 0 it need not be: the p of these
+    nodes follow, one half-space for each. Nothing here depends on units.
 
     Tangential quantities are (…, dn), node by node, normal ones (…, n).
 
@@ -49,8 +50,13 @@ class Law:
 
     @property
     def rows(self) -> int:
-        """How many rows s has for a node: two half-spaces, or one cone of three."""
+        """How many rows s has for the friction of a node: two half-spaces, or one cone of three."""
         return self.d + 1
+
+    @cached_property
+    def smooth(self) -> NDArray[np.intp]:
+        """The nodes without friction, whose pressures are rows of their own."""
+        return np.flatnonzero(self.f == 0)
 
     def limit(self, p: Numbers) -> Numbers:
         """The largest tangential reaction f p, (…, n) [force]."""
@@ -90,40 +96,45 @@ class Law:
         return -self._unit(q)
 
     def cone(self, q: Numbers, p: Numbers) -> Numbers:
-        """s(q, p), which the law wants in K, node by node, (…, (d + 1) n) [force]."""
+        """s(q, p), which the law wants in K, (…, r) [force]: node by node, then the p of smooth nodes."""
         limit = self.limit(p)
-        return _by_node(limit - q, limit + q) if self.d == 1 else _by_node(limit, *self._components(q))
+        rows = _by_node(limit - q, limit + q) if self.d == 1 else _by_node(limit, *self._components(q))
+        return self._with_pressures(rows, p)
 
     def against(self, q: Numbers, p: Numbers) -> Numbers:
-        """−s(q, p), (…, (d + 1) n) [force]: what a load takes from the room within the limits."""
+        """−s(q, p), (…, r) [force]: what a load takes from the room within the limits."""
         limit = self.limit(p)
-        return _by_node(q - limit, -q - limit) if self.d == 1 else -self.cone(q, p)
+        return self._with_pressures(_by_node(q - limit, -q - limit), -p) if self.d == 1 else -self.cone(q, p)
 
     def limit_rows(self, B: Numbers) -> Numbers:
         """f B, (n, k): the limits that pressures p = B v (n, k) leave, as functions of v."""
         return self.f[:, None] * B
 
     def stiffness(self, A: Numbers, B: Numbers) -> Numbers:
-        """−∂s/∂v, ((d + 1) n, k) [force/length]: what slips take of it, with q = A v and p = B v.
+        """−∂s/∂v, (r, k) [force/length]: what slips take of it, with q = A v and p = B v.
 
         A is (dn, k), B (n, k).
         """
         fB = self.limit_rows(B)
         if self.d == 1:
-            return np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * len(B), -1)
-        return -np.stack([fB, *np.moveaxis(A.reshape(len(B), 2, -1), 1, 0)], axis=1).reshape(3 * len(B), -1)
+            rows = np.stack([A - fB, -(A + fB)], axis=1).reshape(2 * len(B), -1)
+        else:
+            by_node = np.moveaxis(A.reshape(len(B), 2, -1), 1, 0)
+            rows = -np.stack([fB, *by_node], axis=1).reshape(3 * len(B), -1)
+        return self._with_pressures(rows.T, -B.T).T
 
     def stiffness_terms(self, A: FloatArray, B: FloatArray) -> FloatArray:
         """The sizes of the terms of :meth:`stiffness` together: what its round-off is relative to."""
         if self.d == 1:
-            return np.repeat(np.abs(A) + self.limit_rows(np.abs(B)), 2, axis=0)
+            rows = np.repeat(np.abs(A) + self.limit_rows(np.abs(B)), 2, axis=0)
+            return np.vstack([rows, np.abs(B[self.smooth])])
         return np.abs(self.stiffness(A, B))
 
     def extreme_steps(self, q: FloatArray, p: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The (node, load step) pairs whose discs, of reactions (m, 2n) and (m, n), imply all others.
 
         A disc is convex: of the load path (q_x, q_y, p) of a node only the corners of its hull matter.
-        Nor does a step k matter that another one, l, implies: |q_k − q_l| ≤ f (p_k − p_l).
+        Nor does a step k matter that another one, l, implies: |q_k − q_l| ≤ f (p_k − p_l), p_k ≥ p_l.
 
         Examples
         --------
@@ -138,11 +149,20 @@ class Law:
             steps = _hull(path[:, node])
             apart = path[steps, node][:, None] - path[steps, node]
             implied = Law(self.f[[node]], 2).excess(apart[..., :2], apart[..., 2:])[..., 0] <= 0
+            implied &= apart[..., 2] >= 0
             earlier = np.tri(len(steps), k=-1, dtype=bool)
             others = ~np.eye(len(steps), dtype=bool)
             found.append(steps[~(implied & (earlier | ~implied.T) & others).any(axis=1)])
         count = [len(steps) for steps in found]
         return np.repeat(np.arange(self.layout.n), count), np.concatenate(found)
+
+    def of_nodes(self, rows: Numbers) -> Numbers:
+        """Of rows (…, r) those of friction, node by node, (…, n, d + 1)."""
+        return rows[..., : self.rows * len(self.f)].reshape(*rows.shape[:-1], len(self.f), self.rows)
+
+    def _with_pressures(self, rows: Numbers, p: Numbers) -> Numbers:
+        """Rows (…, (d + 1) n) followed by those of the pressures of nodes without friction."""
+        return np.concatenate([rows, p[..., self.smooth]], axis=-1) if len(self.smooth) else rows
 
     def _components(self, q: Numbers) -> Numbers:
         return np.moveaxis(self.layout.by_node(q), -1, 0)

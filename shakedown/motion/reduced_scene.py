@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import check_load_factor, checked, checked_initial_slip, require_plane
-from shakedown.joint.constraints import by_side
 from shakedown.joint.loading import loading, loop_path, ramp_start, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -133,7 +132,8 @@ class _States:
         # reactions in units of force per unknown: slips, gaps (units of length), weights
         q = np.hstack([problem.A * unit, problem.B.T * unit, q_w.T])
         self.p = np.hstack([problem.B * unit, C * unit, p_w.T])
-        self.sides = by_side(np.ascontiguousarray(problem.law.cone(q.T, self.p.T).T))
+        rows = problem.law.of_nodes(problem.law.cone(q.T, self.p.T))
+        self.sides = np.ascontiguousarray(np.moveaxis(rows, 0, -1))
 
     def normal(self, i: int) -> FloatArray:
         """Normal reaction of node i as rows of costs."""

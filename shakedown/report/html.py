@@ -220,7 +220,8 @@ def _coupling_ratio(v: Verification) -> float:
 def _critical(v: Verification) -> list[str]:
     """What the enumeration has found, or why there is none."""
     if isinstance(v.limits, JointLimits):
-        return critical_in_words(v.critical, subset_count(v.problem.n), v.limits.bounds)
+        count = subset_count(v.problem.n, len(v.problem.law.smooth))
+        return critical_in_words(v.critical, count, v.limits.bounds)
     return ["Critical load factors exist of joints with one tangential direction only."]
 
 

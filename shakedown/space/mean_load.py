@@ -24,12 +24,13 @@ def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
     A, B = joint.A.copy(), joint.B.copy()
     A[:, pinned] = B[:, pinned] = 0.0
     right, smooth = problem.law.cone(joint.q0, joint.p0), joint.f == 0
-    heads = np.arange(3 * joint.n) % 3 == 0
-    cones = np.column_stack([problem.law.stiffness(A, B), heads])
-    in_cones = np.repeat(~smooth, 3)
-    none, pressed = ~in_cones & ~heads, np.column_stack([-B[smooth], np.ones(smooth.sum())])  # q = 0, p ≥ t
-    matrix = np.vstack([cones[none], pressed, cones[in_cones]])
-    right = np.concatenate([right[none], joint.p0[smooth], right[in_cones]])
+    pressed = np.arange(len(right)) >= 3 * joint.n  # p ≥ t without friction
+    heads = ~pressed & (np.arange(len(right)) % 3 == 0)
+    rows = np.column_stack([problem.law.stiffness(A, B), heads | pressed])
+    in_cones = np.append(np.repeat(~smooth, 3), np.zeros(smooth.sum(), dtype=bool))
+    none = ~in_cones & ~heads & ~pressed  # q = 0
+    matrix = np.vstack([rows[none], rows[pressed], rows[in_cones]])
+    right = np.concatenate([right[none], right[pressed], right[in_cones]])
     size = float(np.abs(right).max()) or 1.0
     matrix[:, :-1], right = matrix[:, :-1] / size, right / size
     left = np.where(np.arange(len(right)) < none.sum(), right, -INF)

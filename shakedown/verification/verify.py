@@ -104,7 +104,11 @@ class Verification(Result):
         """The document that ``shakedown-bounds verify --json`` writes."""
         limits, counted = self.limits, {} if self.critical is None else self.critical.to_dict()
         second = {"lower": self.second.lower, "upper": self.second.upper}
-        subsets = subset_count(self.problem.n) if self.problem.directions == 1 else None
+        subsets = (
+            subset_count(self.problem.n, len(self.problem.law.smooth))
+            if self.problem.directions == 1
+            else None
+        )
         document = {
             "problem": self.problem,
             **limits.bounds.to_dict(),
@@ -360,7 +364,7 @@ class _Beside(NamedTuple):
 
 def _beside(limits: Limits, asked: _Asked, work: "_Work") -> _Beside:
     problem, below = limits.problem, asked.slip_below
-    few = problem.directions == 1 and subset_count(problem.n) <= asked.budget
+    few = problem.directions == 1 and subset_count(problem.n, len(problem.law.smooth)) <= asked.budget
     second = work.done(lambda: second_road(problem, limits.bounds, limits.tolerances))
     curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
     critical = work.done(lambda: critical_load_factors(problem) if few else None)

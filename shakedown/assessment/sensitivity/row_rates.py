@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import FORWARD, GAP
+from shakedown.joint.constraints import FORWARD
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
@@ -53,25 +53,20 @@ class RowRates:
         """The node of every row, numbered in the whole joint."""
         return self.zone.constraints.node[self.row]
 
-    @property
-    def side(self) -> NDArray[np.intp]:
-        """The side of every row."""
-        return self.zone.constraints.side[self.row]
-
     def pressures(self, slip: FloatArray) -> FloatArray:
         """Rate of the room with the node's own friction at the slips of the closed nodes, (k, 2) [force].
 
-        It is the pressure of the node where it grows; of an open one zero.
+        It is the pressure of the node where it grows; of a row without friction zero.
         """
         p = self._condensed(self._loads)[1] + self.zone.joint.B @ slip
         rates = np.zeros((len(p), len(self.row)))
-        rates[:, self._closed] = p[:, self.row[self._closed] // 2]
+        rates[:, self.rubs] = p[:, self.row[self.rubs] // 2]
         return self._worst(rates)
 
     def pressure_slopes(self) -> FloatArray:
         """∂p/∂v of the node of every row, over the unknowns of programs, (k, n) [force/length]."""
         joint, slopes = self.zone.joint, np.zeros((len(self.row), self.zone.joint.layout.slip_size))
-        slopes[self._closed] = self.zone.constraints.rigid.columns(joint.B)[self.row[self._closed] // 2]
+        slopes[self.rubs] = self.zone.constraints.rigid.columns(joint.B)[self.row[self.rubs] // 2]
         return slopes
 
     def constant(self, nodes: NDArray[np.intp]) -> FloatArray:
@@ -84,8 +79,9 @@ class RowRates:
         return self._worst(self._rooms(self._of_nodes(periodic, nodes)))
 
     @property
-    def _closed(self) -> NDArray[np.bool_]:
-        return self.side != GAP
+    def rubs(self) -> NDArray[np.bool_]:
+        """Which rows are limits of friction: no gaps, no pressures."""
+        return self.zone.constraints.sided[self.row]
 
     @cached_property
     def _loads(self) -> FloatArray:
@@ -138,7 +134,8 @@ class RowRates:
 
 def rates_of(zone: Zone, load_factor: float, *, scale: float = 1.0, before: bool = False) -> RowRates:
     """The rates of all rows of a zone; with those of the transient as energy rows have them."""
-    closed, o = 2 * len(zone.closed_nodes), len(zone.open_nodes)
+    o = len(zone.open_nodes)
+    closed = len(zone.constraints.g) - o
     times = 2 if before else 1
     row = np.concatenate([np.tile(np.arange(closed), times), np.tile(closed + np.arange(o), times)])
     late = np.concatenate([np.repeat([False, True][:times], closed), np.repeat([False, True][:times], o)])

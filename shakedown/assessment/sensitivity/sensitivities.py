@@ -19,7 +19,6 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_plane
-from shakedown.joint.constraints import GAP
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -192,7 +191,7 @@ class _Reached:
 
     def friction(self, problem: Problem, load_factor: float) -> Slopes:
         """Of the friction of every node, and of a factor on all of them."""
-        closed = self.rates.side != GAP
+        closed = self.rates.rubs
         derivative = np.zeros((problem.n, 2))
         for node in np.unique(self.rates.node[closed]):
             own = (closed & (self.rates.node == node)).astype(float)
@@ -253,7 +252,7 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
     ray = np.zeros_like(moved) if at_tip else moved / np.linalg.norm(moved)
     s, y = rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, rows.spread[: 2 * zone.joint.n]), 0.0)
-    needs = widening[np.where(rates.side == GAP, -1, rates.row)]
+    needs = widening[np.where(rates.rubs, rates.row, -1)]
     optimum = Optimum(
         W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=rows.d[chosen],

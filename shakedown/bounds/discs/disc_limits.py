@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.enclosure import (
     UNPROVED,
+    Completed,
     Optimum,
     enclosed,
     inner_points,
+    of_discs,
     on_the_way,
     proved_infeasible,
 )
@@ -21,7 +22,7 @@ from shakedown.bounds.discs.frictionless import Frictionless, without_frictionle
 from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.room import safest
 from shakedown.bounds.discs.safe_proof import proved_unbounded
-from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, DiscEnd, basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, Carrying, DiscEnd, basis_of, scaled_discs
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -42,10 +43,10 @@ class DiscLimit:
     ----------
     x : (k,)
         Slips, or where unbounded their direction, at the unknowns of programs [length].
-    y : (j, 3), gap_y : (o,)
+    y : (j, 3), z : (o,)
         Multipliers of discs and half-spaces.
-    discs
-        The discs that determine it.
+    carrying
+        The discs and half-spaces that determine it.
     end
         The program that it is the end of; None where there was none to solve.
     safe
@@ -56,8 +57,8 @@ class DiscLimit:
     load_factor: float
     x: FloatArray
     y: FloatArray
-    gap_y: FloatArray
-    discs: NDArray[np.intp]
+    z: FloatArray
+    carrying: Carrying
     residual: float
     least_load_factor: float = nan
     certified: tuple[float, float] | None = None
@@ -71,7 +72,7 @@ class DiscLimit:
     @property
     def multipliers(self) -> FloatArray:
         """Of all rows, (3j + o,)."""
-        return np.append(self.y.ravel(), self.gap_y)
+        return np.append(self.y.ravel(), self.z)
 
 
 def largest_load_factor(
@@ -107,7 +108,7 @@ def announce(rows: DiscRows) -> None:
 def relieving(rows: DiscRows) -> bool:
     """Whether the periodic loads bring no node nearer to its limits."""
     room = rows.e[:, 0] - np.hypot(rows.e[:, 1], rows.e[:, 2])
-    return bool(np.all(room >= 0) and np.all(rows.gaps.d <= 0))
+    return bool(np.all(room >= 0) and np.all(rows.half_spaces.d <= 0))
 
 
 def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
@@ -129,7 +130,7 @@ def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
 def _optimal(rows: DiscRows, best: DiscEnd) -> DiscLimit:
     load_factor = best.load_factor if best.load_factor > NOTHING * best.scaled.load_unit else 0.0
     return DiscLimit(
-        Status.OPTIMAL, load_factor, best.x, best.y, best.gap_y, best.carrying,
+        Status.OPTIMAL, load_factor, best.x, best.y, best.z, best.carrying,
         residual=rows.relative_excess(best.x, load_factor),
         reduced_accuracy=best.accuracy > ACCURATE,
         end=best,
@@ -141,7 +142,7 @@ def _least(
 ) -> tuple[float, tuple[str, ...]]:
     """λ_lo; NaN where its program fails, and that it did."""
     still = np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
-    if balanced or (np.all(still) and np.all(rows.gaps.g >= 0)):
+    if balanced or (np.all(still) and np.all(rows.half_spaces.g >= 0)):
         return 0.0, ()
     found = sought(end_of, scaled_discs(rows, basis, +1.0), tolerances)
     if isinstance(found, Missing):
@@ -158,18 +159,18 @@ def _least_of(rows: DiscRows, end: DiscEnd, tolerances: Tolerances) -> float:
 
 def _infeasible(rows: DiscRows, end: DiscEnd) -> DiscLimit:
     return DiscLimit(
-        Status.INFEASIBLE, nan, end.x, end.y, end.gap_y, end.carrying,
-        residual=_imbalance(rows, end.y, end.gap_y),
+        Status.INFEASIBLE, nan, end.x, end.y, end.z, end.carrying,
+        residual=_imbalance(rows, end.y, end.z),
         reduced_accuracy=end.accuracy > ACCURATE,
         end=end,
     )  # fmt: skip
 
 
-def _imbalance(rows: DiscRows, y: FloatArray, gap_y: FloatArray) -> float:
+def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
     """What is left of the balance of multipliers, relative to its terms."""
-    balance = (rows.sums @ y).ravel() @ rows.flat - gap_y @ rows.gaps.coefficients
+    balance = (rows.sums @ y).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
     terms = (rows.sums @ np.abs(y)).ravel() @ np.abs(rows.flat)
-    terms = terms + np.abs(gap_y) @ np.abs(rows.gaps.coefficients)
+    terms = terms + np.abs(z) @ np.abs(rows.half_spaces.coefficients)
     return float(np.max(np.abs(balance) / np.where(terms > 0, terms, 1.0), initial=0.0))
 
 
@@ -177,7 +178,7 @@ def _unbounded(rows: DiscRows, direction: FloatArray, start: DiscEnd, tolerances
     beyond = start.load_factor + start.scaled.load_unit
     safe = [safest(rows, beyond, tolerances).x, start.x + start.scaled.load_unit * direction]
     return DiscLimit(
-        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.gaps.g), _no_discs(),
+        Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), _none(),
         residual=_excess_along(rows, direction),
         least_load_factor=_least_of(rows, start, tolerances),
         safe=(*((each, beyond) for each in safe), (np.zeros_like(direction), 0.0)),
@@ -186,25 +187,25 @@ def _unbounded(rows: DiscRows, direction: FloatArray, start: DiscEnd, tolerances
 
 def _excess_along(rows: DiscRows, direction: FloatArray) -> float:
     """The largest relative violation of e + N v along a direction."""
-    gaps = replace(rows.gaps, g=-rows.gaps.d, d=np.zeros_like(rows.gaps.d))
-    return replace(rows, c=rows.e, e=np.zeros_like(rows.e), gaps=gaps).relative_excess(direction, 0.0)
+    gaps = replace(rows.half_spaces, g=-rows.half_spaces.d, d=np.zeros_like(rows.half_spaces.d))
+    return replace(rows, c=rows.e, e=np.zeros_like(rows.e), half_spaces=gaps).relative_excess(direction, 0.0)
 
 
-def _no_discs() -> NDArray[np.intp]:
-    return np.zeros(0, dtype=np.intp)
+def _none() -> Carrying:
+    return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
 
 
 def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> DiscLimit:
     """The limit of what is left without frictionless nodes, in its own unknowns."""
     rest, zeta = taken.rest, np.zeros(taken.ways.shape[1])
-    none, no_gaps = np.zeros_like(rest.c), np.zeros_like(rest.gaps.g)
+    none, nothing = np.zeros_like(rest.c), np.zeros_like(rest.half_spaces.g)
     if taken.against.size or (taken.forced is not None and taken.forced < -NOTHING):
-        return DiscLimit(Status.INFEASIBLE, nan, zeta, none, no_gaps, _no_discs(), 0.0)
+        return DiscLimit(Status.INFEASIBLE, nan, zeta, none, nothing, _none(), 0.0)
     if taken.forced is None:
         return _limit(rest, balanced, tolerances)
     at = taken.forced if taken.forced > NOTHING else 0.0
-    gaps = replace(rest.gaps, g=rest.gaps.g - at * rest.gaps.d, d=no_gaps)
-    fixed = replace(rest, c=rest.c + at * rest.e, e=none, gaps=gaps)
+    gaps = replace(rest.half_spaces, g=rest.half_spaces.g - at * rest.half_spaces.d, d=nothing)
+    fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
     safe = safest(fixed, 0.0, tolerances)
     if fixed.relative_excess(safe.x, 0.0) > tolerances.feasibility:
         return _infeasible(fixed, end_of(scaled_discs(fixed, basis_of(fixed), +1.0), tolerances))
@@ -213,8 +214,8 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
         at,
         safe.x,
         none,
-        no_gaps,
-        _no_discs(),
+        nothing,
+        _none(),
         0.0,
         least_load_factor=at,
         safe=((safe.x, at),),
@@ -237,18 +238,19 @@ def _of_all(taken: Frictionless, found: DiscLimit) -> DiscLimit:
         y[rows.smooth, 0] = 2.0 * np.hypot(*taken.against.T)
         y /= -float(np.vdot(y, rows.c))
     elif found.status != Status.UNBOUNDED:
-        y = _spread(taken, found.y, found.gap_y, -1.0 if optimal else None)
+        y = _spread(taken, found.y, found.z, -1.0 if optimal else None)
     if found.status == Status.INFEASIBLE:
-        residual = _imbalance(rows, y, found.gap_y)
-    discs = np.flatnonzero(~rows.smooth)[found.discs]
-    return replace(found, x=x, y=y, discs=discs, residual=residual)
+        residual = _imbalance(rows, y, found.z)
+    discs, others = found.carrying
+    carrying = np.flatnonzero(~rows.smooth)[discs], others
+    return replace(found, x=x, y=y, carrying=carrying, residual=residual)
 
 
-def _spread(taken: Frictionless, y: FloatArray, gap_y: FloatArray, slope: float | None = None) -> FloatArray:
+def _spread(taken: Frictionless, y: FloatArray, z: FloatArray, slope: float | None = None) -> FloatArray:
     """Multipliers of all discs, with the slope that those of the others have unless one is given."""
     rest = taken.rest
-    own = float(np.vdot(y, rest.e)) - float(gap_y @ rest.gaps.d)
-    return taken.multipliers(y, gap_y, own if slope is None else slope)
+    own = float(np.vdot(y, rest.e)) - float(z @ rest.half_spaces.d)
+    return taken.multipliers(y, z, own if slope is None else slope)
 
 
 def _certified(
@@ -256,9 +258,9 @@ def _certified(
 ) -> DiscLimit:
     """The limit with what is proved of it."""
     if found.status == Status.OPTIMAL:
-        return _with_enclosure(found, enclosed(problem, rows, _optimum(taken, found), tolerances))
+        return _with_enclosure(found, enclosed(problem, rows, _optimum(rows, taken, found), tolerances))
     if found.status == Status.INFEASIBLE:
-        proved = proved_infeasible(problem, rows, _exclusions(taken, found))
+        proved = proved_infeasible(problem, rows, _exclusions(rows, taken, found))
     else:
         safe = [(slip if taken is None else taken.slips(slip, at), at) for slip, at in found.safe]
         proved = proved_unbounded(problem, rows, found.x, safe)
@@ -273,19 +275,25 @@ def _with_enclosure(found: DiscLimit, enclosure: tuple[float, float] | Missing) 
     return replace(found, load_factor=min(max(found.load_factor, low), high), certified=enclosure, exact=True)
 
 
-def _optimum(taken: Frictionless | None, found: DiscLimit) -> Optimum:
+def _optimum(rows: DiscRows, taken: Frictionless | None, found: DiscLimit) -> Optimum:
     """What an enclosure begins with, in the unknowns of all nodes."""
-    slips, multipliers = (list(found.safe), []) if found.end is None else inner_points(found.end)
-    if taken is not None:
-        no_gaps = found.gap_y
-        slips = [(taken.slips(slip, at), at) for slip, at in slips]
-        multipliers = [(_spread(taken, y, no_gaps), worse) for y, worse in multipliers]
-    return Optimum(found.x, found.load_factor, found.y, slips, multipliers)
-
-
-def _exclusions(taken: Frictionless | None, found: DiscLimit) -> Iterator[FloatArray]:
-    """Multipliers that may prove that nothing is safe, those of the end first."""
-    yield found.y
+    slips, multipliers = list(found.safe), list[tuple[FloatArray, float]]()
     if found.end is not None:
-        for y in on_the_way(found.end):
-            yield y if taken is None else _spread(taken, y, found.gap_y)
+        slips, multipliers = inner_points(found.end, _completed(rows, taken))
+    if taken is not None:
+        slips = [(taken.slips(slip, at), at) for slip, at in slips]
+    return Optimum(found.x, found.load_factor, rows.with_pressures(found.y, found.z), slips, multipliers)
+
+
+def _exclusions(rows: DiscRows, taken: Frictionless | None, found: DiscLimit) -> Iterator[FloatArray]:
+    """Multipliers that may prove that nothing is safe, those of the end first."""
+    yield rows.with_pressures(found.y, found.z)
+    if found.end is not None:
+        yield from on_the_way(found.end, _completed(rows, taken))
+
+
+def _completed(rows: DiscRows, taken: Frictionless | None) -> Completed:
+    """Multipliers of all discs, those of pressures among them, from the ones of a program."""
+    if taken is None:
+        return of_discs
+    return lambda y, z: rows.with_pressures(_spread(taken, y, z), z)

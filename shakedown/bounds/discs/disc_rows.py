@@ -1,4 +1,4 @@
-"""The limits of a joint in space, node by node: f p ≥ |q| at every extreme load step, gaps that stay open."""
+"""The limits of a joint in space, node by node: f p ≥ |q| at every extreme load step, and half-spaces."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.constraints import Constraints
+from shakedown.joint.constraints import PRESSURE, Constraints, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
@@ -26,7 +26,8 @@ class DiscRows:
     """The limits s_j = c_j + λ e_j + N_i v in a second-order cone, for every disc j, of node i.
 
     As triples, s = (f p, q_x, q_y): |(q_x, q_y)| ≤ f p. The discs of a node differ in their loads only, so
-    N is stored once per node. Half-spaces g − G v − λ d ≥ 0 follow: gaps that stay open.
+    N is stored once per node. Half-spaces g − G v − λ d ≥ 0 follow: the pressures of closed nodes without
+    friction, and gaps that stay open.
 
     Attributes
     ----------
@@ -36,8 +37,8 @@ class DiscRows:
         Node and load step of every disc; steps of a transient are counted from −k to −1.
     c, e : (j, 3)
         Its triple without slip: what the constant part leaves, and what a load factor adds [force].
-    gaps
-        The half-spaces, as rows in the same columns; of none it has no rows.
+    half_spaces
+        The half-spaces, as rows in the same columns, with nodes of the whole joint; of none it has no rows.
     names
         The number of each of the n nodes in the whole joint.
     """
@@ -47,7 +48,7 @@ class DiscRows:
     step: Indices
     c: FloatArray
     e: FloatArray
-    gaps: Constraints
+    half_spaces: Constraints
     names: Indices
 
     @cached_property
@@ -73,25 +74,40 @@ class DiscRows:
     def room(self, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """f p − |q| of every disc, and what the half-spaces leave, at unknowns (k,) [force, length]."""
         s = self.c + load_factor * self.e + (self.flat @ x).reshape(-1, 3)[self.node]
-        open_by = self.gaps.g - self.gaps.coefficients @ x - load_factor * self.gaps.d
-        return s[:, 0] - np.hypot(s[:, 1], s[:, 2]), open_by
+        H = self.half_spaces
+        return s[:, 0] - np.hypot(s[:, 1], s[:, 2]), H.g - H.coefficients @ x - load_factor * H.d
 
     def relative_excess(self, x: FloatArray, load_factor: float) -> float:
         """The largest violation, relative to the largest term of its disc or half-space."""
         of_slip = (np.abs(self.flat) @ np.abs(x)).reshape(-1, 3)[self.node]
         terms = np.maximum(of_slip, np.maximum(np.abs(self.c), np.abs(load_factor * self.e))).max(axis=1)
-        of_gap = np.abs(self.gaps.coefficients) @ np.abs(x)
-        gaps = np.maximum(of_gap, np.maximum(np.abs(self.gaps.g), np.abs(load_factor * self.gaps.d)))
+        H = self.half_spaces
+        moved = np.abs(H.coefficients) @ np.abs(x)
+        others = np.maximum(moved, np.maximum(np.abs(H.g), np.abs(load_factor * H.d)))
         rooms = [
             room / np.where(size > 0, size, 1.0)
-            for room, size in zip(self.room(x, load_factor), (terms, gaps), strict=True)
+            for room, size in zip(self.room(x, load_factor), (terms, others), strict=True)
         ]
         return -float(min(each.min(initial=np.inf) for each in rooms))
 
-    def named(self, discs: Indices) -> tuple[tuple[int, int], ...]:
-        """(node, load step) of some discs, each once."""
-        nodes, steps = self.names[self.node[discs]].tolist(), self.step[discs].tolist()
+    def named(self, discs: Indices, others: Indices) -> tuple[tuple[int, int], ...]:
+        """(node, load step) of some discs and half-spaces, each once."""
+        nodes = np.append(self.names[self.node[discs]], self.half_spaces.node[others]).tolist()
+        steps = np.append(self.step[discs], self.half_spaces.step[others]).tolist()
         return tuple(sorted(set(zip(nodes, steps, strict=True))))
+
+    def with_pressures(self, y: FloatArray, z: FloatArray) -> FloatArray:
+        """Multipliers (j, 3) of p, q_x and q_y where a node has no friction, from y and those of pressures.
+
+        Of its discs one is at the load step of its least pressure.
+        """
+        y = y.copy()
+        y[self.smooth, 0] = 0.0
+        for row in np.flatnonzero(self.half_spaces.side == PRESSURE):
+            own = self.names[self.node] == self.half_spaces.node[row]
+            least = np.flatnonzero(own & (self.step == self.half_spaces.step[row]))
+            y[least[0], 0] = z[row]
+        return y
 
 
 @once_per_problem
@@ -116,7 +132,7 @@ def disc_rows(problem: Problem) -> DiscRows:
         step=step,
         c=constant[node],
         e=triples(law, loop.q1, loop.p1)[step, node],
-        gaps=_no_gaps(problem, rigid),
+        half_spaces=_pressures(problem, loop.p0, -loop.p1, np.arange(problem.m)),
         names=np.arange(problem.n),
     )
 
@@ -125,7 +141,9 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
     """The limits of the closed nodes of a zone and the gaps of its open ones; of a transient besides."""
     rows = disc_rows(zone.joint)
     if zone.open_nodes:
-        rows = replace(rows, gaps=zone.gap_rows, names=np.array(zone.closed_nodes, dtype=np.intp))
+        names = np.array(zone.closed_nodes, dtype=np.intp)
+        pressures = replace(rows.half_spaces, node=names[rows.half_spaces.node])
+        rows = replace(rows, half_spaces=stacked(pressures, zone.gap_rows), names=names)
     problem = zone.problem
     if (
         not transient
@@ -134,15 +152,18 @@ def zone_rows(zone: Zone, transient: bool = False) -> DiscRows:
         or not len(problem.q_transient)
     ):
         return rows
-    law = problem.law
+    law, steps = problem.law, np.arange(-len(problem.p_transient), 0)
     node, step = law.extreme_steps(problem.q_transient, problem.p_transient)
     before = triples(law, problem.q_transient, problem.p_transient)[step, node]
+    pressures = _pressures(problem, np.zeros(problem.n), -problem.p_transient, steps)
+    pressures = replace(pressures, g=-pressures.d, d=np.zeros_like(pressures.d))
     return replace(
         rows,
         node=np.append(rows.node, node),
-        step=np.append(rows.step, step - len(problem.q_transient)),
+        step=np.append(rows.step, steps[step]),
         c=np.vstack([rows.c, before]),
         e=np.vstack([rows.e, np.zeros_like(before)]),
+        half_spaces=stacked(rows.half_spaces, pressures),
     )
 
 
@@ -166,7 +187,18 @@ def _cleaned(problem: Problem) -> Loading:
     return replace(loop, q0=q0, p0=p0)
 
 
-def _no_gaps(problem: Problem, rigid: RigidSlips) -> Constraints:
-    none, nothing = np.zeros(0, dtype=np.intp), np.zeros(0)
-    G = np.zeros((0, problem.layout.slip_size))
-    return Constraints(G=G, d=nothing, g=nothing, node=none, side=none, step=none, rigid=rigid)
+def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices) -> Constraints:
+    """The pressures of nodes without friction, with the load steps (m,) that take most from them.
+
+    ``less`` (m, n) is what they take from p0 (n,) at load factor 1.
+    """
+    smooth = problem.law.smooth
+    return Constraints(
+        G=-problem.B[smooth],
+        d=less[:, smooth].max(axis=0),
+        g=p0[smooth],
+        node=smooth,
+        side=np.full(len(smooth), PRESSURE),
+        step=step[less[:, smooth].argmax(axis=0)],
+        rigid=rigid_slips(problem),
+    )

@@ -3,7 +3,7 @@
 The statements that it rests on stand in docs/space.md (U1, U2, U3).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from math import fsum, inf, nextafter
 
@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
-from shakedown.bounds.discs.safe_proof import LOADS, ROUNDS, SPARE, Proof, only_at_zero, proof_of, proved_low
+from shakedown.bounds.discs.safe_proof import (
+    LOADS,
+    ROUNDS,
+    SPARE,
+    Proof,
+    only_at_zero,
+    pressing,
+    proof_of,
+    proved_low,
+)
 from shakedown.bounds.discs.scaled_discs import DiscEnd
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
@@ -30,6 +39,14 @@ NO_ROOM = "no slip with room at every load step was found, so that none is prove
 NO_INNER = "no multipliers with room were found"
 ROUND_OFF = "the slip is so large that the round-off of the stored stiffness makes the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
+
+
+Completed = Callable[[FloatArray, FloatArray], FloatArray]  # multipliers of programs → of all discs
+
+
+def of_discs(y: FloatArray, z: FloatArray) -> FloatArray:
+    """The multipliers y (j, 3) of discs, where there are no half-spaces besides."""
+    return y
 
 
 @dataclass(frozen=True)
@@ -63,7 +80,7 @@ class Repair:
 
     def missing(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """A Y + Bᵀ(f S) at the kept slips, and its rounding error at most."""
-        totals, law = self._totals(y), self.proof.problem.law
+        totals, law = self._totals(y), pressing(self.proof.problem.law)
         weights = np.concatenate([totals[:, 1:].ravel(), law.limit(totals[:, 0])])
         found = exact_products(self.columns, weights)
         error = ROUNDED_TWICE * (np.abs(self.columns) @ np.abs(weights)) + TINY * weights.size
@@ -91,21 +108,22 @@ class Repair:
         return Balance(y, disc, correction.reshape(-1, 2))
 
 
-def _rooms(y: FloatArray) -> FloatArray:
-    """σ − |y| of multipliers (…, 3), at least."""
-    return np.asarray(y[..., 0] - np.hypot(y[..., 1], y[..., 2]) * (1.0 + SUMS))
+def _rooms(rows: DiscRows, y: FloatArray) -> FloatArray:
+    """σ − |y| of multipliers (j, 3), at least; of reactions that must vanish σ alone counts."""
+    room = y[:, 0] - np.hypot(y[:, 1], y[:, 2]) * (1.0 + SUMS)
+    return np.asarray(np.where(rows.smooth, np.where(y[:, 0] >= 0, inf, -inf), room))
 
 
 def _roomiest(rows: DiscRows, y: FloatArray) -> NDArray[np.intp]:
     """The disc of every node with the largest room for a correction."""
-    order = np.lexsort((_rooms(y), rows.node))
+    order = np.lexsort((_rooms(rows, y), rows.node))
     last = np.flatnonzero(np.diff(rows.node[order], append=-1))
     return np.asarray(order[last])
 
 
-def _fits(balance: Balance) -> bool:
+def _fits(rows: DiscRows, balance: Balance) -> bool:
     needed = balance.correction.sum(axis=1) * (1.0 + SUMS)
-    outside = _rooms(balance.y)
+    outside = _rooms(rows, balance.y)
     return bool(np.all(outside >= 0) and np.all(outside[balance.disc] >= needed))
 
 
@@ -114,16 +132,16 @@ def fitting(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]]
 
     ``inner`` has multipliers with room, and by how much each is worse than y.
     """
-    first = repair.balanced(y)
-    if _fits(first):
+    first, rows = repair.balanced(y), repair.proof.rows
+    if _fits(rows, first):
         return first
-    outside, needed = np.maximum(-_rooms(y), 0.0), first.correction.sum(axis=1)
+    outside, needed = np.maximum(-_rooms(rows, y), 0.0), first.correction.sum(axis=1)
     best, share, lost = None, inf, inf
     for other, worse in inner:
-        room = _rooms(other)
+        room = _rooms(rows, other)
         if not room.min() > 0:
             continue
-        largest = room[_roomiest(repair.proof.rows, other)]
+        largest = room[_roomiest(rows, other)]
         wanted = float(max(np.max(outside / (outside + room)), np.max(needed / (needed + largest))))
         if wanted * worse < lost:
             best, share, lost = other, wanted, wanted * worse
@@ -132,7 +150,7 @@ def fitting(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]]
     for _ in range(ROUNDS):
         share = min(1.0, SPARE * share)
         balance = repair.balanced(y + share * (best - y))
-        if _fits(balance):
+        if _fits(rows, balance):
             return balance
     return None
 
@@ -176,13 +194,14 @@ def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[Flo
     return repair.inverse.proved and any(_excludes(repair, y) for y in candidates)
 
 
-def on_the_way(end: DiscEnd) -> Iterator[FloatArray]:
+def on_the_way(end: DiscEnd, completed: Completed = of_discs) -> Iterator[FloatArray]:
     """Multipliers with more room on the way to those that exclude every slip."""
+    rows = end.scaled.rows
     for point in end.end.path[-2::-2]:
-        y = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))[0]
-        size = -float(np.vdot(y, end.scaled.rows.c))
+        y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))
+        size = -float(np.vdot(y, rows.c) + z @ rows.half_spaces.g)
         if size > 0 and np.isfinite(y).all():
-            yield y / size
+            yield completed(y / size, z / size)
 
 
 def _excludes(repair: Repair, y: FloatArray) -> bool:
@@ -205,7 +224,7 @@ class Optimum:
     load_factor
         λ_max.
     y : (j, 3)
-        Multipliers of the discs.
+        Multipliers of the discs, and of pressures (:meth:`DiscRows.with_pressures`).
     slips
         Slips with room, and their load factors.
     multipliers
@@ -245,7 +264,9 @@ def enclosed(
     return (low, high) if np.isfinite(high) else Missing(NO_INNER)
 
 
-def inner_points(best: DiscEnd) -> tuple[list[tuple[FloatArray, float]], list[tuple[FloatArray, float]]]:
+def inner_points(
+    best: DiscEnd, completed: Completed = of_discs
+) -> tuple[list[tuple[FloatArray, float]], list[tuple[FloatArray, float]]]:
     """Slips with room, with their load factors, and multipliers with room, with what they lose."""
     scaled, slips, multipliers = best.scaled, [], []
     program = scaled.program
@@ -255,5 +276,5 @@ def inner_points(best: DiscEnd) -> tuple[list[tuple[FloatArray, float]], list[tu
         if point is not None:
             slips.append((scaled.slips(point.x), float(point.x[-1] * scaled.load_unit)))
             loss = abs(float(slack @ point.y)) * scaled.load_unit
-            multipliers.append((scaled.multipliers(point.y)[0], loss))
+            multipliers.append((completed(*scaled.multipliers(point.y)), loss))
     return slips, multipliers

@@ -48,7 +48,7 @@ class Frictionless:
     @cached_property
     def rest(self) -> DiscRows:
         """The limits of the other nodes in (ζ, λ)."""
-        rows, gaps = self.whole, self.whole.gaps
+        rows, gaps = self.whole, self.whole.half_spaces
         kept = np.flatnonzero(~rows.smooth)
         names, node = np.unique(rows.node[kept], return_inverse=True)
         G, none = gaps.coefficients, RigidSlips(np.zeros((self.ways.shape[1], 0)), ())
@@ -60,7 +60,7 @@ class Frictionless:
             step=rows.step[kept],
             c=(rows.c + at_start)[kept],
             e=(rows.e + with_load)[kept],
-            gaps=replace(
+            half_spaces=replace(
                 gaps, G=G @ self.ways, g=gaps.g - G @ self.start, d=gaps.d + G @ self.slope, rigid=none
             ),
             names=rows.names[names],
@@ -70,14 +70,14 @@ class Frictionless:
         """The unknowns (k,) of the whole joint."""
         return np.asarray(self.start + load_factor * self.slope + self.ways @ zeta)
 
-    def multipliers(self, y: FloatArray, gap_y: FloatArray, slope: float) -> FloatArray:
+    def multipliers(self, y: FloatArray, z: FloatArray, slope: float) -> FloatArray:
         """Multipliers of all discs, from those of the others: they balance, and Σ yᵀ e = ``slope``."""
         rows, smooth = self.whole, self.whole.smooth
         found = np.zeros((len(smooth), 3))
         found[~smooth] = y
         E = _equations(rows, smooth)
-        left = (rows.sums @ found).ravel() @ rows.flat - gap_y @ rows.gaps.coefficients
-        pull = float(np.vdot(found, rows.e)) - float(gap_y @ rows.gaps.d) - slope
+        left = (rows.sums @ found).ravel() @ rows.flat - z @ rows.half_spaces.coefficients
+        pull = float(np.vdot(found, rows.e)) - float(z @ rows.half_spaces.d) - slope
         sizes = np.linalg.norm(E, axis=0)
         sizes = np.where(sizes > 0, sizes, 1.0)
         eta = np.linalg.lstsq((E / sizes).T, -np.append(left, pull) / sizes, rcond=None)[0]

@@ -3,11 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.bounds.discs.polish import end_of
-from shakedown.bounds.discs.scaled_discs import basis_of, scaled_discs
+from shakedown.bounds.discs.scaled_discs import Carrying, basis_of, scaled_discs
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import ACCURATE
@@ -22,11 +21,12 @@ class Safest:
     x : (k,)
         It, at the unknowns of programs [length].
     margin
-        The radius of a ball of slips around it, all of them safe [length]; negative where none is.
+        The radius of a ball of slips around it, all of them safe [length]; negative where none is, −inf
+        where a limit that no slip changes is broken.
     cap
         The largest margin that was looked for.
-    discs
-        Those that limit it.
+    carrying
+        The discs and half-spaces that limit it.
     reduced_accuracy
         Whether the interior points reached less than their tolerances.
     """
@@ -34,12 +34,12 @@ class Safest:
     x: FloatArray
     margin: float
     cap: float
-    discs: NDArray[np.intp]
+    carrying: Carrying
     reduced_accuracy: bool
 
 
 def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances) -> Safest:
-    """max t: f p − |q| ≥ t (f |B_i| + |A_i|) at every node and load step, gaps likewise.
+    """max t: f p − |q| ≥ t (f |B_i| + |A_i|) at every node and load step, half-spaces likewise.
 
     A change δ of the slips changes f p − |q| by (f|B_i| + |A_i|) |δ| at most: slips up to t away are safe.
     The unknown of the program is t + cap ≥ 0.
@@ -47,19 +47,18 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances) -> Safest
     slopes = np.linalg.norm(rows.stiffness[:, 0], axis=1) + np.linalg.norm(
         rows.stiffness[:, 1:], axis=(1, 2), ord=2
     )
-    gap_slopes = np.linalg.norm(rows.gaps.coefficients, axis=1)
-    c, g = rows.c + load_factor * rows.e, rows.gaps.g - load_factor * rows.gaps.d
+    other_slopes = np.linalg.norm(rows.half_spaces.coefficients, axis=1)
+    H = rows.half_spaces
+    c, g = rows.c + load_factor * rows.e, H.g - load_factor * H.d
     reach = np.abs(rows.c).max(axis=1) + np.abs(load_factor * rows.e).max(axis=1)
-    gap_reach = np.abs(rows.gaps.g) + np.abs(load_factor * rows.gaps.d)
-    steep, gap_steep = slopes[rows.node] > 0, gap_slopes > 0
-    distances = np.append(
-        reach[steep] / slopes[rows.node][steep], gap_reach[gap_steep] / gap_slopes[gap_steep]
-    )
+    other_reach = np.abs(H.g) + np.abs(load_factor * H.d)
+    steep, also = slopes[rows.node] > 0, other_slopes > 0
+    distances = np.append(reach[steep] / slopes[rows.node][steep], other_reach[also] / other_slopes[also])
     cap = 2.0 * float(distances.max(initial=0.0)) or 1.0
     down = np.zeros_like(c)
     down[:, 0] = -slopes[rows.node]
-    moved = replace(
-        rows, c=c - cap * down, e=down, gaps=replace(rows.gaps, g=g + cap * gap_slopes, d=gap_slopes)
-    )
+    held = replace(H, g=g + cap * other_slopes, d=other_slopes)
+    moved = replace(rows, c=c - cap * down, e=down, half_spaces=held)
     end = end_of(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap), tolerances)
-    return Safest(end.x, end.load_factor - cap, cap, end.carrying, end.accuracy > ACCURATE)
+    margin = end.load_factor - cap if end.optimal else -np.inf
+    return Safest(end.x, margin, cap, end.carrying, end.accuracy > ACCURATE)

@@ -1,6 +1,6 @@
 """Slips that are proved to be safe, with every rounding bounded (docs/space.md, U1)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import fsum, inf, nan
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.discs.disc_rows import DiscRows, triples
 from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
@@ -21,7 +22,7 @@ SPARE = 2.0  # more room than is needed at first
 
 @dataclass(frozen=True)
 class Loads:
-    """The loads of a problem as triples (f p, q_x, q_y), each to ``LOADS`` of its parts.
+    """The loads of a problem as triples (f p, q_x, q_y), to ``LOADS`` of its parts; f as in ``pressing``.
 
     Attributes
     ----------
@@ -38,9 +39,14 @@ class Loads:
     left: FloatArray
 
 
+def pressing(law: Law) -> Law:
+    """The law with f = 1 where there is no friction: f p is what must not be negative, of every node."""
+    return replace(law, f=np.where(law.f == 0, 1.0, law.f))
+
+
 def loads(problem: Problem) -> Loads:
     """The loads with means that are rounded once."""
-    loop, law = loading(problem), problem.law
+    loop, law = loading(problem), pressing(problem.law)
     parts = []
     for samples, mean, periodic in (
         (problem.q_w, problem.q_mean, loop.q1),
@@ -78,11 +84,11 @@ class Proof:
     kept: NDArray[np.intp]
 
     def room(self, x: FloatArray, load_factor: float, constant: float = 1.0) -> FloatArray:
-        """What f p − |q| certainly is, at least, at every load step (m, n) [force].
+        """What f p − |q| certainly is, at least, at every load step (m, n) [force]; p without friction.
 
         At a slip x (2n,) and constant · c + load_factor · e.
         """
-        law, held = self.problem.law, self.kept
+        law, held = pressing(self.problem.law), self.kept
         q = exact_products(self.problem.A[:, held], x[held])
         p = exact_products(self.problem.B[:, held], x[held])
         u = np.concatenate([law.limit(p)[:, None], law.layout.by_node(q)], axis=-1)
@@ -94,13 +100,20 @@ class Proof:
         if self.smooth.size:
             left += self._moved(s, left, load_factor)
         room = s[..., 0] - np.hypot(s[..., 1], s[..., 2]) - left.sum(axis=-1) * (1.0 + SUMS)
-        room[:, self.smooth] = inf
+        room[:, self.smooth] = (s[..., 0] - left[..., 0] * (1.0 + SUMS))[:, self.smooth]
+        room[:, self.weightless] = inf
         return np.asarray(room)
 
     @cached_property
     def smooth(self) -> NDArray[np.intp]:
         """The nodes that never have a limit above zero."""
         return np.unique(self.rows.node[self.rows.smooth])
+
+    @cached_property
+    def weightless(self) -> NDArray[np.bool_]:
+        """The nodes (n,) whose pressure, or f p, is zero whatever happens."""
+        loaded = self.loads.c[:, 0].astype(bool) | self.loads.e[..., 0].any(axis=0)
+        return np.asarray(~(loaded | self.problem.B.any(axis=1)))
 
     @cached_property
     def _smooth_slips(self) -> tuple[NDArray[np.intp], "Inverse"]:
@@ -119,7 +132,7 @@ class Proof:
             return np.full(s.shape[1:], inf)
         rest = (np.abs(s) + left)[:, self.smooth, 1:].max(axis=0)
         change = inverse.bound(rest.ravel())
-        law = self.problem.law
+        law = pressing(self.problem.law)
         of_limits, of_q = (
             law.limit(np.abs(self.problem.B[:, places]) @ change),
             np.abs(self.problem.A[:, places]) @ change,

@@ -12,6 +12,8 @@ from shakedown.ground.status import Status
 from shakedown.programs.interior.disc_program import DiscProgram
 from shakedown.programs.interior.self_dual import SelfDualEnd
 
+Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
+
 CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
 NOTHING = 1e-14  # of an unknown, in numbers near 1: it is round-off
 RANK = 64 * np.finfo(float).eps  # of a diagonal of the triangular factor, relative: less is no direction
@@ -50,7 +52,7 @@ class DiscEnd:
         Slips at the unknowns of programs, or their direction [length]; NaN where infeasible.
     load_factor
         λ, and along a direction 1; NaN where infeasible.
-    y : (j, 3), gap_y : (o,)
+    y : (j, 3), z : (o,)
         Multipliers of discs and half-spaces: Σ yᵀ s = 0 for all slips, with Σ yᵀ e = −1 of an optimum;
         of an infeasible program Σ yᵀ c = −1.
     accuracy
@@ -63,7 +65,7 @@ class DiscEnd:
     x: FloatArray
     load_factor: float
     y: FloatArray
-    gap_y: FloatArray
+    z: FloatArray
     accuracy: float
     scaled: "ScaledDiscs" = field(repr=False)
     end: SelfDualEnd = field(repr=False)
@@ -74,10 +76,12 @@ class DiscEnd:
         return self.status == Status.OPTIMAL
 
     @property
-    def carrying(self) -> NDArray[np.intp]:
-        """The discs that determine it: those with a multiplier, in numbers near 1."""
-        weights = self.scaled.program.parts(self.end.multipliers)[0][:, 0]
-        return np.flatnonzero(weights > CARRIES * weights.max(initial=0.0))
+    def carrying(self) -> Carrying:
+        """The discs and half-spaces that determine it: those with a multiplier, in numbers near 1."""
+        discs, others, _ = self.scaled.program.parts(self.end.multipliers)
+        weights, others = discs[:, 0], others[: len(self.z)]
+        least = CARRIES * max(weights.max(initial=0.0), others.max(initial=0.0))
+        return np.flatnonzero(weights > least), np.flatnonzero(others > least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +128,7 @@ class ScaledDiscs:
 
 def basis_of(rows: DiscRows) -> Basis:
     """Orthonormal columns for the slips that rows know, every node in units of its own stiffness."""
-    n, gaps = len(rows.stiffness), rows.gaps.coefficients
+    n, gaps = len(rows.stiffness), rows.half_spaces.coefficients
     sizes = np.append(np.linalg.norm(rows.stiffness, axis=(1, 2)), np.linalg.norm(gaps, axis=1))
     inverse = 1.0 / np.where(sizes > 0, sizes, 1.0)
     each = np.append(np.repeat(inverse[:n], 3), inverse[n:])
@@ -152,13 +156,13 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
     n, K = len(rows.stiffness), basis.Q.shape[1]
     Q = basis.Q[: 3 * n].reshape(n, 3, K)
     lengths = np.append(np.linalg.norm(Q, axis=(1, 2)), np.linalg.norm(basis.Q[3 * n :], axis=1))
-    loads = np.append(_largest(rows), np.maximum(np.abs(rows.gaps.g), np.abs(rows.gaps.d)))
+    loads = np.append(_largest(rows), np.maximum(np.abs(rows.half_spaces.g), np.abs(rows.half_spaces.d)))
     first = 1.0 / np.where(basis.sizes > 0, basis.sizes, 1.0)
     second = 1.0 / np.where(lengths > 0, lengths, np.where(loads > 0, loads * first, 1.0))
     weights = first * second
     w = weights[:n][rows.node][:, None]
     C, E = rows.c * w, rows.e * w
-    gap_c, gap_e = rows.gaps.g * weights[n:], rows.gaps.d * weights[n:]
+    gap_c, gap_e = rows.half_spaces.g * weights[n:], rows.half_spaces.d * weights[n:]
     unit = _median(np.append(np.linalg.norm(C, axis=1), np.abs(gap_c)))
     if unit == 0.0:
         unit = _median(np.append(np.linalg.norm(E, axis=1), np.abs(gap_e))) or 1.0
@@ -179,15 +183,15 @@ def scaled_discs(rows: DiscRows, basis: Basis, towards: float, cap: float = np.i
 
 def in_units(scaled: ScaledDiscs, end: SelfDualEnd) -> DiscEnd:
     """What the interior points found, in the units of the joint."""
-    y, gap_y = scaled.multipliers(end.multipliers)
+    y, z = scaled.multipliers(end.multipliers)
     x, load_factor = scaled.slips(end.x), float(end.x[-1] * scaled.load_unit)
     if end.status == Status.UNBOUNDED:  # per load factor
         x, load_factor = x / load_factor, 1.0
     if end.status == Status.INFEASIBLE:
         x, load_factor = np.full(len(x), np.nan), np.nan
-        size = -float(np.vdot(y, scaled.rows.c) + gap_y @ scaled.rows.gaps.g)
-        y, gap_y = y / size, gap_y / size
-    return DiscEnd(end.status, x, load_factor, y, gap_y, end.accuracy, scaled, end)
+        size = -float(np.vdot(y, scaled.rows.c) + z @ scaled.rows.half_spaces.g)
+        y, z = y / size, z / size
+    return DiscEnd(end.status, x, load_factor, y, z, end.accuracy, scaled, end)
 
 
 def _largest(rows: DiscRows) -> FloatArray:

@@ -56,9 +56,9 @@ def wishes(
 
     Without a safe slip (an empty x) a node is at its apex where its multipliers point inside the cone.
     """
-    y, gap_y = multipliers[: 3 * len(rows.c)].reshape(-1, 3), multipliers[3 * len(rows.c) :]
-    of_gaps = gap_y * np.maximum(np.abs(rows.gaps.G).max(axis=1, initial=0.0), np.abs(rows.gaps.d))
-    wish = {int(rows.gaps.node[k]): float(of_gaps[k]) for k in np.flatnonzero(of_gaps > 0)}
+    y, z = multipliers[: 3 * len(rows.c)].reshape(-1, 3), multipliers[3 * len(rows.c) :]
+    of_gaps = z * np.maximum(np.abs(rows.half_spaces.G).max(axis=1, initial=0.0), np.abs(rows.half_spaces.d))
+    wish = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in np.flatnonzero(of_gaps > 0)}
     sizes = np.abs(rows.stiffness).max(axis=(1, 2))
     shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
     if x.size:

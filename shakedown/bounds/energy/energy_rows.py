@@ -33,7 +33,7 @@ class EnergyRows:
     spread : (k,)
         s, coefficients of the radius in units of ``metric.unit`` [force/length].
     node, side : (k,)
-        Node and side (±1, or :data:`GAP` of an open node) of every row.
+        Node and side of every row (:class:`~shakedown.joint.constraints.Constraints`).
     metric
         The energy norm.
     rigid
@@ -107,7 +107,9 @@ def _known_rows(problem: Problem) -> dict[tuple[bool, Tolerances], EnergyRows]:
 def _rows(problem: Problem, transient: bool, tolerances: Tolerances) -> EnergyRows:
     rows = through_transient(problem) if transient else constraints(problem)
     metric = energy_metric(problem.A, problem.B, rows.rigid, tolerances=tolerances)
-    spread = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
+    of_limits = spreads(problem.A, problem.B, problem.f, metric, tolerances=tolerances).ravel()
+    B, sizes = problem.B[problem.law.smooth], metric.sizes[problem.law.smooth]
+    spread = np.append(of_limits, metric.relative_dual_norms(B, sizes, tolerances, rigid=False))
     spread = np.tile(spread, len(rows.g) // len(spread))
     terms = problem.law.stiffness_terms(problem.A, problem.B)
     G = cleaned(rows.G, np.tile(terms, (len(rows.g) // len(terms), 1)))

@@ -475,10 +475,10 @@ def pass_on(sl: Sliding, rec: CurveRecord, h: float, error: float) -> None:
         if sl.free[k] == 1:
             sl.u[k] = sl.out[k]
     for i in range(n):
-        if sl.contact[i] == OPEN:
-            sl.opened[i] = 1
-        else:
+        if sl.contact[i] != OPEN:
             sl.closed[i] = 1
+        elif sl.u[2 * n + i] > sl.length:  # not where the pressure but touches zero
+            sl.opened[i] = 1
     sl.time += h
     sl.error += error
     sign(sl)

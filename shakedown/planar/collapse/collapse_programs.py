@@ -39,7 +39,7 @@ def _unloads(rows: Constraints) -> bool:
     """Whether the slip that takes all tangential reactions off the mean load is safe."""
     if rows.pinned:
         return False
-    G, g = by_side(rows.G), by_side(rows.g)
+    G, g = by_side(rows.G[rows.sided]), by_side(rows.g[rows.sided])
     pull = 0.5 * (g[:, 1] - g[:, 0])
     try:
         slip: FloatArray = np.asarray(np.linalg.solve(0.5 * (G[:, 0] - G[:, 1]), -pull), dtype=float)
@@ -105,9 +105,11 @@ def collapse_limits(rows: Constraints) -> CollapseLimits:
     """
     n = rows.n
     limits = CollapseLimits(np.zeros(n), np.zeros((n, n + 1), dtype=np.intp), np.zeros(n, dtype=bool))
-    backward, forward = by_side(rows.G)[:, 0], -by_side(rows.G)[:, 1]
+    G = by_side(rows.G[rows.sided])
+    backward, forward = G[:, 0], -G[:, 1]
     stiffness = 0.5 * np.diagonal(backward + forward)
-    if rows.pinned or not np.all(stiffness > 0):  # where a body floats some nodes have no row in the vertex
+    # Where a body floats some nodes have no row in the vertex; a node without friction is at both its limits.
+    if rows.pinned or not (np.all(stiffness > 0) and rows.sided.all()):
         return limits
     size = np.array([power_of_two(float(root)) for root in np.sqrt(stiffness)])
     A, fB = (part / size / size[:, None] for part in (0.5 * (backward + forward), 0.5 * (forward - backward)))
@@ -197,7 +199,7 @@ def _value(outcome: Solution) -> float:
 def collapse_excess(rows: Constraints, node: int, x: FloatArray) -> float:
     """Largest relative violation of the rows, those of the collapsing node reversed."""
     excess = rows.relative_excess(x[:-1], float(x[-1]))
-    return float(np.where(rows.node == node, -excess, excess).max())
+    return float(np.where(rows.limits_of(node), -excess, excess).max())
 
 
 def collapse_in_box(

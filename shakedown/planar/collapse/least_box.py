@@ -44,10 +44,11 @@ class BoxMap:
     def __init__(self, problem: Problem, *, transient: bool) -> None:
         self.problem, self.n = problem, problem.n
         self.rows: Constraints = constraints(problem)
-        every = np.arange(len(self.rows.g))
-        self._own = np.abs(self.rows.G[every, self.rows.node])
-        others = self.rows.G / self._own[:, None]
-        others[every, self.rows.node] = 0.0
+        every = np.arange(2 * self.n)
+        G, node = self.rows.G[every], self.rows.node[every]
+        self._own = np.abs(G[every, node])
+        others = G / self._own[:, None]
+        others[every, node] = 0.0
         self._others = by_side(others)
         sides = _forward_first(others)  # of high by forward, of low by backward limits
         self._K = np.hstack([np.maximum(sides, 0.0), np.maximum(-sides, 0.0)])
@@ -57,7 +58,8 @@ class BoxMap:
 
     def _transient_limits(self) -> FloatArray:
         path = self.problem.layout.split(transient_path(self.problem))
-        return self._in_sides(self.problem.law.against(*path), axis=0)
+        against = self.problem.law.against(*path)[:, : len(self._own)]
+        return self._in_sides(against, axis=0)
 
     def _in_sides(self, excess: FloatArray, axis: int | None = None) -> FloatArray:
         """Excess of rows at slip zero as c, forward limits first."""
@@ -71,7 +73,7 @@ class BoxMap:
         z = max(z₀, c + K z): a linear system in the sides that have been moved. More of them move from
         one step to the next, never fewer, so that it ends after 2n steps at the latest.
         """
-        excess = load_factor * np.maximum(self.rows.d, 0.0) - self.rows.g
+        excess = (load_factor * np.maximum(self.rows.d, 0.0) - self.rows.g)[: len(self._own)]
         c = np.maximum(self._in_sides(excess), self._before)
         z0 = np.concatenate([start, -start])
         z, moved = z0, np.zeros(len(z0), dtype=bool)
@@ -94,7 +96,7 @@ class BoxMap:
 
         Whatever limits the other nodes have: so in the box the node collapses no earlier.
         """
-        slope, room = (by_side(x / self._own) for x in (self.rows.d, self.rows.g))
+        slope, room = (by_side(x[: len(self._own)] / self._own) for x in (self.rows.d, self.rows.g))
         slope, room = slope[:, 0] + slope[:, 1], room[:, 0] + room[:, 1]
         room = room + box.least(-(self._others[:, 0] + self._others[:, 1]))
         rising = slope > 0

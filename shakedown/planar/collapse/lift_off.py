@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import constraints, rows_of, step_loads
+from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.planar.collapse.least_box import Box
@@ -97,12 +97,13 @@ def _first_lift_off(
             tolerances=tolerances,
         )
     )
-    first, free = inf, np.full(2, INF)
+    first = inf
     for node in nodes.tolist():
-        pair = rows_of(node)
-        program.set_rows(pair, rows.g[pair], free)
+        own = np.flatnonzero(rows.node == node)
+        free = np.full(len(own), INF)
+        program.set_rows(own, rows.g[own], free)
         found = program.solve()
-        program.set_rows(pair, -free, rows.g[pair])
+        program.set_rows(own, -free, rows.g[own])
         if found.optimal:
             first = min(first, float(found.x[rows.n :].sum()))
     return first

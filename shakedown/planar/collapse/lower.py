@@ -65,7 +65,7 @@ class LowerBound(Result):
         known, inf where it never collapses, NaN where infeasible.
     active
         (node, side) of the rows that determine the witness.
-    multipliers : (2n,)
+    multipliers : (r,)
         y, ≥ 0 in the rows of ``node`` and ≤ 0 in the others, that prove the value:
         yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.
     residual
@@ -144,7 +144,7 @@ class LowerBound(Result):
     @property
     def reason(self) -> str:
         """The status of the guarantee, and why λ_1 is 0 where it is, in words."""
-        why = self._why()
+        why = self.why()
         return f"{why}; {self.proof.reason}" if why else self.proof.reason
 
     @property
@@ -165,8 +165,8 @@ class LowerBound(Result):
         """
         return self.proof.lift_off_bound
 
-    def _why(self) -> str:
-        """Why there is no node that collapses, or why it does at the mean load."""
+    def why(self) -> str:
+        """Why there is no node that collapses, or why it does at the mean load; empty elsewhere."""
         if self.status == Status.UNBOUNDED:
             return "no node ever collapses"
         if self.status == Status.OPTIMAL and self.node < 0:
@@ -268,7 +268,7 @@ def _collapse(
     if isinstance(found, Certificate):
         x = significant(rows, found.slip, found.load_factor, tolerances)
         x[-1] = found.load_factor
-        y = np.where(rows.node == node, 1.0, -1.0) * found.multipliers
+        y = np.where(rows.limits_of(node), 1.0, -1.0) * found.multipliers
         active, certified = np.array(found.rows, dtype=np.intp), (found.low, found.high)
     else:
         x = np.append(rows.slips(outcome.x[:-1]), outcome.x[-1])

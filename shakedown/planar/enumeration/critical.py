@@ -87,8 +87,8 @@ class CriticalLoadFactors(Result):
 
 
 @checked
-def subset_count(n: int) -> int:
-    """Number of (n+1)-subsets of 2n rows.
+def subset_count(n: int, smooth: int = 0) -> int:
+    """Number of (n+1)-subsets of 2n rows, and of one more for each of so many nodes without friction.
 
     Examples
     --------
@@ -97,7 +97,9 @@ def subset_count(n: int) -> int:
     """
     if not 0 <= n <= MOST_NODES:
         raise UsageError(f"n: expected a number of nodes from 0 to {MOST_NODES:,}, found {n}")
-    return comb(2 * n, n + 1)
+    if not 0 <= smooth <= n:
+        raise UsageError(f"smooth: expected a number from 0 to {n:,}, found {smooth}")
+    return comb(2 * n + smooth, n + 1)
 
 
 @checked
@@ -144,7 +146,7 @@ def critical_load_factors(
     require_plane("critical load factors", problem, NO_SUBSETS)
     _check_threads(threads)
     rows = constraints(problem)
-    total = subset_count(rows.n)
+    total = _count(rows)
     if not isinstance(budget, int):
         raise UsageError(f"budget: expected a whole number, found {budget!r}")
     _check_budget(rows, total, budget)
@@ -216,7 +218,8 @@ def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Toleranc
 
     scaled, best = scaled_rows(rows), NONE
     for node in range(rows.n):
-        order = np.roll(np.arange(2 * rows.n), -2 * node)  # the pair first, then the other nodes
+        order = np.arange(len(rows.g))
+        order[: 2 * rows.n] = np.roll(order[: 2 * rows.n], -2 * node)  # the pair first, then the other nodes
         turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
         tree = Tree(turned, one_pair=True, feasible_below=best[0], tolerances=tolerances)
         for piece in pieces(tree, threads):
@@ -238,8 +241,8 @@ def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Pi
     """All subsets: a few by batches, many by the compiled tree."""
     cut, feasible_below, tolerances = wanted
     scaled = scaled_rows(rows)
-    if subset_count(rows.n) <= SMALL:
-        candidates = combinations(range(2 * rows.n), rows.n + 1)
+    if _count(rows) <= SMALL:
+        candidates = combinations(range(len(rows.g)), rows.n + 1)
         for chunk in in_batches(candidates):
             yield batch_piece(solve_subsets(np.array(chunk), scaled, tolerances), cut, LISTED)
         return
@@ -252,7 +255,7 @@ def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Pi
 def _report(problem: Problem, rows: Constraints, found: Piece, values: bool) -> CriticalLoadFactors:
     listed = sorted(found.degenerate_rows)[:LISTED]
     return CriticalLoadFactors(
-        total=subset_count(rows.n),
+        total=_count(rows),
         regular=found.regular,
         degenerate=found.degenerate,
         degenerate_rows=tuple(rows_named(rows, np.array(subset)) for subset in listed),
@@ -279,6 +282,10 @@ def _check_threads(threads: int | None) -> None:
         check_count("threads", threads)
 
 
+def _count(rows: Constraints) -> int:
+    return subset_count(rows.n, len(rows.g) - 2 * rows.n)
+
+
 def _check_budget(rows: Constraints, total: int, budget: int) -> None:
     """Refuse more subsets than the budget, with the time that a sample lets one expect."""
     if total <= budget:
@@ -297,7 +304,7 @@ def _time_each(rows: Constraints, total: int) -> float:
     """Seconds per subset, from a sample."""
     scaled = scaled_rows(rows)
     if total <= SMALL:
-        subsets = np.array(list(islice(combinations(range(2 * rows.n), rows.n + 1), BATCH)))
+        subsets = np.array(list(islice(combinations(range(len(rows.g)), rows.n + 1), BATCH)))
         start = perf_counter()
         solve_subsets(subsets, scaled, DEFAULT)
         return (perf_counter() - start) / len(subsets)

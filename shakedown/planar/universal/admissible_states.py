@@ -25,14 +25,15 @@ class AdmissibleStates:
 
     Attributes
     ----------
-    G : (2n, n)
+    G : (r, n)
         Coefficients of the slip [force/length], row 2i the backward and row 2i + 1 the
-        forward limit of node i; zero for pinned nodes, whose slips are zero.
-    g : (2n,)
+        forward limit of node i; zero for pinned nodes, whose slips are zero. The r − 2n pressures of nodes
+        without friction follow.
+    g : (r,)
         Distance of the mean load from the limits [force].
-    loads : (2n, k)
+    loads : (r, k)
         S: what each different load step of the loop takes from g at load factor 1 [force].
-    extreme : (2n,)
+    extreme : (r,)
         The column of S in which each row is extreme.
     """
 
@@ -54,7 +55,7 @@ class AdmissibleStates:
 
 
 class Extreme(NamedTuple):
-    """The least value of a linear function of the slip, and the multipliers of the 2n limits that prove it.
+    """The least value of a linear function of the slip, and the multipliers of the limits that prove it.
 
     The value is inf where there is no state, −inf where it is unbounded; the multipliers are NaN there.
     """
@@ -168,23 +169,23 @@ def first_overlap(
     being admissible, forward row active at the first, backward row at the second, and
     direction · (v' − v'') ≥ 0. Returns (λ, v', v''); λ is inf where there is no such pair.
     """
-    n, k = states.n, states.loads.shape[1]
+    n, (r, k) = states.n, states.loads.shape
     force, length = states.units
     half, g = np.column_stack([states.G * length, states.loads]) / force, states.g / force
-    share, zero = np.append(np.zeros(n), np.ones(k)), np.zeros((2 * n, n + k))
+    share, zero = np.append(np.zeros(n), np.ones(k)), np.zeros((r, n + k))
     swing = np.append(direction / power_of_two(np.abs(direction).max()), np.zeros(k))
     matrix = np.block(
         [
-            [half, zero, np.zeros((2 * n, 1))],
-            [zero, half, np.zeros((2 * n, 1))],
+            [half, zero, np.zeros((r, 1))],
+            [zero, half, np.zeros((r, 1))],
             [share, 0 * share, -np.ones(1)],
             [0 * share, share, -np.ones(1)],
             [swing, -swing, np.zeros(1)],
         ]
     )
-    left = np.append(np.full(4 * n + 2, -INF), 0.0)
-    left[2 * node + 1], left[2 * n + 2 * node] = g[2 * node + 1], g[2 * node]
-    left[4 * n : 4 * n + 2] = 0.0  # Σ α = λ
+    left = np.append(np.full(2 * r + 2, -INF), 0.0)
+    left[2 * node + 1], left[r + 2 * node] = g[2 * node + 1], g[2 * node]
+    left[2 * r : 2 * r + 2] = 0.0  # Σ α = λ
     least = np.append(np.full(n, -INF), np.zeros(k))
     program = Program(
         matrix,

@@ -81,7 +81,7 @@ class ExactStates:
     def line(self, row: int, sign: int, multipliers: FloatArray) -> Line | None:
         """A line in λ above sign · (A v)_i over the states with one row of node i active."""
         node = row // 2
-        rows = limits_used(multipliers)
+        rows = limits_used(multipliers, self.n)
         rows[node] = row
         y = self._balancing(rows, sign * self.A[node], multipliers[rows])
         if y is None:

@@ -31,14 +31,14 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
 
     Returns
     -------
-    (n, 2, 2n)
-        By node and by side, forward first; NaN where neither iteration ends.
+    (n, 2, r)
+        By node and by side, forward first; of the rows of all limits; NaN where neither iteration ends.
 
     Examples
     --------
     >>> import shakedown
     >>> Y = limit_multipliers(shakedown.example("three-node"))
-    >>> Y[1, 0].round(6), limits_used(Y[1, 0])
+    >>> Y[1, 0].round(6), limits_used(Y[1, 0], 3)
     (array([ 0.,  0.,  0., -1.,  0.,  0.]), array([0, 3, 4]))
     """
     n = problem.n
@@ -61,7 +61,8 @@ def limit_multipliers(problem: Problem, tolerances: Tolerances = DEFAULT) -> Flo
         nodes = np.arange(n)
         found[nodes, side, nodes, other] = np.where(np.isfinite(own), 0.0, np.nan)
         found[nodes, side, nodes, active] = -sign * own
-    return found.reshape(n, 2, -1)
+    pressures = np.zeros((n, 2, len(problem.law.smooth)))  # not used: what the limits give is a bound
+    return np.concatenate([found.reshape(n, 2, -1), pressures], axis=2)
 
 
 def _iterated(influence: FloatArray, sign: float) -> FloatArray:
@@ -113,8 +114,8 @@ def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(matrix[asked], right[asked], rcond=None)[0])
 
 
-def limits_used(multipliers: FloatArray) -> NDArray[np.intp]:
-    """The row of each node that carries its multiplier (…, n); the backward one where none does."""
-    pairs = multipliers.reshape(*multipliers.shape[:-1], -1, 2)
+def limits_used(multipliers: FloatArray, n: int) -> NDArray[np.intp]:
+    """The limit of each of n nodes that carries its multiplier (…, n); the backward one where none does."""
+    pairs = multipliers[..., : 2 * n].reshape(*multipliers.shape[:-1], -1, 2)
     backward = rows_of(np.arange(pairs.shape[-2]))[..., 0]
     return np.asarray(backward + (pairs[..., 1] != 0.0))

@@ -59,7 +59,7 @@ def meeting_states(
     pair: list[FloatArray] = []
     backward, forward = rows_of(node)
     for side, active in enumerate((forward, backward)):
-        rows = limits_used(lines.multipliers[node, side])
+        rows = limits_used(lines.multipliers[node, side], states.n)
         rows[node] = active
         room = states.g - load_factor * states.loads[:, lines.steps[node, side]]
         try:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import constraints, step_loads
+from shakedown.joint.constraints import CONE, constraints, step_loads
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import way_to_limits
@@ -37,8 +37,10 @@ def _within_discs(
     law, (q_w, p_w) = problem.law, _first_load(problem, load_factor)
     terms = law.size(np.abs(slips) @ np.abs(problem.A).T + np.abs(q_w))
     terms += law.limit(np.abs(slips) @ np.abs(problem.B).T + np.abs(p_w))
-    excess = law.excess(slips @ problem.A.T + q_w, slips @ problem.B.T + p_w)
-    return np.asarray((excess <= tolerances.feasibility * terms).all(axis=1))
+    p = slips @ problem.B.T + p_w
+    excess = law.excess(slips @ problem.A.T + q_w, p)
+    pressed = p >= -tolerances.feasibility * (np.abs(slips) @ np.abs(problem.B).T + np.abs(p_w))
+    return np.asarray((pressed & (excess <= tolerances.feasibility * terms)).all(axis=1))
 
 
 def _first_load(problem: Problem, load_factor: float) -> tuple[FloatArray, FloatArray]:
@@ -119,6 +121,7 @@ class AttackingStates:
             [np.eye(size), -np.eye(size), self.generator.normal(size=(DIRECTIONS * size, size))]
         )
         directions = self._size(load_factor) * self.generator.permutation(directions)[:most]
-        law = problem.law
-        way = way_to_limits(law.stiffness(problem.A, problem.B), law.cone(q_w, p_w), inside[0], directions)
+        law, discs = problem.law, slice(CONE * problem.n)
+        G, room = law.stiffness(problem.A, problem.B)[discs], law.cone(q_w, p_w)[discs]
+        way = way_to_limits(G, room, inside[0], directions)
         return np.asarray(inside[0] + np.minimum(way, FARTHEST)[:, None] * directions)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.constraints import constraints
+from shakedown.joint.constraints import CONE, DISC, constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
 from shakedown.programs.cone_rays import way_to_limits
@@ -106,12 +106,12 @@ def _of_discs(chosen: Sampling) -> SlipPlane:
     """The plane with two tangential directions: outlines as far as they go round the centre."""
     problem, pair = chosen.problem, chosen.coordinates
     rows = constraints(problem)
-    room = rows.g - chosen.load_factor * rows.d
-    every = problem.law.stiffness(problem.A, problem.B)
-    at_first = first_room(problem, chosen.load_factor)
+    room, discs = rows.g - chosen.load_factor * rows.d, rows.side == DISC
+    every = problem.law.stiffness(problem.A, problem.B)[: CONE * problem.n]
+    at_first = first_room(problem, chosen.load_factor)[: CONE * problem.n]
     return SlipPlane(
         coordinates=pair,
-        safe=_about(chosen, rows.G, room),
+        safe=_about(chosen, rows.G[discs], room[discs]),
         admissible=_about(chosen, every, at_first),
         ball=_section(chosen),
         apexes=np.full((2, 2), np.nan),
@@ -133,7 +133,7 @@ def _about(chosen: Sampling, G: FloatArray, room: FloatArray) -> FloatArray:
 
 
 def first_room(problem: Problem, load_factor: float) -> FloatArray:
-    """Right-hand sides of the rows G v ≤ … at the first load step of the motion, ((d + 1) n,) [force]."""
+    """Right-hand sides of the rows G v ≤ … at the first load step of the motion, (r,) [force]."""
     return problem.law.cone(*problem.layout.split(first_load(problem, load_factor)))
 
 
@@ -152,9 +152,11 @@ def admissible(
         law, split = problem.law, problem.layout.split
         q_w, p_w = split(first_load(problem, load_factor))
         size = np.abs(slips) @ np.abs(problem.A).T
-        own = law.size(np.abs(q_w) + size) + law.limit(np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T)
-        excess = law.excess(q_w + slips @ problem.A.T, p_w + slips @ problem.B.T)
-        return np.asarray((excess <= tolerances.feasibility * own).all(axis=1))
+        p, terms = p_w + slips @ problem.B.T, np.abs(p_w) + np.abs(slips) @ np.abs(problem.B).T
+        own = law.size(np.abs(q_w) + size) + law.limit(terms)
+        excess = law.excess(q_w + slips @ problem.A.T, p)
+        pressed = p >= -tolerances.feasibility * terms
+        return np.asarray((pressed & (excess <= tolerances.feasibility * own)).all(axis=1))
     rows, room = constraints(problem), first_room(problem, load_factor)
     size = np.abs(slips) @ np.abs(rows.G).T + np.abs(room)
     return np.asarray((slips @ rows.G.T - room <= tolerances.feasibility * size).all(axis=1))
@@ -188,7 +190,7 @@ def _of_two_nodes(
     limit = rows.g - load_factor * rows.d
     apexes, beyond = [], []
     for node in (0, 1):
-        own = rows.node == node
+        own = rows.limits_of(node)
         pair = rows.G[own]
         parallel = abs(np.linalg.det(pair)) <= tolerances.degeneracy * np.prod(np.linalg.norm(pair, axis=1))
         apex = np.full(2, np.nan) if parallel else np.linalg.solve(pair, limit[own])

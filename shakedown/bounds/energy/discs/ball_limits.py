@@ -171,20 +171,20 @@ def _of_closed(problem: Problem, transient: bool, tolerances: Tolerances) -> Dis
         nothing = np.zeros((1, 2 * n))
         metric = replace(metric, root=nothing, inverse=nothing.T)
     node, step = _extreme_steps(law, loop.q1, loop.p1)
-    d = law.against(loop.q1, loop.p1).reshape(-1, n, CONE)[step, node]
-    g = law.cone(loop.q0, loop.p0).reshape(n, CONE)[node]
+    d = law.of_nodes(law.against(loop.q1, loop.p1))[step, node]
+    g = law.of_nodes(law.cone(loop.q0, loop.p0))[node]
     before = transient_path(problem)
     if transient and len(before):
         parts = problem.layout.split(before)
         early, when = _extreme_steps(law, *parts)
-        g = np.vstack([g, law.cone(*parts).reshape(-1, n, CONE)[when, early]])
+        g = np.vstack([g, law.of_nodes(law.cone(*parts))[when, early]])
         d = np.vstack([d, np.zeros((len(early), CONE))])
         node, step = np.append(node, early), np.append(step, when - len(before))
     order = np.argsort(node, kind="stable")
     own, least, stiffness = _own_parts(problem, metric, tolerances)
     none = np.zeros(0)
     return DiscLimits(
-        G=law.stiffness(problem.A, problem.B).reshape(n, CONE, -1),
+        G=np.moveaxis(law.of_nodes(law.stiffness(problem.A, problem.B).T), 0, -1),
         node=node[order],
         step=step[order],
         d=d[order],

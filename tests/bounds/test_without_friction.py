@@ -1,0 +1,124 @@
+"""Nodes without friction: |q| <= f p says nothing of their pressure, which has a row of its own."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import shakedown
+from shakedown import Outcome, Problem, Status
+from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
+from shakedown.joint.constraints import PRESSURE, constraints
+from shakedown.joint.loading import loading
+from shakedown.planar.collapse.lift_off import lift_off_bound
+
+
+def two_nodes(d: int, *, swing: float = 1.0) -> Problem:
+    """f = (0.5, 0); the pressure of the second swings by so much about 1, the first allows λ = 10."""
+    t = np.array([0.0, 1.0, 0.0, -1.0])
+    q_w, p_w = np.zeros((4, 2 * d)), np.ones((4, 2))
+    q_w[:, 0], p_w[:, 1] = 0.05 * t, 1.0 + swing * t
+    return Problem(
+        A=2.0 * np.eye(2 * d), B=np.zeros((2, 2 * d)), C=3.0 * np.eye(2), f=[0.5, 0.0], q_w=q_w, p_w=p_w
+    )
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_a_node_without_friction_may_not_pull(d):
+    joint = two_nodes(d)
+    upper = shakedown.upper_bound(joint)
+    low, high = upper.certified
+    assert low <= upper.load_factor <= high
+    assert (low, high) == (pytest.approx(1.0, rel=1e-12), pytest.approx(1.0, rel=1e-12))
+    assert [node for node, _ in upper.active] == [1]
+    assert upper.multipliers @ constraints(joint).g == pytest.approx(1.0)
+    assert conic_upper_bound(joint).load_factor == pytest.approx(1.0, rel=1e-8)
+    assert shakedown.safe_slip(joint, 3.0).status == Status.INFEASIBLE
+    assert shakedown.safe_slip(joint, 0.9).residual <= 0.0
+    assert shakedown.energy_bound(joint).status == Status.INFEASIBLE
+    assert shakedown.universal_bound(joint).load_factor <= 1.0
+
+
+@pytest.mark.parametrize("d", [1, 2])
+@pytest.mark.parametrize(
+    ("swing", "outcome"), [(0.9, "shakedown"), (1.0, "shakedown"), (1.001, "separation"), (3.0, "separation")]
+)
+def test_the_motion_agrees_in_the_plane_and_in_space(d, swing, outcome):
+    assert shakedown.assess(two_nodes(d, swing=swing)).as_given == Outcome(outcome)
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_without_a_closed_state_there_is_no_bound(d):
+    joint = two_nodes(d)
+    pulled = Problem(A=joint.A, B=joint.B, C=joint.C, f=joint.f, q_w=joint.q_w, p_w=joint.p_w - [0.0, 1.5])
+    upper = shakedown.upper_bound(pulled, open_nodes=())
+    assert (upper.status, upper.exact) == (Status.INFEASIBLE, True)
+    if d == 1:
+        assert shakedown.lower_bound(pulled, certify=True).status == Status.INFEASIBLE
+        assert conic_lower_bound(pulled).status == Status.INFEASIBLE
+    assert shakedown.universal_bound(pulled).status == Status.INFEASIBLE
+
+
+def drawn(seed: int) -> Problem:
+    """A joint in the plane of which some nodes have no friction, and a constant tangential load."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 6))
+    root = rng.normal(size=(2 * n, 2 * n))
+    kappa, f = root @ root.T + 0.3 * np.eye(2 * n), rng.choice([0.0, 0.3, 0.7], n)
+    q_w, p_w = rng.normal(size=(6, n)), 2.0 + rng.choice([0.3, 1.0]) * rng.normal(size=(6, n))
+    q_w[:, f == 0.0] = q_w[0, f == 0.0] * rng.choice([0.0, 1.0])
+    return Problem(
+        A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=f, q_w=q_w, p_w=p_w - rng.choice([0.0, 1.5])
+    )
+
+
+def in_space(plane: Problem) -> Problem:
+    """The same joint with a second direction that nothing loads and nothing couples."""
+    n, one, zero = plane.n, np.zeros((2, 2 * plane.n, plane.n)), np.arange(plane.n)
+    one[0, 2 * zero, zero] = one[1, 2 * zero + 1, zero] = 1.0
+    x, y = one
+    return Problem(
+        A=x @ plane.A @ x.T + y @ plane.A @ y.T, B=plane.B @ x.T, C=plane.C, f=plane.f,
+        q_w=plane.q_w @ x.T, p_w=plane.p_w, name=f"{n} nodes",
+    )  # fmt: skip
+
+
+def by_every_row(joint: Problem) -> float:
+    """λ_max of |q| <= f p and p >= 0 at every node and load step; NaN without, inf without end."""
+    loop, n, f = loading(joint), joint.n, joint.f
+    rows, right = [], []
+    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
+        rows += [np.column_stack([s * joint.A - f[:, None] * joint.B, s * q1 - f * p1]) for s in (1.0, -1.0)]
+        right += [f * loop.p0 - s * loop.q0 for s in (1.0, -1.0)]
+        rows.append(np.column_stack([-joint.B, -p1]))
+        right.append(loop.p0)
+    cost, bounds = np.append(np.zeros(n), -1.0), [(None, None)] * n + [(0.0, None)]
+    end = linprog(cost, np.vstack(rows), np.concatenate(right), bounds=bounds, method="highs")
+    return {0: -end.fun if end.status == 0 else 0.0, 2: np.nan, 3: np.inf}[end.status]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_road_knows_the_pressures(seed):
+    joint = drawn(seed)
+    known = by_every_row(joint)
+    for each in (joint, in_space(joint)):
+        upper = shakedown.upper_bound(each)
+        assert upper.load_factor == pytest.approx(known, rel=1e-8, abs=1e-9, nan_ok=True)
+        assert upper.exact
+        assert conic_upper_bound(each).load_factor == pytest.approx(known, rel=1e-6, abs=1e-9, nan_ok=True)
+        if 0.0 < known < np.inf:
+            slip = shakedown.safe_slip(each, 0.7 * known).slip
+            q, p = loading(each).at(0.7 * known)
+            assert (p + each.B @ slip).min() >= -1e-9
+            assert each.law.excess(q + each.A @ slip, p + each.B @ slip).max() <= 1e-9
+    assert np.isnan(shakedown.lower_bound(joint, certify=True).load_factor) == np.isnan(known)
+
+
+def test_the_rows_of_pressures_follow_those_of_friction():
+    joint = two_nodes(1)
+    rows = constraints(joint)
+    assert (rows.side[-1], rows.node[-1], rows.step[-1]) == (PRESSURE, 1, 3)
+    assert (rows.g[-1], rows.d[-1]) == (1.0, 1.0)
+    assert lift_off_bound(joint) == pytest.approx(1.0)
+    found = shakedown.critical_load_factors(joint, values=True)
+    assert found.total == shakedown.subset_count(2, 1) == 10
+    assert found.smallest_feasible.load_factor == pytest.approx(1.0)
