@@ -121,6 +121,8 @@ class _Writer(pickle.Pickler):
             return array_of, (thing.dtype.str, thing.shape, by_columns, content)
         if isinstance(thing, np.generic) and not thing.dtype.hasobject:
             return number_of, (thing.dtype.str, thing.tobytes())
+        if isinstance(thing, Enum):  # by its value: Python 3.11 up to 3.11.3 would have getattr find the name
+            return type(thing), (thing.value,)
         if is_dataclass(thing) and not isinstance(thing, type):
             return copyreg.__newobj__, (type(thing),), _fields_of(thing)  # type: ignore[attr-defined]
         return NotImplemented

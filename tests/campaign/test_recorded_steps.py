@@ -217,6 +217,15 @@ def test_a_result_comes_back_as_it_was():
     assert str(again[2:]) == str(things[2:])
 
 
+def test_members_of_enumerations_come_back_however_this_python_pickles_them(monkeypatch):
+    by_name = lambda member, _: (getattr, (type(member), member.name))  # noqa: E731  # as Python 3.11.2 does
+    monkeypatch.setattr(shakedown.Outcome, "__reduce_ex__", by_name)
+    found = restored(stored({shakedown.Outcome.SHAKEDOWN: shakedown.Status.OPTIMAL}, JOINT), JOINT)
+    ((outcome, status),) = found.items()
+    assert outcome is shakedown.Outcome.SHAKEDOWN
+    assert status is shakedown.Status.OPTIMAL
+
+
 @pytest.mark.parametrize(
     "called", [print, pickle.loads, np.save, shakedown.save_problem, JOINT.fingerprint.format]
 )

@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import termios
 import time
 import zipfile
 
@@ -84,7 +85,7 @@ def on_a_terminal(columns, *words):
     """What the command writes to a terminal of that width."""
     main, side = pty.openpty()
     environment = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")}
-    subprocess.run(["stty", "cols", str(columns), "rows", "24"], stdin=side, check=True)
+    termios.tcsetwinsize(side, (24, columns))
     process = subprocess.Popen([*COMMAND, *words], stdin=side, stdout=side, stderr=side, env=environment)
     os.close(side)
     data = b""

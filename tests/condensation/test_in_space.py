@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
+from scipy.linalg import block_diag
 
 from shakedown import LoadCase, ProblemError, condense
 from shakedown.condensation.condense import condensed_stiffness
@@ -94,7 +95,7 @@ def test_a_flat_patch_has_one_pair_and_a_given_pair_its_own_side():
 
 
 def two_bodies():
-    K = sparse.block_diag([lattice(7), lattice(8)], format="csr")
+    K = sparse.csr_array(block_diag(lattice(7), lattice(8)))
     return K, np.vstack([DOFS, DOFS + np.array([1000, 0])]), [(node, node + 1000) for node in CONTACT]
 
 

@@ -22,6 +22,7 @@ from shakedown.ground.status import Guarantee
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.planar.collapse.lift_off import lift_off_bound
 from shakedown.planar.collapse.single_node_cycle import SingleNodeCycle, single_node_cycle
@@ -35,8 +36,8 @@ ANY_ORDER = (
 )
 
 
-@dataclass(frozen=True)
-class GuaranteeStatus:
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteeStatus(Result):
     """Status of the guarantee below the first collapse, with the evidence.
 
     Attributes

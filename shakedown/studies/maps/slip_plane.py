@@ -16,6 +16,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import CONE, DISC, constraints
 from shakedown.joint.loading import first_load
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.programs.polygon import corners
 from shakedown.studies.maps.samplers import Sampling
@@ -31,8 +32,8 @@ REGION_TYPES = {
 }
 
 
-@dataclass(frozen=True)
-class SlipPlane:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlipPlane(Result):
     """Outlines in the plane of two slips, each (k, 2) [length]; empty where there is none.
 
     Attributes

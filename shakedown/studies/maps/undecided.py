@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 from shakedown.studies.maps.map_pieces import Search
 
@@ -16,8 +17,8 @@ LOOKED_AT = 8  # undecided states, at most
 WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
 
 
-@dataclass(frozen=True)
-class UndecidedReason:
+@dataclass(frozen=True, eq=False, repr=False)
+class UndecidedReason(Result):
     """A reason why states are undecided.
 
     Attributes
