@@ -7,7 +7,10 @@ on the line before a block direct it:
 ``<!-- file: NAME -->``  the block is what the reader saves as that file;
 ``<!-- folder: MAKER -->``  at the head of a page: which files it takes for granted (``folders``);
 ``<!-- missing: WHAT -->``  run up to the first command that says that a file is missing, which has to come: WHAT.
-``<!-- slow -->``  left to the build of the site.
+``<!-- slow -->``  left to the build of the site;
+``<!-- deck -->``  written for another program, which is not at hand.
+
+What a block shows with numbers in it is run: ``not_run`` finds what is neither run nor one of these.
 """
 
 import doctest
@@ -26,7 +29,11 @@ BLOCK = re.compile(
     re.M | re.S,
 )
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
-OTHER_CODES = {"text"}  # shown output, and the decks of FE codes that are not at hand
+OTHER_CODES = {"text"}  # decks of FE codes that are not at hand, and what is shown without numbers
+FENCE = re.compile(r"^[ \t]*(?:```|~~~)", re.M)
+DIRECTIVE = re.compile(r"^```\{[a-z-]+\}.*?^```$", re.M | re.S)
+INDENTED = re.compile(r"(?:^|\n)\n((?: {4,}.*\n?)+)")
+DECIMAL = re.compile(r"\d\.\d")  # in an indented block, a formula, whole numbers are indices and factors
 ELSEWHERE = (  # lines that the continuous integration runs, or that need another program
     "python3 -m venv",
     "py -m venv",
@@ -63,6 +70,25 @@ def blocks(page: Path) -> list[Block]:
             found["value"] or "",
         )
         for found in BLOCK.finditer(text)
+    ]
+
+
+def not_run(page: Path) -> list[str]:
+    """Where a page shows output with numbers that nobody runs; where a fence is none that is known."""
+    text, found = page.read_text(encoding="utf-8"), blocks(page)
+    left = [
+        f"line {block.line}: output with numbers that is not run"
+        for block in found
+        if block.language in OTHER_CODES
+        and block.mark not in ("deck", "file")
+        and re.search(r"\d", block.text)
+    ]
+    prose = BLOCK.sub("", DIRECTIVE.sub("", text))
+    left += [f"a fence of no language: {prose[at.start() :][:60]!r}" for at in FENCE.finditer(prose)]
+    return left + [
+        f"an indented block with numbers: {block[1][:60]!r}"
+        for block in INDENTED.finditer(prose)
+        if DECIMAL.search(block[1])
     ]
 
 

@@ -5,7 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from code_blocks import Page, blocks
+from code_blocks import Page, blocks, not_run
 
 import shakedown
 
@@ -44,6 +44,31 @@ def test_the_blocks_of_a_page_run(page, tmp_path, request):
     for maker in re.findall(r"^<!-- folder: (\w+) -->$", page.read_text(encoding="utf-8"), re.M):
         FOLDERS[maker](tmp_path)
     Page(page, tmp_path).run(slow=whole)
+
+
+@pytest.mark.parametrize(
+    "page", [*PAGES, DOCS.parent / "README.md", DOCS.parent / "CONTRIBUTING.md"], ids=lambda p: p.stem
+)
+def test_output_with_numbers_is_run(page):
+    assert not_run(page) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("```text\n  λ_U  0\n```\n", 1),
+        ("```\n  λ_U  0\n```\n", 2),
+        ("- so:\n\n  ```text\n  λ_U  0\n  ```\n", 2),
+        ("Said:\n\n    λ_U  1.327687\n", 1),
+        ("Said:\n\n    λ_U  =  min_i λ_1\n", 0),
+        ("<!-- deck -->\n```text\n1, 2\n```\n", 0),
+        ("```text\nshakes down\n```\n", 0),
+        ("```pycon\n>>> 1 + 1\n2\n\n```\n", 0),
+    ],
+)
+def test_output_that_is_not_run_is_found(tmp_path, text, found):
+    (tmp_path / "page.md").write_text(text, encoding="utf-8")
+    assert len(not_run(tmp_path / "page.md")) == found
 
 
 def test_blocks_are_found():
