@@ -4,26 +4,22 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown.importing.templates import import_template, import_template_names, write_import_example
-from shakedown.joint.units import units_of
 
 from .claims import PICTURES, OutputFile, reads
+from .import_sheet import echo_sheet, go_or_not
 from .options import json_option, quiet_option
-from .output import echo_json, headline, length_unit, number, paragraph, remark, say, table
-
-if TYPE_CHECKING:
-    from shakedown.ground.float_array import FloatArray
-    from shakedown.importing.load_evidence import LoadEvidence
+from .output import echo_json, headline, number, paragraph, remark, say
 
 EXAMPLE = "example"
-ROUND_OFF = 1e-9  # of the largest resultant
-WORDS = ("format", "rows", "zero_modes", "asymmetry", "residual", "static_run", "notes")  # without --check
+WORDS = (
+    "format", "rows", "zero_modes", "asymmetry", "residual", "static_run", "ready", "warnings", "notes",
+)  # fmt: skip  # without --check
 
 
 @click.command(
@@ -87,14 +83,16 @@ def import_problem_command(
     if not check:
         say(f"wrote {output}")
     say(headline(made.problem))
-    reduced = made.condensation
-    say(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
     if check:
-        _echo_check(made)
-    if made.static_run == made.static_run:
-        say(f"agrees with the static run to {number(made.static_run, 2)}")
+        say(go_or_not(made))
     for note in made.notes:
         say(paragraph(f"note: {note}"))
+    reduced = made.condensation
+    say(f"from {made.format}: {reduced.interior} rows condensed, {reduced.held} held")
+    if made.static_run == made.static_run:
+        say(f"agrees with the static run to {number(made.static_run, 2)}")
+    if check:
+        echo_sheet(made)
 
 
 def _command(config: Path, output: Path | None) -> str:
@@ -130,47 +128,3 @@ def _document(made: shakedown.Import, output: Path | None, check: bool) -> dict[
     found = made.to_dict()
     shown = found if check else {word: found[word] for word in WORDS}
     return {"problem": found["problem"], "file": None if output is None else str(output)} | shown
-
-
-def _echo_check(made: shakedown.Import) -> None:
-    """Nodes, normals, tangents, symmetry, rigid motions and load resultants."""
-    reduced, contact, problem = made.condensation, made.contact, made.problem
-    length = length_unit(problem)
-    axes = ["xyz"[axis - 1] for axis in contact.axes]
-    columns = {"label": list(contact.names)}
-    if contact.coordinates is not None:
-        columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")
-    columns |= _numbers([f"normal {a}" for a in axes], reduced.frame.normals, ".4f")
-    for tangent in made.tangents[:1]:
-        columns |= _numbers([f"tangent {a}" for a in axes], tangent, ".4f")
-    if problem.node_area is not None:
-        columns |= _numbers([f"area [{length}²]" if length else "area"], problem.node_area[:, None], ".5g")
-    if contact.gap.any():
-        gap = np.broadcast_to(contact.gap, reduced.n)[:, None]
-        columns |= _numbers([f"gap [{length}]" if length else "gap"], gap, ".4g")
-    rows = [[str(k), *cells] for k, cells in enumerate(zip(*columns.values(), strict=True))]
-    say(table(["node", *columns], rows))
-    if made.tangents:
-        say("slip along the tangent, and along a second one at right angles to it: normal x tangent")
-    say(f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}")
-    if made.rigid_residual == made.rigid_residual:
-        say(f"rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness")
-    say(f"rigid motions of the contact nodes without resistance: {reduced.zero_modes}")
-    force = units_of(problem)[0]
-    say(f"forces{f' [{force}]' if force else ''} at factor 1: applied, and of the contact on the first body")
-    headers = ["load", *(f"applied {a}" for a in axes), *(f"contact {a}" for a in axes)]
-    say(table(headers, [[load.name, *_forces(load)] for load in made.loads]))
-    for name, digest in made.sources.items():
-        say(f"read {name}  sha256 {digest[:16]}…")
-
-
-def _numbers(names: list[str], values: FloatArray, form: str) -> dict[str, list[str]]:
-    """Columns of numbers by their headings."""
-    return {name: [f"{x:{form}}" for x in column] for name, column in zip(names, values.T, strict=True)}
-
-
-def _forces(load: LoadEvidence) -> list[str]:
-    """The resultants of a load, round-off shown as 0."""
-    values = [*load.applied.tolist(), *load.contact.tolist()]
-    largest = max(map(abs, values))
-    return [f"{value if abs(value) > ROUND_OFF * largest else 0.0:.6g}" for value in values]

@@ -46,7 +46,7 @@ def loose_motion(K: sparse.csc_array, dofs: NDArray[np.intp], places: Places | N
         if size[rows].max() <= _SAME * size.max():
             continue
         own = dofs[rows]
-        motion = " and ".join(_motions(modes[rows], own, places))
+        motion = " and ".join(motions_in_words(modes[rows], own, places))
         found.setdefault(motion, []).extend(own[:, 0].tolist())
     return "; ".join(f"{_nodes(nodes)} {motion}" for motion, nodes in found.items())
 
@@ -64,8 +64,8 @@ def _null_space(K: sparse.csc_array) -> FloatArray:
     return np.asarray(modes[:, order[:null]])
 
 
-def _motions(modes: FloatArray, dofs: NDArray[np.intp], places: Places | None) -> list[str]:
-    """The motions of one part, in words."""
+def motions_in_words(modes: FloatArray, dofs: NDArray[np.intp], places: Places | None = None) -> list[str]:
+    """The motions of one part, (N, k), in words: along axes, turning about them, other ways."""
     left, singular, _ = np.linalg.svd(modes, full_matrices=False)
     free = left[:, singular > _SAME * singular[0]]
     words, told = [], np.zeros((len(dofs), 0))

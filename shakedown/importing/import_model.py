@@ -18,10 +18,9 @@ from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.importing.contact.contact_directions import in_space
 from shakedown.importing.contact.contact_section import ContactSection, contact_section
-from shakedown.importing.evidence.contact_faces import contact_doubts
-from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open
-from shakedown.importing.evidence.pair_distances import PairDistances, check_distances, distances_of
-from shakedown.importing.load_evidence import LoadEvidence, few_digits, load_evidence, rigid_residual
+from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open, sampling_doubts
+from shakedown.importing.evidence.model_evidence import ModelEvidence, check_contact, model_evidence
+from shakedown.importing.load_evidence import LoadEvidence, Resultants, few_digits
 from shakedown.importing.load_section import (
     absent_before,
     held_keys,
@@ -41,7 +40,6 @@ from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
 from shakedown.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.text import quoted
 from shakedown.readers.toml_table import Table, change_number, read_toml
 
 
@@ -64,14 +62,10 @@ class Import(Result):
     static_run : float
         Largest difference from the static run, relative to its largest reaction;
         NaN where none was given.
-    rigid_residual : float
-        Largest force that a rigid motion of the whole model (in its plane, where it is one) meets,
-        relative to what displacements of that size can meet: near 0 for a free
-        model, NaN where the coordinates are not known.
+    evidence : ModelEvidence
+        Bodies and what holds them, patches, distances of the pairs.
     loads : tuple of LoadEvidence
         Resultants of every load case.
-    pairs : PairDistances or None
-        How far apart the nodes of the pairs lie, where the model says where they are.
     sources : dict
         SHA-256 of the configuration and of every file that was read.
     warnings : tuple of str
@@ -88,13 +82,26 @@ class Import(Result):
     contact: ContactSection
     mesh: Mesh | None
     static_run: float
-    rigid_residual: float
+    evidence: ModelEvidence
     loads: tuple[LoadEvidence, ...]
-    pairs: PairDistances | None
     sources: dict[str, str]
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
     path: str
+
+    @property
+    def rigid_residual(self) -> float:
+        """Largest force that a rigid motion of the whole model (in its plane, where it is one) meets.
+
+        Relative to what displacements of that size can meet: near 0 for a free model, NaN where the
+        coordinates are not known.
+        """
+        return self.evidence.rigid_residual
+
+    @property
+    def ready(self) -> bool:
+        """Whether nothing speaks against going on: no warnings."""
+        return not self.warnings
 
     def to_dict(self) -> dict[str, Any]:
         """What ``shakedown-bounds import --check --json`` writes."""
@@ -107,6 +114,7 @@ class Import(Result):
             "asymmetry": reduced.asymmetry,
             "residual": reduced.residual,
             "static_run": self.static_run,
+            "ready": self.ready,
             "warnings": self.warnings,
             "notes": self.notes,
             "nodes": contact.names,
@@ -115,8 +123,10 @@ class Import(Result):
             "coordinates": contact.coordinates,
             "node_area": self.problem.node_area,
             "gap": contact.gap,
-            "pairs": self.pairs,
+            "pairs": self.evidence.pairs,
             "rigid_residual": self.rigid_residual,
+            "bodies": self.evidence.bodies,
+            "patches": self.evidence.patches,
             "loads": self.loads,
             "sources": self.sources,
         }
@@ -304,35 +314,30 @@ def import_model(
     _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
         contact = contact_section(sections["contact"], model, files, assume_plane=False)
-    where = f"{root.where}: contact"
-    pairs = distances_of(contact, model.mesh)
-    warnings = contact_doubts(contact, model.mesh, where)
-    if pairs is not None:
-        warnings += check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
+    doubts = check_contact(contact, model.mesh, sections["contact"].where)
     checked = bool(sections["check"].content)
     context = ImportContext(stiffness, contact, model, files, steps, checked)
     loads = [load_section(table, context) for table in tables]
-    held = held_rows(sections["supports"], context, loads)
     if kept is None:
+        held = held_rows(sections["supports"], context, loads)
         with found_in(root.where):
             reduced = _condensed(stiffness, contact, held, model.mesh, announce)
         difference = static_run(sections["check"], reduced, context, str(stiffness_file))
+        evidence = model_evidence(stiffness, contact, held, model.mesh, doubts)
     else:
-        reduced, difference = kept.condensation, kept.static_run
+        reduced, difference, evidence = kept.condensation, kept.static_run, kept.evidence
     cases = [load.case for load in loads]
     bare = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
     sources = {**({} if kept is None else kept.sources), **files.sources}
     sources = {Path(config_path).name: sha256(config_path), **sources}
+    resultants = Resultants(stiffness.dofs, contact, reduced, evidence, model.mesh)
     area, without = positive_areas(contact)
     names = load_names(cases, root.where)
-    warnings += (
+    warnings = (
+        *evidence.warnings,
         *without,
-        *(
-            f"load {quoted(name)}: {doubt}"
-            for load, name in zip(loads, names, strict=True)
-            for doubt in load.doubts
-        ),
-        *load_doubts(cases, names, reduced, _held(stiffness, held)),
+        *sampling_doubts(names, [load.doubts for load in loads]),
+        *load_doubts(cases, names, reduced, evidence.held),
         *pulled_open(bare),
     )
     problem = replace(
@@ -353,13 +358,13 @@ def import_model(
         contact=contact,
         mesh=model.mesh,
         static_run=difference,
-        rigid_residual=rigid_residual(stiffness, model.mesh, contact.axes),
-        loads=tuple(load_evidence(case, reduced, stiffness, contact) for case in cases),
-        pairs=pairs,
+        evidence=evidence,
+        loads=tuple(map(resultants.of, cases)),
         sources=sources,
         warnings=warnings,
         notes=(
             *reduced.notes,
+            *evidence.notes,
             *_relative(contact, model.mesh),
             *circumference_notes(stiffness, model.mesh),
             *_solid(stiffness, contact, model.mesh),
@@ -369,13 +374,6 @@ def import_model(
         ),
         path=os.fspath(config_path),
     )
-
-
-def _held(stiffness: Stiffness, held: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Which rows are held: by the configuration, or marked so in the matrix."""
-    found = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
-    found[held] = True
-    return found
 
 
 def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:

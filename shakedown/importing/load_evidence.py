@@ -1,5 +1,6 @@
-"""Evidence of an import: what rigid motions meet, and what each load amounts to."""
+"""Evidence of an import: what each load amounts to, on every body and at every patch of the contact."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,33 @@ from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact.contact_section import ContactSection
+from shakedown.importing.evidence.bodies import Body, known_places
+from shakedown.importing.evidence.model_evidence import ModelEvidence
 from shakedown.joint.result import Result
 from shakedown.readers.mesh import Mesh
-from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import quoted
+
+_LEFT_OVER = 1e-6  # of the largest part: what a body without supports has left, by round-off
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadPart(Result):
+    """What acts on one body, or at one patch of the contact.
+
+    Attributes
+    ----------
+    what : str
+        Which, in words.
+    force : (d + 1,)
+        Along the axes [force]; NaN where that is not known.
+    moment : (1,) or (3,)
+        About the middle of the contact: of a plane contact about the normal of its plane, in space about
+        x, y, z [force × length]; NaN where coordinates are not known.
+    """
+
+    what: str
+    force: FloatArray
+    moment: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,24 +53,103 @@ class LoadEvidence(Result):
         Sum of the welded reactions along them: forces of the contact on the
         first body [force]. Where the contact alone holds the model, and no
         displacement is prescribed, it is minus the applied force.
+    parts : tuple of LoadPart
+        What is applied to every body, what each patch of the contact carries while it is welded (on the
+        first body), and what the supports of every body carry, by equilibrium.
     """
 
     name: str
     applied: FloatArray
     contact: FloatArray
+    parts: tuple[LoadPart, ...]
 
 
-def load_evidence(
-    case: LoadCase, reduced: Condensation, stiffness: Stiffness, contact: ContactSection
-) -> LoadEvidence:
-    """Resultants of one load case."""
-    applied = np.zeros(len(contact.axes))
-    if case.force is not None:
-        applied = np.array([case.force[stiffness.dofs[:, 1] == axis].sum() for axis in contact.axes])
-    welded, frame = reduced.welded_reactions(case), reduced.frame
-    q, p = reduced.layout.split(welded)
-    carried = q @ frame.slip_axes.reshape(len(q), -1) + p @ frame.normals
-    return LoadEvidence(case.name, applied, carried)
+class Resultants:
+    """The resultants of load cases of one model."""
+
+    def __init__(
+        self,
+        dofs: NDArray[np.intp],
+        contact: ContactSection,
+        reduced: Condensation,
+        evidence: ModelEvidence,
+        mesh: Mesh | None,
+    ) -> None:
+        self.dofs, self.contact, self.reduced = dofs, contact, reduced
+        self.bodies, self.patches = evidence.bodies, evidence.patches
+        self.axisymmetric = mesh is not None and mesh.axisymmetric
+        self.places = None if self.axisymmetric else known_places(mesh, self.dofs[self.dofs[:, 0] > 0, 0])
+        at = (
+            np.zeros(3)
+            if self.places is None
+            else np.mean([self.places[k] for k in contact.first.tolist()], axis=0)
+        )
+        self.middle = np.asarray(at)
+
+    def of(self, case: LoadCase) -> LoadEvidence:
+        """Those of one load case."""
+        frame, layout = self.reduced.frame, self.reduced.layout
+        q, p = layout.split(self.reduced.welded_reactions(case))
+        welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
+        force = np.zeros(len(self.dofs)) if case.force is None else case.force
+        applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
+        parts = tuple(self._parts(case, force, welded))
+        return LoadEvidence(case.name, applied, welded.sum(axis=0), parts)
+
+    def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
+        keys = [axis - 1 for axis in self.contact.axes]
+        spread = np.zeros((len(welded), 3))
+        spread[:, keys] = welded
+        acting = {body.name: self._of_rows(force, body.nodes) for body in self.bodies}
+        for name, wrench in acting.items():
+            if wrench[:3].any() or np.nan_to_num(wrench[3:]).any():
+                yield self._part(f"applied, {name}", wrench)
+        count = int(self.patches.max()) + 1
+        for patch in range(count):
+            on = np.flatnonzero(self.patches == patch)
+            which = f"contact, patch {patch + 1}" if count > 1 else f"contact, {self.bodies[0].name}"
+            yield self._part(which, self._of_nodes(self.contact.first[on], spread[on]))
+        if case.reactions is not None or case.opened is not None:
+            return  # what acts on the bodies besides is not known
+        size = max(np.abs(force).max(initial=0.0), np.abs(welded).max())
+        for body in self.bodies:
+            carried = -acting[body.name] - self._on_body(body, spread)
+            if self.axisymmetric:  # the hoop stress carries the rest
+                carried[0] = np.nan
+            met = body.contact_nodes or np.any(acting[body.name])
+            if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > _LEFT_OVER * size:
+                yield self._part(f"supports, {body.name}", carried)
+
+    def _on_body(self, body: Body, spread: FloatArray) -> FloatArray:
+        """What the contact does to a body while it is welded."""
+        first, *second = self.contact.labels.reshape(len(spread), -1).T
+        total = np.zeros(6)
+        for nodes, sign in ((first, 1.0), *((own, -1.0) for own in second)):
+            on = np.isin(nodes, body.nodes)
+            total += sign * self._of_nodes(nodes[on], spread[on])
+        return total
+
+    def _of_nodes(self, nodes: NDArray[np.intp], forces: FloatArray) -> FloatArray:
+        """Force and moment, (6,), of forces (k, 3) at nodes."""
+        moment = np.full(3, np.nan)
+        if self.places is not None:
+            arms = np.array([self.places[node] for node in nodes.tolist()]).reshape(-1, 3) - self.middle
+            moment = np.cross(arms, forces).sum(axis=0)
+        return np.concatenate([forces.sum(axis=0), moment])
+
+    def _of_rows(self, force: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
+        """Force and moment, (6,), of what acts on the rows of some nodes."""
+        rows = np.flatnonzero(np.isin(self.dofs[:, 0], nodes) & (force != 0) & (self.dofs[:, 0] > 0))
+        direction = self.dofs[rows, 1]
+        forces, moments = (force[rows, None] * (direction[:, None] == np.arange(3) + k) for k in (1, 4))
+        total = self._of_nodes(self.dofs[rows, 0], forces)
+        total[3:] += moments.sum(axis=0)
+        return total
+
+    def _part(self, what: str, wrench: FloatArray) -> LoadPart:
+        axes = self.contact.axes
+        about = [1, 2, 3] if len(axes) == 3 else sorted({1, 2, 3} - set(axes))
+        return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
 
 
 def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensation) -> tuple[str, ...]:
@@ -62,46 +165,3 @@ def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensatio
         return ()
     accurate = f"{quoted(case.name)} are accurate to {error.max() / largest:.0e} of the largest"
     return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)
-
-
-def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: tuple[int, ...]) -> float:
-    """Largest force that a rigid motion (in the plane, of a plane problem) meets, by max |K| and the motion.
-
-    A body of revolution moves along its axis only.
-
-    NaN where the mesh does not know the coordinates of every node with rows, or
-    the rows are not displacements (multipliers, modes).
-    """
-    if mesh is None:
-        return float("nan")
-    there = set(mesh.labels.tolist())
-    moving = np.isin(stiffness.dofs[:, 1], axes)
-    if not set(stiffness.dofs[moving, 0].tolist()) <= there:
-        return float("nan")
-    xyz = mesh.at(stiffness.dofs[moving, 0])[:, [axis - 1 for axis in axes]]
-    xyz = xyz - xyz.mean(axis=0)
-    size = max(float(np.abs(xyz).max()), np.finfo(float).tiny)
-    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < 1e35]).max())
-    if len(axes) == 3:
-        return float(np.abs(stiffness.K @ _motions(stiffness, moving, xyz / size, size)).max() / scale)
-    motions = np.zeros((len(stiffness.dofs), 3))  # along the two axes, and turned in their plane
-    along = stiffness.dofs[moving, 1] == axes[0]
-    rotation = np.where(along, -xyz[:, 1], xyz[:, 0]) / size
-    motions[moving] = np.column_stack([along, ~along, rotation])
-    turning = np.flatnonzero(stiffness.dofs[:, 1] == 3 + ({1, 2, 3} - set(axes)).pop())
-    sign = 1.0 if axes in ((1, 2), (2, 3), (3, 1)) else -1.0
-    motions[turning, 2] = sign / size
-    if mesh.axisymmetric:  # moves as a body along its axis only
-        motions = motions[:, 1:2]
-    return float(np.abs(stiffness.K @ motions).max() / scale)
-
-
-def _motions(stiffness: Stiffness, moving: NDArray[np.bool_], xyz: FloatArray, size: float) -> FloatArray:
-    """The six rigid motions of a body in space, (N, 6): along x, y, z, and turned about them."""
-    motions = np.zeros((len(stiffness.dofs), 6))
-    direction = stiffness.dofs[moving, 1] - 1
-    turned = [np.cross(axis, xyz)[np.arange(len(xyz)), direction] for axis in np.eye(3)]
-    motions[moving] = np.column_stack([np.eye(3)[direction], *turned])
-    for axis in range(3):
-        motions[stiffness.dofs[:, 1] == 4 + axis, 3 + axis] = 1.0 / size
-    return motions

@@ -203,7 +203,7 @@ TETRAHEDRON = """*NODE
 def one_tetrahedron(folder, nodes):
     """A quadratic tetrahedron that stands on one face."""
     dofs = [(node, direction) for node in range(1, 11) for direction in (1, 2, 3)]
-    (folder / "k").write_text(writers.abaqus_matrix(writers.symmetric_matrix(30, seed=1), dofs))
+    (folder / "k").write_text(writers.abaqus_substructure(writers.symmetric_matrix(30, seed=1), dofs))
     (folder / "deck").write_text(TETRAHEDRON)
     (folder / "c.toml").write_text(
         f"""friction = 0.4

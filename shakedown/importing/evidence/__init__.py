@@ -3,5 +3,6 @@
 What cannot be meant is refused; what is doubtful becomes a warning, one line each, that the problem
 carries with it.
 
-Reading order: ``pair_distances``, ``contact_faces``, ``load_doubts``.
+Reading order: ``pair_distances``, ``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all
+of these), ``load_doubts``.
 """

@@ -13,6 +13,13 @@ from shakedown.readers.text import quoted
 UNFELT = 1e-9  # of what acts: welded reactions that are round-off of the condensation
 
 
+def sampling_doubts(names: Sequence[str], doubts: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Warnings about what load steps do not show of the time functions of loads."""
+    return tuple(
+        f"load {quoted(name)}: {doubt}" for name, own in zip(names, doubts, strict=True) for doubt in own
+    )
+
+
 def load_doubts(
     cases: Sequence[LoadCase], names: Sequence[str], reduced: Condensation, held: NDArray[np.bool_]
 ) -> tuple[str, ...]:

@@ -1,0 +1,150 @@
+"""What `shakedown-bounds import --check` shows of a model before anything is computed with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import shakedown
+from shakedown.ground.visible_text import shortened
+from shakedown.joint.units import units_of, work_unit
+
+from .output import columns as shown_columns
+from .output import length_unit, paragraph, say, table
+
+if TYPE_CHECKING:
+    from shakedown.ground.float_array import FloatArray
+    from shakedown.importing.load_evidence import LoadEvidence, LoadPart
+
+ROUND_OFF = 1e-9  # of the largest resultant of a load
+LONGEST_LOAD = 28  # characters of its name
+
+
+def go_or_not(made: shakedown.Import) -> str:
+    """Whether to go on, in one line."""
+    if made.ready:
+        return "GO ON: no warnings. Compare bodies, loads and normals below with the model."
+    count = len(made.warnings)
+    return f"STOP: {count} warning{'s' * (count > 1)} to clear up before any number is trusted."
+
+
+def echo_sheet(made: shakedown.Import) -> None:
+    """Pairs, bodies, resultants of the loads, nodes, files."""
+    reduced, unit = made.condensation, length_unit(made.problem)
+    for line in _pairs(made, unit):
+        say(paragraph(line))
+    for body in made.evidence.bodies:
+        held = f"free but for the contact: {', '.join(body.free)}" if body.free else "held by supports"
+        say(paragraph(f"{body.name}: {len(body.nodes)} nodes, {body.contact_nodes} in contact; {held}"))
+    say(f"rigid motions of the contact nodes without resistance: {reduced.zero_modes}")
+    accuracy = f"asymmetry {reduced.asymmetry:.1e}, forces left inside {reduced.residual:.1e}"
+    if made.rigid_residual == made.rigid_residual:
+        accuracy += f"; rigid motions of the model meet {made.rigid_residual:.1e} of its stiffness"
+    say(paragraph(accuracy))
+    say("")
+    _echo_loads(made)
+    say("")
+    _echo_nodes(made, unit)
+    for name, digest in made.sources.items():
+        say(f"read {name}  sha256 {digest[:16]}…")
+
+
+def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
+    """How far apart the nodes of the pairs lie, and which patches there are."""
+    pairs, patches = made.evidence.pairs, int(made.evidence.patches.max()) + 1
+    if pairs is not None:
+        parts = (("along", pairs.along, pairs.off), ("across", np.abs(pairs.across), pairs.apart))
+        told = [f"{_largest(*part)} {way} the surface (mean {part[0].mean():.3g})" for way, *part in parts]
+        yield f"pairs lie apart by at most {' and '.join(told)}{f', in {unit}' if unit else ''}"
+    if patches > 1:
+        sizes = np.bincount(made.evidence.patches).tolist()
+        firsts = [made.contact.names[int(np.argmax(made.evidence.patches == k))] for k in range(patches)]
+        named = [f"{many} from {name}" for many, name in zip(sizes, firsts, strict=True)]
+        yield f"{patches} patches of the contact, by nodes: {', '.join(named)}"
+
+
+def _largest(distance: FloatArray, share: FloatArray) -> str:
+    """The largest distance, and the largest in terms of the spacing."""
+    known = distance.any() and np.isfinite(share).any()
+    return f"{distance.max():.3g}{f', {np.nanmax(share):.2g} of the spacing,' if known else ''}"
+
+
+def _echo_loads(made: shakedown.Import) -> None:
+    """Forces and moments of every load, on bodies and patches."""
+    axes, (force, length), places = made.contact.axes, units_of(made.problem), made.contact.coordinates
+    letters = ["xyz"[axis - 1] for axis in axes]
+    about = letters if len(axes) == 3 else ["xyz"[({1, 2, 3} - set(axes)).pop() - 1]]
+    unit, middle, extent = force, "", None
+    if places is not None and not np.isnan(made.loads[0].parts[0].moment).all():
+        unit = ", ".join(filter(None, (force, work_unit(force, length))))
+        middle = ", ".join(f"{x:.4g}" for x in places.mean(axis=0).tolist())
+        middle, extent = (
+            f"; moments about the middle of the contact, ({middle})",
+            np.ptp(places, axis=0).max(),
+        )
+    say(paragraph(f"loads at factor 1{f' [{unit}]' if unit else ''}, the contact welded{middle}"))
+    columns = [f"F{a}" for a in letters] + ([f"M{a}" for a in about] if middle else [])
+    rows = []
+    for load in made.loads:
+        rows.append([shortened(load.name, LONGEST_LOAD), *[""] * len(columns)])
+        rows += [[f"  {part.what}", *cells] for part, cells in _cells(load, extent)]
+    width = max(len(row[0]) for row in rows)
+    whole = [["", *columns], *([row[0].ljust(width), *row[1:]] for row in rows)]
+    for part in _narrow(whole, len(letters)):
+        say(table(part[0], part[1:], longest=len(rows)))
+
+
+def _narrow(rows: list[list[str]], forces: int) -> list[list[list[str]]]:
+    """Rows as one table, or as two, forces and moments, where they are wider than the terminal."""
+    width = sum(max(map(len, column)) + 2 for column in zip(*rows, strict=True))
+    if width <= shown_columns() or len(rows[0]) == 1 + forces:
+        return [rows]
+    return [[row[: 1 + forces] for row in rows], [[row[0], *row[1 + forces :]] for row in rows]]
+
+
+def _cells(load: LoadEvidence, extent: float | None) -> Iterator[tuple[LoadPart, list[str]]]:
+    """The numbers of a load's parts, round-off as 0, what is not known as a dash; moments by an extent."""
+    force = max(float(np.nanmax(np.abs(part.force))) for part in load.parts)
+    for part in load.parts:
+        sizes = [*((x, force) for x in part.force.tolist())]
+        if extent is not None:
+            turning = max(float(np.abs(each.moment).max()) for each in load.parts)
+            sizes += [(x, max(turning, force * extent)) for x in part.moment.tolist()]
+        yield part, [_rounded(x, largest) for x, largest in sizes]
+
+
+def _rounded(value: float, largest: float) -> str:
+    return "-" if value != value else f"{value if abs(value) > ROUND_OFF * largest else 0.0:.5g}"
+
+
+def _echo_nodes(made: shakedown.Import, length: str) -> None:
+    """Nodes with places, normals, tangents, areas and gaps; a direction of all of them is said once."""
+    reduced, contact, problem = made.condensation, made.contact, made.problem
+    columns = {"label": list(contact.names)}
+    if made.evidence.patches.any():
+        columns["patch"] = [str(patch + 1) for patch in made.evidence.patches.tolist()]
+    if contact.coordinates is not None:
+        columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")
+    directions = {"normal": reduced.frame.normals, **({"tangent": made.tangents[0]} if made.tangents else {})}
+    for name, vectors in directions.items():
+        shown = [" ".join(f"{x:.4g}" for x in vector) for vector in (vectors.round(4) + 0.0).tolist()]
+        if len(set(shown)) == 1:
+            say(f"{name} of every node: {shown[0]}")
+        else:
+            columns[name] = shown
+    if made.tangents:
+        say("slip along the tangent and a second one at right angles to it: normal x tangent")
+    if problem.node_area is not None:
+        columns |= _numbers([f"area [{length}²]" if length else "area"], problem.node_area[:, None], ".5g")
+    if contact.gap.any():
+        gap = np.broadcast_to(contact.gap, reduced.n)[:, None]
+        columns |= _numbers([f"gap [{length}]" if length else "gap"], gap, ".4g")
+    rows = [[str(k), *cells] for k, cells in enumerate(zip(*columns.values(), strict=True))]
+    say(table(["node", *columns], rows))
+
+
+def _numbers(names: list[str], values: FloatArray, form: str) -> dict[str, list[str]]:
+    """Columns of numbers by their headings."""
+    return {name: [f"{x:{form}}" for x in column] for name, column in zip(names, values.T, strict=True)}
