@@ -26,7 +26,7 @@ def go_or_not(made: shakedown.Import) -> str:
     """Whether to go on, in one line."""
     if made.ready:
         return "GO ON: no warnings. Compare bodies, loads and normals below with the model."
-    count = len(made.warnings)
+    count = len(made.doubts)
     return f"STOP: {count} warning{'s' * (count > 1)} to clear up before any number is trusted."
 
 

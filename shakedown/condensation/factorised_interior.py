@@ -35,8 +35,8 @@ class Interior:
         Stiffness of the model [force/length].
     T_c, T_i, T_h : (N, (d + 1) n), (N, i), (N, h)
         Displacements u = T_c (v, w) + T_i u_i + T_h u_h.
-    held : (h,)
-        Rows that are held.
+    free, held : (i,), (h,)
+        Rows of the interior, and rows that are held.
     lu
         Factors of K_ii = T_iᵀ K T_i, of a large solid with κ; None where nothing is condensed.
     """
@@ -45,6 +45,7 @@ class Interior:
     T_c: sparse.csr_array
     T_i: sparse.csr_array
     T_h: sparse.csr_array
+    free: NDArray[np.intp]
     held: NDArray[np.intp]
     lu: SuperLU | Factors | None
 
@@ -79,6 +80,11 @@ class Interior:
         reaction = self.T_c.T @ (self.K @ (moved.toarray() - self.T_i @ u))
         wrong = np.abs(factors.schur[:, chosen] - reaction).max()
         return float(max(left, wrong) / max(np.abs(factors.schur).max(), np.finfo(float).tiny))
+
+    def loosest(self, dofs: NDArray[np.intp], places: Places | None) -> str:
+        """The motion of the interior that meets least resistance, in words."""
+        K_ii = (self.T_i.T @ self.K @ self.T_i).tocsc()
+        return loose_motion(K_ii, dofs[self.free], places)
 
     def reactions(self, case: LoadCase) -> FloatArray:
         """Contact reactions T_cᵀ (K u − F) with slip and gap zero and the interior in equilibrium."""
@@ -124,12 +130,13 @@ def interior_of(
     T_c, T_r, rest = frame.transformation(matrix.shape[0])
     T_c = T_c @ sparse.diags_array(np.concatenate([~guided, np.ones(frame.n, bool)]).astype(float))
     T_i, T_h = T_r[:, ~held[rest]], T_r[:, held[rest]]
-    own, lu = dofs[rest[~held[rest]]], None
+    free = rest[~held[rest]]
+    own, lu = dofs[free], None
     if frame.directions > 1 and len(own) >= _LARGE:
         lu = _by_fronts(matrix, sparse.hstack([T_i, T_c], format="csr"), own, places, announce)
     if lu is None:
         lu = _factorised((T_i.T @ matrix @ T_i).tocsc(), own, places)
-    return Interior(matrix, T_c, T_i, T_h, rest[held[rest]], lu)
+    return Interior(matrix, T_c, T_i, T_h, free, rest[held[rest]], lu)
 
 
 def _by_fronts(
@@ -175,11 +182,23 @@ def _factorised(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places |
         if "singular" not in str(error):
             raise
         raise ProblemError(_loose(K_ii, dofs, places)) from None
-    pivots = np.abs(lu.U.diagonal())
-    if pivots.min() < DEFAULT.singular_pivot * pivots.max():
-        ratio = pivots.min() / pivots.max()
+    pivots = lu.U.diagonal()
+    ratio = np.abs(pivots).min() / np.abs(pivots).max()
+    signs_count = _elastic(K_ii, dofs) and np.array_equal(lu.perm_r, lu.perm_c)
+    negative = (pivots < 0) & signs_count
+    if negative.any() and np.abs(pivots[negative]).max() > DEFAULT.zero_mode * np.abs(pivots).max():
+        raise ProblemError(
+            f"K: expected an elastic interior, positive definite, found {negative.sum()} negative pivot(s) "
+            f"in {len(dofs)} rows (a damaged file, a wrong sign, an unstable state?)"
+        )
+    if negative.any() or ratio < DEFAULT.singular_pivot:
         raise ProblemError(f"{_loose(K_ii, dofs, places)} (pivot ratio {ratio:.1e})")
     return lu
+
+
+def _elastic(K_ii: sparse.csc_array, dofs: NDArray[np.intp]) -> bool:
+    """Whether all rows are displacements: multipliers and pressures of a code have pivots of either sign."""
+    return bool((dofs[:, 0] > 0).all() and np.isin(dofs[:, 1], range(1, 7)).all() and K_ii.diagonal().all())
 
 
 def _loose(K_ii: sparse.csc_array, dofs: NDArray[np.intp], places: Places | None) -> str:

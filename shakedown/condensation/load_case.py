@@ -107,6 +107,8 @@ class LoadCase(Result):
         for key in ("mean", "value"):
             if (given := getattr(self, key)) is not None and not isfinite(given):
                 raise ProblemError(f"{self.name}: {key}: expected a finite number, found {given}")
+        if self.value == 0:
+            raise ProblemError(f"{self.name}: value: expected what factor 1 stands for, not 0, found 0")
         if all(acting is None for acting in (self.force, self.displacement, self.reactions, self.opened)):
             raise ProblemError(
                 f"{self.name}: expected a force, a displacement, clamped reactions or displacements with the "

@@ -17,7 +17,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.importing.contact.contact_directions import in_space
-from shakedown.importing.contact.contact_section import ContactSection, contact_section
+from shakedown.importing.contact.contact_section import ContactSection, check_order, contact_section
+from shakedown.importing.evidence.doubtful_data import doubtful_data
 from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.importing.evidence.model_evidence import ModelEvidence, check_contact, model_evidence
 from shakedown.importing.load_evidence import LoadEvidence, Resultants, few_digits
@@ -99,9 +100,14 @@ class Import(Result):
         return self.evidence.rigid_residual
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """The warnings, and what is unusual in the data of the problem: signs, units, per cent for one."""
+        return (*self.warnings, *doubtful_data(self.problem))
+
+    @property
     def ready(self) -> bool:
-        """Whether nothing speaks against going on: no warnings."""
-        return not self.warnings
+        """Whether nothing speaks against going on: no doubts."""
+        return not self.doubts
 
     def to_dict(self) -> dict[str, Any]:
         """What ``shakedown-bounds import --check --json`` writes."""
@@ -116,6 +122,7 @@ class Import(Result):
             "static_run": self.static_run,
             "ready": self.ready,
             "warnings": self.warnings,
+            "doubts": self.doubts,
             "notes": self.notes,
             "nodes": contact.names,
             "normals": reduced.frame.normals,
@@ -314,6 +321,7 @@ def import_model(
     _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
         contact = contact_section(sections["contact"], model, files, assume_plane=False)
+    check_order(contact, root.where, {"friction": f})
     doubts = check_contact(contact, model.mesh, sections["contact"].where)
     checked = bool(sections["check"].content)
     context = ImportContext(stiffness, contact, model, files, steps, checked)

@@ -5,7 +5,7 @@ import numpy as np
 from shakedown.condensation.condense import Condensation
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact.contact_section import ContactSection
+from shakedown.importing.contact.contact_section import ContactSection, check_order
 from shakedown.importing.model_section import Values
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.readers.circumference import HOOP
@@ -58,6 +58,7 @@ def clamped_run(
     """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
     if not isinstance(table.content.get("reactions"), dict):
         listed = table.array("reactions", float, (None, len(contact.axes)), required=False)
+        check_order(contact, table.where, {"reactions": listed})
         return (None if listed is None else np.array(listed, dtype=float)), None
     source = table.table("reactions")
     bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)

@@ -123,6 +123,7 @@ class _Deck:
     revolved: str = ""  # one of the axisymmetric element types
     flat: str = ""  # one of the other plane or solid ones
     matrix_by: str = ""
+    young: list[float] = field(default_factory=list)  # 0 for a material that is not isotropic
     systems: dict[str, Orientation] = field(default_factory=dict)
     element_labels: list[int] = field(default_factory=list)  # of every kind
     node_lists: dict[str, list[Members]] = field(default_factory=dict)
@@ -159,6 +160,9 @@ class _Deck:
                 self.systems[parameters.get("NAME", "").upper()] = (parameters, data)
             case "EQUATION":
                 self._equation(data)
+            case "ELASTIC" if data:
+                isotropic = parameters.get("TYPE", "ISO").upper().startswith("ISO")
+                self.young.append(number(data[0][1].split(",")[0], data[0][0]) if isotropic else 0.0)
             case "INSTANCE":
                 self._instance(data)
             case "PART":
@@ -314,6 +318,7 @@ class _Deck:
             bool(self.revolved),
             self.matrix_by,
             self.systems,
+            tuple(self.young) if all(value > 0 for value in self.young) else (),
         )
 
     def _nodes_of(self, name: str, element_sets: dict[str, NDArray[np.intp]]) -> list[int]:

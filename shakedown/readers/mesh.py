@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -68,6 +69,8 @@ class Mesh:
         Whether the elements are sections of a body of revolution about the axis x = 0.
     matrix_by : str
         The code whose keywords for writing a matrix the deck has: CalculiX, Abaqus or none.
+    young : tuple of float
+        Young's moduli of the isotropic materials; empty where there are others.
     systems : mapping
         Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
     """
@@ -83,6 +86,7 @@ class Mesh:
     axisymmetric: bool = False
     matrix_by: str = ""
     systems: Mapping[str, Orientation] = field(default_factory=dict)
+    young: tuple[float, ...] = ()
 
     @classmethod
     def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
@@ -139,12 +143,17 @@ class Mesh:
 
     def at(self, labels: ArrayLike) -> FloatArray:
         """Coordinates of nodes, (k, 3) [length]; ``ProblemError`` names the first that is not there."""
-        index = {int(label): k for k, label in enumerate(self.labels)}
+        index = self._index
         wanted = [int(label) for label in np.asarray(labels).ravel()]
         absent = [label for label in wanted if label not in index]
         if absent:
             raise ProblemError(f"{self.name}: expected node {absent[0]}, found no coordinates of it")
         return self.coordinates[[index[label] for label in wanted]]
+
+    @cached_property
+    def _index(self) -> dict[int, int]:
+        """Where a node stands, by its label."""
+        return {label: k for k, label in enumerate(self.labels.tolist())}
 
     def _faces_of(self, element: int) -> list[Face]:
         """Nodes of every face of an element, corners first."""

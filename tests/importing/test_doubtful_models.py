@@ -56,6 +56,24 @@ def placed(change, nodes=BLOCK, more=""):
     return lambda text, deck: (text.replace("[contact]\n", f"[contact]\n{more}"), moved(deck, change, nodes))
 
 
+def changed(old, new):
+    return lambda text, deck: (text.replace(old, new, 1), deck)
+
+
+def rows_of_another_run(text, deck):
+    """The map of a run with another numbering."""
+    rows = [f"{node}.{direction}" for node in (*range(2, 46), 1) for direction in (1, 2)]
+    rows += [f"{node}.{direction}" for node in range(1018, 1086) for direction in (1, 2)]
+    return text, deck, ("changed.dof", "\n".join(rows) + "\n")
+
+
+def slower_clock(text, deck):
+    """A record in milliseconds, its period in seconds."""
+    rows = "".join(f"{k / 10},{(-1) ** (k // 5)}\n" for k in range(20))
+    file = 'file = "h.csv", column = "f", time = "t", period = 0.002'
+    return text.replace(WAVE, file.replace("0.002", "1e3"), 1), deck, ("h.csv", f"t,f\n{rows}")
+
+
 REFUSED = {
     "partners beside each other": (
         contact(f"pairs = {labels(second=[1074, 1073, *range(1075, 1082)])}"),
@@ -75,11 +93,27 @@ REFUSED = {
     ),
     "one normal out of the body": (
         contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[0, -1]', 1)}"),
-        r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 point out of it\)",
+        r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 do not\)",
     ),
     "bodies the other way round": (
         contact('pairs = ["BLOCK_TOP", "PUNCH_FOOT"]\nnormal = [0, 1]'),
         r"expected normals into the first body, found \[0, 1, 0\] at 1073/1",
+    ),
+    "a normal along the surface": (
+        contact(f"pairs = [{SETS}]\nnormal = [1, 0]"),
+        r"found \[1, 0, 0\] at \d+/\d+, where its faces have \[0, 1, 0\] \(9 of 9 do not",
+    ),
+    "friction of nodes in no known order": (
+        changed("friction = 0.3", f"friction = {[0.1, 0.5, 0.9] * 3}"),
+        "key 'friction': expected no list beside sets of nodes, whose order it cannot know",
+    ),
+    "one pair on which the body turns": (
+        contact("pairs = [[5, 1077]]\nnormal = [0, 1]"),
+        "expected an interior that the supports and the welded contact hold, found that it can move",
+    ),
+    "a load that stands for nothing": (
+        changed("history = 1.0", "history = 1.0\nvalue = 0"),
+        "not 0, found 0",
     ),
     "a normal of no length": (
         contact(f"pairs = {labels()}\nnormal = [0, 0]"),
@@ -101,9 +135,23 @@ WARNED = {
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
         "1 node(s) within the contact are no contact nodes, first 4",
     ),
+    "ends left out": (
+        contact(f"pairs = {labels(range(2, 9), range(1074, 1081))}"),
+        "lie at one place and are no pair of the contact (2 times, first 1 and 1073)",
+    ),
+    "one body for two": (
+        contact('nodes = "PUNCH_FOOT"'),
+        "lie at one place and are no pair of the contact (9 times",
+    ),
+    "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
+    "far apart": (placed(lambda x, y: (x, y - 1e-9), more="gap = 12\n"), "the least gap is 12, 48 of the spacing"),
+    "rows of another run": (rows_of_another_run, "the matrix couples nodes that share no element of the deck"),
+    "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
+    "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
+    "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
     "an alias": (push(WAVE.replace("order = 1", "order = 48")), "order 48 cannot be told from one of order 0 at 48 load step(s)"),
     "an alias that still moves": (push(WAVE.replace("order = 1", "order = 47")), "order 47 cannot be told from one of order 1"),
-    "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "order 24 cannot be told from one of order 24"),
+    "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "the sine of order 24 is 0 at 48 load step(s)"),
     "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
     "a jump at the end": (push("points = [[0, 0], [1, 1]]"), "miss 2.1 % of its range"),
     "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is 0 at every"),
@@ -126,9 +174,12 @@ WARNED = {
 
 def made(example, change):
     folder, text, deck = example
-    toml, inp = change(text, deck)
-    (folder / "changed.toml").write_text(toml.replace("punch.inp", "changed.inp"))
-    (folder / "changed.inp").write_text(inp)
+    toml, inp, *more = change(text, deck)
+    (folder / "changed.toml").write_text(toml.replace("punch.", "changed."))
+    for name in ("sti", "dof"):
+        (folder / f"changed.{name}").write_text((folder / f"punch.{name}").read_text())
+    for name, content in {"changed.inp": inp, **dict(more)}.items():
+        (folder / name).write_text(content)
     return import_model(folder / "changed.toml")
 
 
@@ -235,3 +286,27 @@ def test_nodes_between_corners_that_are_left_out_are_said(tmp_path):
     assert said.startswith(
         "faces at the contact have 3 node(s) between their corners that are no contact nodes, first 5"
     )
+
+
+def test_friction_in_per_cent_stops_the_check(example):
+    folder, _, _ = example
+    found = made(example, changed("friction = 0.3", "friction = 30"))
+    assert found.warnings == ()
+    assert not found.ready
+    _, out, _ = run("import", str(folder / "changed.toml"), "--check")
+    assert "is it in percent?" in "".join(out.splitlines()[1:3])
+    assert "STOP: 1 warning to clear up" in out
+
+
+def test_a_matrix_that_is_not_elastic_is_refused(example):
+    folder, text, _ = example
+    lines = (folder / "punch.sti").read_text().splitlines()
+    row = next(k for k, line in enumerate(lines) if line.split()[:2] == ["40", "40"])
+    lines[row] = "40 40 -1e5"
+    (folder / "broken.sti").write_text("\n".join(lines))
+    (folder / "broken.dof").write_text((folder / "punch.dof").read_text())
+    (folder / "broken.toml").write_text(text.replace("punch.sti", "broken.sti"))
+    with pytest.raises(
+        ProblemError, match=r"expected an elastic interior, positive definite, found 1 negative pivot"
+    ):
+        import_model(folder / "broken.toml")

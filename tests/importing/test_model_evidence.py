@@ -94,12 +94,12 @@ def test_matrix_and_deck_of_two_models_are_told_apart(tmp_path):
     write_import_example(tmp_path)
     made = shakedown.import_model(tmp_path / "import.toml")
     stiffness, mesh = made.stiffness, made.mesh
-    assert model_doubts(stiffness, mesh) == ()
-    assert model_doubts(stiffness, replace(mesh, coordinates=2.5 * mesh.coordinates)) == ()
+    assert model_doubts(stiffness, made.contact, mesh) == ()
+    assert model_doubts(stiffness, made.contact, replace(mesh, coordinates=2.5 * mesh.coordinates)) == ()
     stretched = replace(mesh, coordinates=mesh.coordinates * [1, 2, 1])
-    (said,) = model_doubts(stiffness, stretched)
-    assert said.startswith("rigid motions of the deck's nodes meet resistance inside the model")
-    (said,) = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), mesh)
+    (said,) = model_doubts(stiffness, made.contact, stretched)
+    assert said.startswith("rigid motions of the deck's nodes meet resistance at 45 of 96 nodes inside")
+    said, *_ = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), made.contact, mesh)
     assert said.startswith("the matrix couples nodes that share no element of the deck")
 
 

@@ -1,5 +1,6 @@
 """``[contact]``: nodes or pairs, normals into the first body, tangents or a plane, positions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,6 +50,8 @@ class ContactSection:
         Whether the configuration says what it is, be it 0.
     area : (n,) or None
         Area that each node stands for [length²], where the faces of the model give it.
+    sorted_by_place : bool
+        Whether the nodes stand in the order of their places, not in that of the configuration.
     surface : str or None
         The surface of the deck whose faces gave the normals.
     normals_are_given : bool
@@ -68,6 +71,7 @@ class ContactSection:
     gap: FloatArray
     gap_is_stated: bool
     area: FloatArray | None
+    sorted_by_place: bool
     surface: str | None
     normals_are_given: bool
 
@@ -136,13 +140,14 @@ def contact_section(
         gap.listed,
         gap_is_stated,
         area,
+        from_sets and found.axes != SPACE and model.mesh is not None,
         found.surface,
         found.given,
     )
     table.done()
     if contact.relative:
         _check_relative(contact, model, table.where)
-    placed = _placed(contact, table.where, sort=from_sets) if found.axes != SPACE else _on_patch(contact)
+    placed = _placed(contact, table.where) if found.axes != SPACE else _on_patch(contact)
     normals = in_space(placed.normals, placed.axes)
     return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
 
@@ -188,7 +193,7 @@ def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
                 )
 
 
-def _placed(contact: ContactSection, where: str, *, sort: bool) -> ContactSection:
+def _placed(contact: ContactSection, where: str) -> ContactSection:
     """The nodes in order along the contact, where sets named them, with their positions."""
     if contact.coordinates is None:
         return contact
@@ -196,13 +201,9 @@ def _placed(contact: ContactSection, where: str, *, sort: bool) -> ContactSectio
     unit = contact.normals / np.maximum(np.hypot(*contact.normals.T), np.finfo(float).tiny)[:, None]
     tangent = np.array([unit[:, 1].mean(), -unit[:, 0].mean()])
     along = plane @ tangent
+    sort = contact.sorted_by_place
     order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
-    if sort and (contact.x is not None or contact.gap.ndim):
-        key, given = ("gap", contact.gap) if contact.x is None else ("x", contact.x)
-        raise ProblemError(
-            f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, found "
-            f"one of length {len(given)}; name the nodes one by one"
-        )
+    check_order(contact, where, {"x": contact.x, "gap": contact.gap})
     size = np.hypot(*tangent)
     x = along[order] / size if contact.x is None and size > 0 else contact.x
     return replace(
@@ -213,6 +214,16 @@ def _placed(contact: ContactSection, where: str, *, sort: bool) -> ContactSectio
         coordinates=contact.coordinates[order],
         area=None if contact.area is None else contact.area[order],
     )
+
+
+def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatArray | None]) -> None:
+    """Refuse lists of one thing per node beside sets of nodes that are put in the order of their places."""
+    for key, given in lists.items():
+        if contact.sorted_by_place and given is not None and np.ndim(given):
+            raise ProblemError(
+                f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, "
+                f"found one of length {len(given)}; name the nodes one by one"
+            )
 
 
 def _on_patch(contact: ContactSection) -> ContactSection:

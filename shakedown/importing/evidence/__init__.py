@@ -4,5 +4,5 @@ What cannot be meant is refused; what is doubtful becomes a warning, one line ea
 carries with it.
 
 Reading order: ``pair_distances``, ``contact_faces``, ``bodies``, ``model_fit``, ``model_evidence`` (all
-of these), ``load_doubts``.
+of these), ``load_doubts``, ``doubtful_data`` (of any problem).
 """

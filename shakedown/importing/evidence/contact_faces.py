@@ -11,6 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.importing.contact.contact_section import ContactSection
 from shakedown.readers.mesh import CORNERS, Mesh
 
+LEVEL = np.cos(np.radians(84.0))  # a normal that does not lead into the body
 TURNED = np.cos(np.radians(15.0))  # a facet at the end of an arc of 12 to the circle is off by as much
 SHARP = np.cos(np.radians(37.0))  # from the mean: faces that meet at more than 74° belong to two sides
 
@@ -67,11 +68,11 @@ def check_normals(names: Sequence[str], given: FloatArray, faces: FloatArray, wh
     ('the normal of 7 is turned by 37° from the faces there (1 of 1 by more than 15°)',)
     """
     cosine = (given * faces).sum(axis=1)
-    if (cosine < 0).any():
-        k = int(np.argmax(cosine < 0))
+    if (wrong := cosine < LEVEL).any():
+        k = int(np.argmax(wrong))
         raise ProblemError(
             f"{where}: expected normals into the first body, found {_shown(given[k])} at {names[k]}, where "
-            f"its faces have {_shown(faces[k])} ({int((cosine < 0).sum())} of {len(names)} point out of it)"
+            f"its faces have {_shown(faces[k])} ({int(wrong.sum())} of {len(names)} do not)"
         )
     turned = int((cosine < TURNED).sum())
     if not turned:

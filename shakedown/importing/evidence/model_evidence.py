@@ -10,7 +10,12 @@ from shakedown.importing.contact.contact_section import ContactSection
 from shakedown.importing.evidence.bodies import Body, bodies_of, contact_patches, rigid_residual
 from shakedown.importing.evidence.contact_faces import contact_doubts
 from shakedown.importing.evidence.model_fit import model_doubts
-from shakedown.importing.evidence.pair_distances import PairDistances, check_distances, distances_of
+from shakedown.importing.evidence.pair_distances import (
+    PairDistances,
+    check_distances,
+    check_gap,
+    distances_of,
+)
 from shakedown.joint.result import Result
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.stiffness import Stiffness
@@ -65,7 +70,7 @@ def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tup
     """
     pairs = distances_of(contact, mesh)
     apart = () if pairs is None else check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
-    return (*apart, *contact_doubts(contact, mesh, where))
+    return (*apart, *check_gap(contact), *contact_doubts(contact, mesh, where))
 
 
 def model_evidence(
@@ -84,5 +89,5 @@ def model_evidence(
         patches=contact_patches(contact, stiffness, mesh),
         pairs=distances_of(contact, mesh),
         rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
-        warnings=(*warnings, *model_doubts(stiffness, mesh)),
+        warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
     )

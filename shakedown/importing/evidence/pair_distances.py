@@ -142,6 +142,22 @@ def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) ->
     return tuple(warnings)
 
 
+def check_gap(contact: ContactSection) -> tuple[str, ...]:
+    """A warning about a gap, or an interference, that is large beside the distance of the nodes."""
+    if contact.coordinates is None or not contact.gap.any():
+        return ()
+    spacing, gap = _spacings(contact.coordinates), np.broadcast_to(contact.gap, len(contact.coordinates))
+    nearest, deepest = np.nan_to_num(gap / spacing).min(), np.nan_to_num(-gap / spacing).max()
+    if nearest <= LARGEST and deepest <= LARGEST:
+        return ()
+    found = f"the bodies touch nowhere: the least gap is {gap.min():.3g}"
+    if deepest > LARGEST:
+        found = f"the interference is up to {-gap.min():.3g}"
+    return (
+        f"{found}, {max(nearest, deepest):.2g} of the spacing of the nodes: is it in the unit of the model?",
+    )
+
+
 def _worst(share: FloatArray) -> tuple[int, float]:
     """Where a share of the spacing is largest, and how large; 0 where no spacing is known."""
     known = np.nan_to_num(share)
