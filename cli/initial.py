@@ -53,7 +53,9 @@ def initial_state(
             raise click.UsageError(
                 "--initial witness: expected one tangential direction, found two (it is of a first collapse)"
             )
-        return _existing(shakedown.lower_bound(problem).slip, "a witness of the first collapse", load_factor)
+        return _existing(
+            shakedown.lower_bound(problem).slip, "a critical slip state of the first collapse", load_factor
+        )
     return _from_file(initial)
 
 

@@ -121,7 +121,7 @@ def _text(problem: Problem, found: NodeResults, initial: str) -> str:
     counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
     works = without_round_off(found.work, resolution(problem, found.load_factor)[1])
     unit = work_unit(problem)
-    total = f"Friction takes {number(sum(works), DIGITS)} {unit} per cycle".replace("  ", " ")
+    total = f"Friction dissipates {number(sum(works), DIGITS)} {unit} per cycle".replace("  ", " ")
     return "\n".join([*lines, paragraph(f"Nodes: {counts}. {total}."), "", _worst(problem, found)])
 
 

@@ -99,7 +99,8 @@ load_factor_option = click.option(
 start_option = click.option(
     "--initial",
     metavar="STATE",
-    help="zero, safe (through the transient too, where there is such a slip), witness, given, given:K "
+    help="zero, safe (through the transient too, where there is such a slip), witness (the critical slip "
+    "state of λ_1), given, given:K "
     "(state K of the file) or PATH.npy. "
     "Default: given where the file has initial_slip, else zero.",
 )

@@ -102,7 +102,7 @@ def solve(
 ) -> None:
     """Up to which load factor FILE shakes down: proved from every state, from this one, impossible above.
 
-    Then what the load as given (λ = 1) comes to where these decide, and every limit with its evidence.
+    Then what the nominal load (λ = 1) comes to where these decide, and every limit with its evidence.
     """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")

@@ -85,10 +85,10 @@ def _in_the_plane(limits: JointLimits, curve: shakedown.GuaranteeCurve | Missing
     elif curve is not None:
         lines += [paragraph(curve_in_words(curve, problem))]
     lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
-    thresholds = [number(each) for each in limits.friction.single_node]
+    thresholds = [number(each, 5) for each in limits.friction.single_node]
     safe, active = _safe_columns(problem, limits.upper).items()
     slips = [number(slip) for slip in limits.lower.slip]
-    witness = with_unit("witness", length_unit(problem)), slips
+    witness = with_unit("critical", length_unit(problem)), slips
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
     return [*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)]
 

@@ -1,6 +1,6 @@
 """What an engineer asks of a joint, each limit computed once.
 
-Reading order: ``assess`` (the three numbers, and the load as given), ``every_limit`` (every limit, when it
+Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, when it
 is first read; ``common_limits``, those of joints in space, too, and ``space_limits``, all that these have),
 ``shakedown_bounds`` (lower and upper bound together), ``from_state`` (the larger of energy and box bound),
 ``transient_limit`` (λ_T, up to which the joint shakes down from its own start), ``slip_limit`` (up to which

@@ -1,4 +1,4 @@
-"""What an engineer asks of a joint: three numbers, and what becomes of it under the load as given."""
+"""What an engineer asks of a joint: three numbers, and what becomes of it under the nominal load."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
-AS_GIVEN = 1.0  # the load factor of the loading as given
+AS_GIVEN = 1.0  # the load factor of the nominal load
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(Result):
     """Up to which load factors a joint is proved to shake down, and above which it cannot.
 
-    The load factor λ multiplies the periodic part of the loading; λ = 1 is the loading as given.
+    The load factor λ multiplies the periodic part of the loading; λ = 1 is the nominal load.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Assessment(Result):
 
     @property
     def said_as_given(self) -> Said:
-        """What the bounds say of the loading as given (λ = 1), without a simulation."""
+        """What the bounds say of the nominal load (λ = 1), without a simulation."""
         limits, here = self.details, self.details.from_state
         if limits.open_nodes:  # the bounds are about a state with these open
             return Said.OPEN
@@ -108,7 +108,7 @@ class Assessment(Result):
 
     @cached_property
     def as_given(self) -> Outcome:
-        """What becomes of the joint under the loading as given, from the initial slip with all nodes closed.
+        """What becomes of the joint under the nominal load, from the initial slip with all nodes closed.
 
         Where the bounds prove shakedown that is the answer; else it is simulated when first read.
         """
@@ -122,7 +122,7 @@ class Assessment(Result):
         ).outcome
 
     def to_dict(self) -> dict[str, Any]:
-        """The three numbers, and what the bounds say of the loading as given; nothing is simulated."""
+        """The three numbers, and what the bounds say of the nominal load; nothing is simulated."""
         return {word: plain(value) for word, value in self._numbers().items()}
 
     def columns(self) -> dict[str, Any]:

@@ -29,7 +29,7 @@ class ShakedownBounds(Result):
     through_transient: UpperBound | None = None
 
     def columns(self) -> dict[str, Any]:
-        """The safe slip, the witness and the load factor at which each node collapses."""
+        """The safe slip, the critical slip state, and the load factor at which each node collapses."""
         lower, upper = self.lower, self.upper
         return {"safe_slip": upper.slip, "witness": lower.slip, "collapses_at": lower.per_node}
 

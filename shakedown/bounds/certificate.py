@@ -27,8 +27,8 @@ LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
 
 ROUNDED = 8  # how many units in the last place of the data are allowed for
 
-NO_VERTEX = "exact arithmetic found no vertex from where the float solution ended"
-ROUND_OFF = "the exact answer rests on the round-off of the stored stiffness"
+NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
+ROUND_OFF = "the exact answer depends on round-off in the stored stiffness"
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""The second road to the bounds: interior points, by Clarabel or by any solver that cvxpy knows.
+"""The bounds by an independent solver: interior points, by Clarabel or by any solver that cvxpy knows.
 
-Less sharp than the simplex road; it is here to be compared with.
+Less sharp than the simplex; it is here to be compared with.
 """
 
 from collections.abc import Iterable
@@ -42,7 +42,7 @@ class ConicBound(Result):
     node
         The node that collapses (λ_1 only), else −1.
     slip : (n,)
-        The safe slip or the witness [length]; NaN unless optimal.
+        The safe slip or the critical slip state [length]; NaN unless optimal.
     solver
         Name of the solver.
     reduced_accuracy
@@ -151,7 +151,7 @@ def conic_lower_bound(
 ) -> ConicBound:
     """λ_1 from one program per node, its two rows reversed and every other row kept.
 
-    As on the first road there must be a safe slip under the mean load, and λ_1 is λ_max
+    As for the simplex there must be a safe slip under the mean load, and λ_1 is λ_max
     where all safe slips vanish before any node collapses. A node that collapses at λ = 0
     is the last one asked: none can collapse earlier.
 
@@ -195,7 +195,7 @@ def conic_lower_bound(
 
 
 def _unsafe(rows: Constraints, program: Program, start: ConicBound, tolerances: Tolerances) -> bool:
-    """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the road.
+    """Whether the smallest load factor with a safe slip is not zero, to the accuracy of the solver.
 
     Where all terms of a row vanish at a safe slip, what the solver leaves of them is all that there is
     to compare with: its own accuracy, in its own units, is allowed besides.

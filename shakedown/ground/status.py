@@ -81,7 +81,7 @@ class Search(StrEnum):
 
 
 class Said(StrEnum):
-    """What the bounds alone say of the loading as given, without a simulation.
+    """What the bounds alone say of the nominal load, without a simulation.
 
     SHAKEDOWN
         It is proved to shake down from the state asked about.

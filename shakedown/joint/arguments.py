@@ -17,7 +17,7 @@ from shakedown.joint.problem import Problem
 
 PLANE_SO_FAR = "it exists in the plane only, so far"  # why something needs one tangential direction
 NO_SUBSETS = "there are no (n+1)-subsets of cones"
-NO_SIDES = "it needs the two limits of a node, and a disc has no sides"
+NO_SIDES = "it needs the two opposite limits of a node, and in space the limit is a disc"
 NO_SIGNS = "uniqueness is decided by the signs of slips"
 MANY = 1_000_000  # of what is kept in memory, or followed one after the other
 

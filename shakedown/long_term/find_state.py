@@ -184,7 +184,10 @@ def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float
         ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
         text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
     if verdict == BLURRED:
-        return f"what changes of the loads is next to round-off beside what does not ({text})", np.nan
+        return (
+            f"the varying part of the loads is no more than round-off in the constant part ({text})",
+            np.nan,
+        )
     if verdict != BROKEN:
         return text, np.nan
     if at.done == 0:

@@ -35,7 +35,7 @@ def load_factor_scale(
     short: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
-    """Limits of the load factor on one scale, with the load factor of the loading as given.
+    """Limits of the load factor on one scale, with the load factor of the nominal load.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def load_factor_scale(
     bands
         Name → (low, high), what holds between two load factors; ``inf`` for the end of the scale.
     given
-        The load factor of the loading as given.
+        The load factor of the nominal load.
     short
         Names alone, without values, where there is little room.
     ax
@@ -55,7 +55,7 @@ def load_factor_scale(
     >>> from shakedown import plot
     >>> axes = plot.load_factor_scale({"λ_E": 0.66, "λ_max": 0.74}, bands={"proved": (0.0, 0.66)})
     >>> [text.get_text() for text in axes.texts]
-    ['λ_E = 0.66', 'λ_max = 0.74', 'as given, λ = 1']
+    ['λ_E = 0.66', 'λ_max = 0.74', 'nominal load, λ = 1']
     """
     known = [
         (value, name if short else f"{name} = {few(value, DIGITS)}")
@@ -63,7 +63,7 @@ def load_factor_scale(
         if np.isfinite(value)
     ]
     axes = axes_for(ax, (9.0, 1.6))
-    as_given = f"λ = {given:g}" if short else f"as given, λ = {given:g}"
+    as_given = f"λ = {given:g}" if short else f"nominal load, λ = {given:g}"
     texts = sorted([*known, (given, as_given)])
     letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # of the length of the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)

@@ -26,7 +26,7 @@ def hysteresis(
     nodes: Iterable[int] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Tangential reaction against slip: the area of a loop is what friction takes in one period.
+    """Tangential reaction against slip: the area of a loop is what friction dissipates in one period.
 
     Parameters
     ----------

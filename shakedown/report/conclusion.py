@@ -1,4 +1,4 @@
-"""The answer for the loading as given: its colour, its margin, its limits of validity."""
+"""The answer for the nominal load: its colour, its margin, its limits of validity."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def banner_class(v: Verification) -> str:
 
 
 def roads_in_words(v: Verification) -> str:
-    """Whether prediction and simulation agree, and both roads to the bounds; every finding is counted."""
+    """Whether prediction and simulation agree, and both solvers of the bounds; every finding is counted."""
     judged = sum(run.agrees is not None for run in v.runs)
     if v.disagreements or v.open_questions:
         wrong, sliding = len(v.disagreements), sum(run.simulation.slides_away for run in v.runs)
@@ -122,7 +122,7 @@ def limits_in_words(v: Verification) -> list[str]:
     start = "slip zero" if problem.initial_slip is None else "the first given slip"
     states = (
         f"Initial states: λ = 1, λ_E{', λ_box' * plane} and λ_T begin at {start}, with all nodes closed. "
-        f"Simulated besides: the safe slip, {'the witness, ' * plane}"
+        f"Simulated besides: the safe slip, {'the critical slip state, ' * plane}"
         f"what {count(asked.random_states, 'random transient')} with up to twice the load amplitudes "
         f"{'leaves' if asked.random_states == 1 else 'leave'} behind (seed {asked.seed})."
     )

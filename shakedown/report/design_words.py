@@ -52,7 +52,7 @@ def sweep_in_words(sweep: "Sweep", load_factor: float = 1.0) -> list[str]:
     """
     regions = sweep.regions(load_factor)
     where = [f"{text} {_places(sweep, regions == name)}" for name, text in SAID.items() if name in regions]
-    given = "At the loading as given (λ = 1)" if load_factor == 1.0 else f"At λ = {load_factor:g}"
+    given = "At the nominal load (λ = 1)" if load_factor == 1.0 else f"At λ = {load_factor:g}"
     between = "the points" if len(sweep.parameters) == 2 else "these values"
     only = f" Between {between} nothing is proved." if len(sweep.points) > 1 else ""
     sentences = [f"{given} the joint is {'; '.join(where)}.{only}"] if where else []
@@ -158,8 +158,8 @@ def _none_found(found: "SmallestCycle") -> str:
     open_ones = f", {found.undecided} of them undecided," if found.undecided else ""
     return (
         f"No cycle was found: {found.tries} simulations{open_ones} at load factors up to "
-        f"λ = {found.tried_up_to:.7g}. What takes less than {found.least_dissipation:.1e} per cycle does not "
-        "stand out of the round-off of the data, and is called none."
+        f"λ = {found.tried_up_to:.7g}. What dissipates less than {found.least_dissipation:.1e} per cycle "
+        "is no more than round-off of the data, and is called none."
     )
 
 

@@ -50,7 +50,7 @@ def rest_table(v: Verification) -> Table:
 
 
 def _node_rows(v: Verification) -> list[list[str]]:
-    """The worst of the results per node for the loading as given, and the node at which it is."""
+    """The worst of the results per node for the nominal load, and the node at which it is."""
     nodes = v.nodes
     if not nodes.period:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]

@@ -37,7 +37,7 @@ class Table:
 
 
 def bounds_table(v: Verification) -> Table:
-    """Every limit of the load factor; λ_1 and λ_max on both roads."""
+    """Every limit of the load factor; λ_1 and λ_max by both solvers."""
     upper, transient = v.limits.upper.load_factor, v.transient
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
     begins = v.limits.energy.least_load_factor
@@ -62,7 +62,7 @@ def bounds_table(v: Verification) -> Table:
     for name, one, two in pairs:
         rounded = up if name.startswith("λ_max") else down
         rows.append([name, _bound(one, rounded), _bound(two, rounded), _difference(one, two, scale)])
-    return Table(["", "load factor", "second road (Clarabel)", "relative difference"], rows)
+    return Table(["", "load factor", "independent solver (Clarabel)", "relative difference"], rows)
 
 
 def _box_row(v: Verification) -> list[tuple[str, str]]:
@@ -162,7 +162,7 @@ def remarks(run: Simulation) -> str:
     found = [f"period {run.period}"] if run.period > 1 else []
     if run.jumps_per_cycle > 0:
         lost = number(run.jump_dissipation_per_cycle, 4)
-        found.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping takes {lost}")
+        found.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping dissipates {lost}")
     if run.open_nodes:
         found.append(f"open throughout: {open_in_words(run.open_nodes)}")
     if run.proved:
@@ -184,7 +184,7 @@ def nodes_table(v: Verification) -> Table:
     for name, part in zip(names, safe, strict=True):
         columns[with_unit(f"safe slip{name} at λ_max", length)] = list(map(number, part))
     if isinstance(limits, JointLimits):
-        columns[with_unit("witness at λ_1", length)] = list(map(number, limits.lower.slip))
+        columns[with_unit("critical slip state at λ_1", length)] = list(map(number, limits.lower.slip))
     columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
     if isinstance(limits, JointLimits):
         columns["friction threshold"] = [number(f, DIGITS) for f in limits.friction.single_node]
@@ -210,7 +210,7 @@ def printed_nodes(v: Verification) -> frozenset[int] | None:
 
 
 def worst_nodes(v: Verification) -> list[int]:
-    """The nodes that slip most in the long run under the loading as given, then those pressed hardest."""
+    """The nodes that slip most in the long run under the nominal load, then those pressed hardest."""
     nodes = v.nodes
     slip = _slip_without_round_off(v, nodes.slip_range)
     keys = (-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, slip))
@@ -222,7 +222,7 @@ def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
 
 
 def worst_table(v: Verification) -> Table:
-    """What the worst nodes go through in the long run under the loading as given."""
+    """What the worst nodes go through in the long run under the nominal load."""
     problem, nodes = v.problem, v.nodes
     force, length = units_of(problem)
     work = np.array(without_round_off(nodes.work, resolution(problem, 1.0)[1]))

@@ -1,4 +1,4 @@
-"""Both bounds once more on a second road, and what the two roads say of each other."""
+"""Both bounds once more by an independent solver, and what the two answers say of each other."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.planar.collapse.lower import LowerBound
 
-ALL_NODES = 60  # up to so many nodes every one is asked on the second road; its programs grow as n³
+ALL_NODES = 60  # up to so many nodes every one is asked by the independent solver; its programs grow as n³
 FIRST_NODES = 8  # of larger joints those that collapse first
 
 
@@ -38,7 +38,7 @@ def second_road(
 
 
 def nodes_asked(lower: LowerBound) -> list[int]:
-    """The nodes that are asked on the second road, the first to collapse foremost."""
+    """The nodes that are asked by the independent solver, the first to collapse foremost."""
     order = np.argsort(lower.collapse_limits, kind="stable").tolist()  # where nothing is known: foremost
     if lower.node in order:
         order.remove(lower.node)
@@ -47,15 +47,15 @@ def nodes_asked(lower: LowerBound) -> list[int]:
 
 
 def _closest(bound: LowerBound | UpperBound, tolerances: Tolerances) -> float:
-    """How far the roads may be apart: what says that it is of reduced accuracy proves no disagreement."""
+    """How far both answers may be apart: what says that it is of reduced accuracy proves no disagreement."""
     return tolerances.cross_check if bound.reduced_accuracy else tolerances.second_road
 
 
 def road_findings(
     bounds: ShakedownBounds | SpaceBounds, second: SecondRoad, tolerances: Tolerances
 ) -> Iterator[tuple[bool | None, str]]:
-    """(False, what differs) or (None, what the second road leaves open) for each bound."""
-    # A bound may be zero: it is compared on the scale of λ_max, or of the loop as given.
+    """(False, what differs) or (None, what the independent solver leaves open) for each bound."""
+    # A bound may be zero: it is compared on the scale of λ_max, or of the nominal loop.
     size = bounds.upper.load_factor if 0 < bounds.upper.load_factor < np.inf else 1.0
     lower = bounds.lower
     pairs: list[tuple[str, LowerBound | UpperBound, ConicBound]] = [("λ_max", bounds.upper, second.upper)]
@@ -66,13 +66,13 @@ def road_findings(
         one, two = first.load_factor, other.load_factor
         if other.status == Status.UNDECIDED:
             left = f"the value rests on {road} alone"
-            yield None, f"{name}: the second road ({other.solver}) stopped without an answer; {left}"
+            yield None, f"{name}: the independent solver ({other.solver}) stopped without an answer; {left}"
         elif first.status != other.status:
-            yield False, f"{name}: {first.status} by {road}, {other.status} on the second road"
+            yield False, f"{name}: {first.status} by {road}, {other.status} by the independent solver"
         elif np.isfinite(one) and abs(one - two) > _closest(first, tolerances) * max(abs(one), size):
             seen = abs(one - two) > tolerances.second_road * other.unit
             end = "" if seen else ", which tells no smaller ones apart"
-            text = f"{name}: {one:.10g} by {road}, {two:.10g} on the second road{end}"
+            text = f"{name}: {one:.10g} by {road}, {two:.10g} by the independent solver{end}"
             yield False if seen else None, text
         elif first.reduced_accuracy:
             yield None, f"{name}: by {road} only to reduced accuracy (1e-7)"
@@ -82,5 +82,6 @@ def road_findings(
     if second.nodes < n and lower.load_factor > tolerances.feasibility:
         yield (
             None,
-            f"λ_1: on the second road sought at {second.nodes} of {n} nodes, those that collapse first",
+            f"λ_1: the independent solver has sought it at {second.nodes} of {n} nodes, those that collapse "
+            "first",
         )

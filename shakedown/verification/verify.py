@@ -78,13 +78,13 @@ class Verification(Result):
         Every simulation.
     disagreements
         One sentence each; empty where prediction and simulation agree, and both
-        roads to the bounds.
+        solvers of the bounds.
     open_questions
         One sentence for each simulation without an outcome, each bound without an answer, and each
         that exact arithmetic disputes.
     notes
         What limits the evidence without touching an answer: one sentence for each bound
-        that the second road does not reach, or not to full accuracy.
+        that the independent solver does not reach, or not to full accuracy.
     settings
         How it was made.
     """
@@ -166,14 +166,14 @@ class Verification(Result):
 
     @property
     def as_given(self) -> Run:
-        """The loading as given (λ = 1) from the first given state, or from slip zero."""
+        """The nominal load (λ = 1) from the first given state, or from slip zero."""
         name = "zero" if self.problem.initial_slip is None else "given 0"
         found = [run for run in self.runs if run.simulation.load_factor == AS_GIVEN and run.initial == name]
         return found[0]
 
     @cached_property
     def nodes(self) -> NodeResults:
-        """What every node goes through in the long run under the loading as given."""
+        """What every node goes through in the long run under the nominal load."""
         return node_results(self.as_given, tolerances=self.limits.tolerances)
 
     @property

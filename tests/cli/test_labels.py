@@ -19,7 +19,7 @@ def file(tmp_path_factory):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], ["4712/13", "safe slip [mm]", "witness [mm]", "node 1 (FE 4712/13)"]),
+        (["solve"], ["4712/13", "safe slip [mm]", "critical [mm]", "node 1 (FE 4712/13)"]),
         (["solve", "--quick"], ["4712/13", "safe slip [mm]"]),
         (["critical"], ["1 (FE 4712/13) backward", "slip there [mm]"]),
         (["simulate", "--load-factor", "0.9"], ["4712/13", "final slip [mm]", "N mm"]),

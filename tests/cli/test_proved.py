@@ -1,4 +1,4 @@
-"""What the commands say is proved: from this state, from every state, at the loading as given."""
+"""What the commands say is proved: from this state, from every state, at the nominal load."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def test_solve_says_first_what_is_certain():
         "proved from this state λ = 4.699826 slip zero",
         "impossible above λ = 4.715033 with all nodes in contact",
         "",
-        "The loading as given (λ = 1): shakes down, proved from this state.",
+        "The nominal load (λ = 1): shakes down, proved from this state.",
     ]
     first = " ".join(lines[8:13])
     assert "From slip zero the joint is proved to shake down up to λ = 4.699826 (by the box" in first

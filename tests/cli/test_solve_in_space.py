@@ -24,7 +24,8 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
     ]
     said = " ".join(out.split())
     assert (
-        "there is no first collapse λ_1: it needs the two limits of a node, and a disc has no sides" in said
+        "there is no first collapse λ_1: it needs the two opposite limits of a node, and in space the limit"
+        in said
     )
     (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  active at λ_max" in line)
     safe = shakedown.upper_bound(shakedown.example(BLOCK)).slip

@@ -17,7 +17,7 @@ def test_the_first_sentence_is_the_answer_for_the_loading_as_given():
     code, out, err = run("sweep", "two-node", "--vary", "f=0.2:0.8:4", *FAST)
     assert (code, err) == (0, "")
     said = " ".join(out.split())
-    assert "At the loading as given (λ = 1) the joint is proved to shake down from the state asked" in said
+    assert "At the nominal load (λ = 1) the joint is proved to shake down from the state asked" in said
     assert (
         "certain not to shake down with all nodes in contact at f = 0.2 and 0.4. Between these values nothing is proved."
         in said

@@ -186,9 +186,9 @@ def test_symbols_have_subscripts_and_what_the_user_wrote_has_none(slips):
 
 
 SAID = {
-    "one-node-separation": r"The loading as given \(λ = 1\): the joint is in separation: .*, simulated\.",
-    "jump": r"The loading as given \(λ = 1\): the joint shakes down with node 1 open, proved\.",
-    "receding-block": r"The loading as given \(λ = 1\): the joint .*nodes? .*",
+    "one-node-separation": r"The nominal load \(λ = 1\): the joint is in separation: .*, simulated\.",
+    "jump": r"The nominal load \(λ = 1\): the joint shakes down with node 1 open, proved\.",
+    "receding-block": r"The nominal load \(λ = 1\): the joint .*nodes? .*",
     "uncoupled": rf".*slips in every cycle, by up to {NUMBER} at node \d, simulated; reduced to λ = 0\.646554 it .*",
 }
 
@@ -201,7 +201,7 @@ def test_the_sentence_of_every_outcome_is_true(name):
 def test_a_body_that_slides_away_does_not_hold():
     free = Problem(A=[[0.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.9], [-0.1]], p_w=[[1.0], [1.0]])
     v = verified(free)
-    assert answer_in_words(v).startswith("The loading as given (λ = 1): the joint does not hold: ")
+    assert answer_in_words(v).startswith("The nominal load (λ = 1): the joint does not hold: ")
     assert "gross slip" in answer_in_words(v)
     assert rest_table(v).rows[0][1] == "–"
 

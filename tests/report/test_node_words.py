@@ -1,4 +1,4 @@
-"""Nodes by their labels, zeros without round-off, and where the loading as given lies."""
+"""Nodes by their labels, zeros without round-off, and where the nominal load lies."""
 
 import dataclasses
 

@@ -175,7 +175,7 @@ def test_every_table_names_its_columns_for_narrow_screens(page):
 
 def test_the_first_screen_has_the_answer(page):
     start = page.text[:FIRST]
-    assert "The loading as given (λ = 1)" in start
+    assert "The nominal load (λ = 1)" in start
     for name in ("proved from this state", "proved from every state", "impossible above", "slip range"):
         assert name in start
 
@@ -297,17 +297,17 @@ def test_fixed_load_steps_alone_make_no_green_banner():
 @pytest.mark.usefixtures("undrawn")
 def test_a_contradiction_stands_right_below_the_answer(two):
     text = Page(
-        render(replace(two, disagreements=("λ_max: 1 by linear programming, 2 on the second road",)))
+        render(replace(two, disagreements=("λ_max: 1 by linear programming, 2 by the independent solver",)))
     ).text
-    assert 0 < text.index("DISAGREEMENT: 1 finding") - text.index("The loading as given") < 200
-    assert text.index("2 on the second road") < text.index("proved from this state")
+    assert 0 < text.index("DISAGREEMENT: 1 finding") - text.index("The nominal load") < 200
+    assert text.index("2 by the independent solver") < text.index("proved from this state")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_solver_that_gives_up_is_a_note_and_changes_no_colour(jump):
-    noted = replace(jump, notes=("λ_1: the second road (CLARABEL) stopped without an answer",))
+    noted = replace(jump, notes=("λ_1: the independent solver (CLARABEL) stopped without an answer",))
     assert banner_class(noted) == banner_class(jump)
-    assert "Note: λ_1: the second road (CLARABEL) stopped" in Page(render(noted)).text
+    assert "Note: λ_1: the independent solver (CLARABEL) stopped" in Page(render(noted)).text
 
 
 def test_the_margin_is_about_this_state(two, block):

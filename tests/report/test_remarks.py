@@ -20,7 +20,7 @@ from tests.altered import with_limits
 
 def test_jumps_open_nodes_and_proof_are_told():
     jumping = shakedown.simulate(shakedown.example("one-node-separation"), 1.0)
-    assert remarks(jumping) == " (jumps per cycle: 1, damping takes 0.4048)"
+    assert remarks(jumping) == " (jumps per cycle: 1, damping dissipates 0.4048)"
     proved = shakedown.simulate(shakedown.example("two-node"), 0.5)
     assert remarks(proved) == " (proved)"
     apart = shakedown.Problem(A=[[1.0]], B=[[0.0]], C=[[1.0]], f=0.5, q_w=[[0.0]], p_w=[[-1.0]])

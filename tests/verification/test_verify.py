@@ -110,7 +110,9 @@ def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) 
     assert report.agrees
     assert report.open_questions == ()
     (note,) = report.notes
-    assert note.startswith("λ_max: the second road (A SOLVER) stopped without an answer; the value rests on")
+    assert note.startswith(
+        "λ_max: the independent solver (A SOLVER) stopped without an answer; the value rests on"
+    )
 
 
 def test_one_subset_is_singular() -> None:
@@ -132,7 +134,7 @@ def test_the_second_road_asks_the_node_that_collapses_first_foremost(monkeypatch
     assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
     ((open_to_doubt, text),) = room.road_findings(bounds, second, DEFAULT)
     assert open_to_doubt is None
-    assert text == "λ_1: on the second road sought at 1 of 3 nodes, those that collapse first"
+    assert text == "λ_1: the independent solver has sought it at 1 of 3 nodes, those that collapse first"
 
 
 def test_every_piece_of_work_is_told_to_the_end() -> None:

@@ -73,7 +73,7 @@ class Optimum:
             return float("nan")
         if not self.programs:
             raise SolverError(
-                "its optimum is degenerate, and every derivative there takes a program of its own"
+                "its optimum is degenerate, and every derivative there needs a program of its own"
             )
         return self._by_program(gain, turn if moves else np.zeros_like(turn))
 

@@ -35,9 +35,9 @@ INNER_GAPS = (1e-4, 1e-2)  # of inner points
 ROUNDED_TWICE = 4 * HALF_ULP  # of f S, relative: a sum and a product, and what their bound is rounded by
 
 TOO_SOFT = "the tangential stiffness is too nearly singular to prove the balance of multipliers"
-NO_ROOM = "no slip with room at every load step was found, so that none is proved to be safe"
-NO_INNER = "no multipliers with room were found"
-ROUND_OFF = "the slip is so large that the round-off of the stored stiffness makes the answer"
+NO_ROOM = "no slip was found that is safe at every load step by more than its rounding errors"
+NO_INNER = "no multipliers were found that prove more than their rounding errors"
+ROUND_OFF = "the slip is so large that round-off in the stored stiffness decides the answer"
 UNPROVED = "what proves that there is no largest load factor does not survive its rounding errors"
 
 

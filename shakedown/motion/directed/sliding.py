@@ -70,7 +70,7 @@ class Sliding(NamedState):
     direction : (2n,)
         Unit vectors along which nodes at the apex slip.
     slipped, work : (n,)
-        Path length in contact [length]; what friction takes [force × length].
+        Path length in contact [length]; what friction dissipates [force × length].
     opened, closed : (n,)
         1 where the node was open, and where it was closed.
     node, s

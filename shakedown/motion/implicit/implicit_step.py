@@ -47,7 +47,7 @@ class Steps(NamedTuple):
     slip : (k, 2n)
         Slip in contact in the last part of every load step [length].
     length, work : (k, n)
-        Length of the way in contact, and what friction takes, in every load step.
+        Length of the way in contact, and what friction dissipates, in every load step.
     sweeps, newton_steps
         Work in all.
     """

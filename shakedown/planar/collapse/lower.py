@@ -58,13 +58,13 @@ class LowerBound(Result):
     node
         The node that collapses; −1 where none does (λ_1 is then λ_max, inf or NaN).
     slip : (n,)
-        The witness [length]: an initial state that leads to cyclic slip of ``node``
+        The critical slip state, or witness [length]: an initial state that leads to cyclic slip of ``node``
         above λ_1 in nearly every case; NaN unless optimal.
     collapse_limits : (n,)
         Load factors that each node is proved not to collapse below, in floats; 0 where nothing is
         known, inf where it never collapses, NaN where infeasible.
     active
-        (node, side) of the rows that determine the witness.
+        (node, side) of the rows that determine it.
     multipliers : (r,)
         y, ≥ 0 in the rows of ``node`` and ≤ 0 in the others, that prove the value:
         yᵀG = 0, yᵀd ≤ 1 (= 1 where λ_1 > 0), yᵀg = λ_1.

@@ -112,7 +112,7 @@ class Evidence:
             return None
         ratio, bound = coupling(problem).ratio, coupling(problem).bound
         if bound < 1.0:
-            reason = f"coupling ratio {ratio:.6g} below 1: the first collapse is the limit"
+            reason = f"coupling ratio {ratio:.4g} below 1: the first collapse is the limit"
             return Argument("first collapse", reason)
         if problem.n == 2 and self.unique:
             return Argument("two nodes", "two nodes below the friction thresholds (thesis §4.4)")
@@ -207,7 +207,7 @@ def _without_proof(reached: float, influence: Coupling, alone: float) -> Guarant
     elif isnan(ratio):
         reason = "a node is at or above its own critical friction: there is no proof, only simulation"
     elif isnan(alone):
-        reason = f"strong coupling, ratio {ratio:.3g}: there is no proof, only simulation"
+        reason = f"coupling ratio {ratio:.4g}, not below 1: there is no proof, only simulation"
     else:
-        reason = f"strong coupling, ratio {ratio:.3g}: a node may cycle alone from {up(alone)} on"
+        reason = f"coupling ratio {ratio:.4g}, not below 1: a node may cycle alone from {up(alone)} on"
     return GuaranteeStatus(status, reason, ratio, alone, nan)

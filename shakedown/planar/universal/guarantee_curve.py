@@ -39,7 +39,7 @@ class GuaranteeCurve(Result):
     nodes : (k,)
         The node that collapses; −1 where none does.
     slips : (k, n)
-        The witnesses [length].
+        The critical slip states [length].
     centre : (n,)
         The safe slip ṽ in the middle of the boxes [length].
     weights : (n,)

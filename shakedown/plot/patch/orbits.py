@@ -30,7 +30,7 @@ def slip_orbits(
     nodes: Iterable[int] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """The ways of slips in their x and y, each about its own middle, with what friction takes there.
+    """The ways of slips in their x and y, each about its own middle, with what friction dissipates there.
 
     Parameters
     ----------

@@ -41,9 +41,7 @@ class Pictured:
 def as_given_state(v: Verification) -> Pictured | None:
     """The long-term state at λ = 1; None where it was not followed from event to event."""
     state = v.as_given.simulation.long_term
-    return (
-        None if state is None or len(state.history) < 2 else Pictured(state, "at λ = 1, the loading as given")
-    )
+    return None if state is None or len(state.history) < 2 else Pictured(state, "at λ = 1, the nominal load")
 
 
 def cycling_state(v: Verification) -> Pictured | None:
@@ -100,8 +98,8 @@ def _loops(pictured: Pictured, problem: Problem) -> Picture:
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
         f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is what "
-        f"friction takes at the node in one period ({per}); the joint takes {total} per cycle. Beside them "
-        f"the tangential reaction of {names[0]} between its limits."
+        f"friction dissipates at the node in one period ({per}); the joint dissipates {total} per cycle. "
+        f"Beside them the tangential reaction of {names[0]} between its limits."
     )
     return picture(
         caption,
@@ -195,8 +193,8 @@ def _zone_map(path: EventHistory, problem: Problem, name: str) -> Drawing:
 def _slips(pictured: Pictured, problem: Problem) -> Picture:
     path = pictured.state.history
     caption = (
-        f"How far each node slips back and forth in contact, and what friction takes there in one period: "
-        f"{pictured.which}."
+        f"How far each node slips back and forth in contact, and what friction dissipates there in one "
+        f"period: {pictured.which}."
     )
     return picture(
         caption,

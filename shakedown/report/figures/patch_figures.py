@@ -116,8 +116,8 @@ def _orbits(pictured: Pictured, problem: Problem) -> Picture:
     per = "cycle" if state.period == 1 else f"{state.period} cycles"
     caption = (
         f"Slip orbits of the nodes that dissipate most, over one period ({per}): {pictured.which}. Each is "
-        f"drawn about its own middle, the circle is its beginning; the joint takes {total} per cycle. Beside "
-        "them the tangential reactions over their limits: on the rim a node slips, or is about to."
+        f"drawn about its own middle, the circle is its beginning; the joint dissipates {total} per cycle. "
+        "Beside them the tangential reactions over their limits: on the rim a node slips, or is about to."
     )
     slips = partial(plot.slip_orbits, state, problem, nodes=worst)
     reactions = partial(plot.reaction_orbits, state, problem, nodes=worst)
@@ -209,7 +209,7 @@ def instants(path: EventHistory) -> list[float]:
 def _slips(pictured: Pictured, problem: Problem) -> Picture:
     state, size = pictured.state, _size(problem, True)
     caption = (
-        "How far each node slips in all in one period, in contact, and what friction takes there: "
+        "How far each node slips in all in one period, in contact, and what friction dissipates there: "
         f"{pictured.which}."
     )
     return picture(

@@ -53,7 +53,7 @@ def scale_picture(v: Verification) -> Picture:
     if np.isfinite(upper.load_factor) and not upper.open_nodes:
         bands["excluded"] = (upper.load_factor, np.inf)
     shown = ", ".join(f"{name} = {few(value, DIGITS)}" for name, value in marks.items() if np.isfinite(value))
-    alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the loading as given"
+    alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the nominal load"
     state = (
         f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
     )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def answer_in_words(v: Verification) -> str:
-    """What becomes of the joint under the loading as given, and up to which loads it shakes down.
+    """What becomes of the joint under the nominal load, and up to which loads it shakes down.
 
     Examples
     --------
@@ -35,7 +35,7 @@ def answer_in_words(v: Verification) -> str:
     reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes down, proved; bolt preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
-    given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The loading as given (λ = 1)"
+    given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The nominal load (λ = 1)"
     constant = constant_loads_in_words(v.problem) if loads else ""
     return f"{given}: {'; '.join(filter(None, [_what(v), constant]))}."
 
@@ -122,7 +122,7 @@ def margin_of_answer(v: Verification) -> str:
         parts = [f"{_percent(value, down)} {how}" for value, how in known if value > 1]
         return f"Margin on the amplitude: {', '.join(parts)}." if parts else ""
     parts = [f"{_percent(value, up)}, {how}" for value, how in known if 0 < value < 1]
-    return f"No margin: enough is an amplitude smaller by {'; by '.join(parts)}." if parts else ""
+    return f"Reduce the amplitude by {'; by '.join(parts)}." if parts else ""
 
 
 def _percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:

@@ -1,4 +1,4 @@
-"""What is certain: the three numbers of a joint, the load as given, and what they rest on."""
+"""What is certain: the three numbers of a joint, the nominal load, and what they rest on."""
 
 from __future__ import annotations
 
@@ -134,15 +134,15 @@ def loads_of_numbers(found: Assessment) -> list[str]:
 
 
 def said_as_given_in_words(found: Assessment) -> str:
-    """What becomes of the loading as given (λ = 1), where the bounds decide it.
+    """What becomes of the nominal load (λ = 1), where the bounds decide it.
 
     Examples
     --------
     >>> import shakedown
     >>> said_as_given_in_words(shakedown.assess(shakedown.example("block-9")))
-    'The loading as given (λ = 1): shakes down, proved from this state.'
+    'The nominal load (λ = 1): shakes down, proved from this state.'
     """
-    given = "The loading as given (λ = 1)"
+    given = "The nominal load (λ = 1)"
     if found.said_as_given == Said.SHAKEDOWN:
         return f"{given}: shakes down, proved from this state."
     if found.said_as_given == Said.IMPOSSIBLE:

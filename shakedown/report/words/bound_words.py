@@ -1,4 +1,4 @@
-"""What the bounds mean for the joint, and where the loading as given lies between them."""
+"""What the bounds mean for the joint, and where the nominal load lies between them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     ...     print(line)
     Below λ_1 = 0.646554 the joint, closed at all nodes, shakes down from every initial state (no ...).
     Above λ_max = 0.6465541 it cannot shake down with all nodes in contact.
-    The loading as given (λ = 1) lies at or above λ_max.
+    The nominal load (λ = 1) lies at or above λ_max.
     """
     lower, upper = limits.lower, limits.upper
     reservations = reservations_in_words(limits)
@@ -125,8 +125,8 @@ def _between(limits: JointLimits) -> str:
     every, usual = (", on every path", ", with the corners in their order") if domain else ("", "")
     lasting = "" if before is None else f"; {_through_transient(before, limits)}"
     return (
-        f"{where} {what} decides: from {safe} safe slip the joint shakes down{every}; from the witness, "
-        f"where {node} has lost its range of safe slips, it usually does not{usual}{lasting}."
+        f"{where} {what} decides: from {safe} safe slip the joint shakes down{every}; from the critical slip "
+        f"state, where {node} has lost its range of safe slips, it usually does not{usual}{lasting}."
     )
 
 
@@ -169,11 +169,11 @@ def _as_given(limits: JointLimits) -> str:
         if lower.status == Status.INFEASIBLE:
             place = "where safe slips exist"
         place += from_here_in_words(limits)
-    return f"The loading as given (λ = 1) lies {place}."
+    return f"The nominal load (λ = 1) lies {place}."
 
 
 def _below_collapse(limits: JointLimits) -> str:
-    """Where the loading as given lies below λ_1: what is proved of it."""
+    """Where the nominal load lies below λ_1: what is proved of it."""
     known = proved_up_to(limits.universal)
     if known > 1:
         return "below λ_U: proved from every initial state that is " + admissible_in_words(limits.universal)
@@ -183,7 +183,7 @@ def _below_collapse(limits: JointLimits) -> str:
 
 
 def from_here_in_words(limits: Limits) -> str:
-    """Whether the loading as given is proved from this state, where every state does not do the same."""
+    """Whether the nominal load is proved from this state, where every state does not do the same."""
     energy, box = limits.energy, present(limits.box)
     if energy.open_nodes:
         return ""
@@ -206,9 +206,7 @@ def reservations_in_words(limits: Limits) -> list[str]:
         if bound.uncertified:
             sentences.append(f"{name} is not certified: {bound.uncertified}.")
         if bound.reduced_accuracy:
-            sentences.append(
-                f"{name} has reduced accuracy (1e-7): the data are at the end of double precision."
-            )
+            sentences.append(f"{name} has reduced accuracy (1e-7): limited by floating-point precision.")
     return sentences
 
 

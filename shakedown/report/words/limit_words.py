@@ -21,9 +21,9 @@ def coupling_in_words(ratio: float) -> str:
     Examples
     --------
     >>> coupling_in_words(0.5), coupling_in_words(1.5)
-    ('moderate coupling: the first collapse is the limit', 'strong coupling')
+    ('below 1: the first collapse is the limit', 'not below 1')
     """
-    return "moderate coupling: the first collapse is the limit" if ratio < 1 else "strong coupling"
+    return "below 1: the first collapse is the limit" if ratio < 1 else "not below 1"
 
 
 def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str:

@@ -1,4 +1,4 @@
-"""What a simulation found: the loading as given, its proof and its margin."""
+"""What a simulation found: the nominal load, its proof and its margin."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SEPARATION = (
 def as_given_in_words(
     run: Run, unit: str = "", problem: Problem | None = None, universal: UniversalBound | None = None
 ) -> str:
-    """The answer for the loading as given: what becomes of the joint at λ = 1, with the unit of slips.
+    """The answer for the nominal load: what becomes of the joint at λ = 1, with the unit of slips.
 
     With the problem its nodes are called by their labels; with the universal bound it is
     said where shakedown is proved from every state.
@@ -37,7 +37,7 @@ def as_given_in_words(
     >>> import shakedown
     >>> result = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
     >>> print(as_given_in_words(result.as_given))
-    At the loading as given (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
+    At the nominal load (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
     slip, simulated.
     """
     state = run.simulation
@@ -45,7 +45,7 @@ def as_given_in_words(
     order = ", with the corners of the load domain in their order" * (
         problem is not None and problem.is_domain
     )
-    here = f"At the loading as given (λ = 1){order}, from {start}, the joint"
+    here = f"At the nominal load (λ = 1){order}, from {start}, the joint"
     slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
     if state.outcome == Outcome.SHAKEDOWN:
         kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""

@@ -1,4 +1,4 @@
-"""What the limits of a joint with two tangential directions mean, and where the loading as given lies."""
+"""What the limits of a joint with two tangential directions mean, and where the nominal load lies."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from shakedown.assessment.space_limits import SpaceLimits
 
 NO_FIRST_COLLAPSE = (
-    "With two tangential directions there is no first collapse λ_1: it needs the two limits of a node, and "
-    "a disc has no sides."
+    "With two tangential directions there is no first collapse λ_1: it needs the two opposite limits of a "
+    "node, and in space the limit is a disc."
 )
 
 
@@ -74,4 +74,4 @@ def _as_given(limits: SpaceLimits) -> str:
         begun = "between λ_U and" if known > 0 else "below"
         place = f"{begun} λ_max" if upper.status == Status.OPTIMAL else "where safe slips exist"
         place += from_here_in_words(limits)
-    return f"The loading as given (λ = 1) lies {place}."
+    return f"The nominal load (λ = 1) lies {place}."

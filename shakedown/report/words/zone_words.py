@@ -26,7 +26,7 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
     ...     print(line)
     With nodes 0–4, 28–32 open and all others closed there is a safe slip up to λ_max = 0.2281044: ...
     Above λ_max = 0.2281045 no slip-free state has exactly these nodes open and all others closed ...
-    The loading as given (λ = 1) lies at or above λ_max of this zone.
+    The nominal load (λ = 1) lies at or above λ_max of this zone.
     """
     where = f"With {open_in_words(upper.open_nodes, problem)} open and all others closed"
     if upper.status == Status.INFEASIBLE:
@@ -48,7 +48,7 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
         ]
     if upper.pinned and (problem is None or upper.pinned != rigid_slips(problem).pinned):
         sentences.append(pinned_in_words(upper.pinned, problem))
-    return [*sentences, f"The loading as given (λ = 1) lies {_place(upper)}."]
+    return [*sentences, f"The nominal load (λ = 1) lies {_place(upper)}."]
 
 
 def _place(upper: UpperBound) -> str:
