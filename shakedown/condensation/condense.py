@@ -375,7 +375,6 @@ def condensed_stiffness(
     stiffness = 0.5 * (stiffness + stiffness.T)
     A, _, _ = frame.layout.blocks(stiffness)
     A += np.diag(np.where(guided, A.max(), 0.0))
-    stiffness.setflags(write=False)
     modes = zero_modes(stiffness)
     return Condensation(
         frame=frame,

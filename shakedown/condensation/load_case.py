@@ -131,6 +131,7 @@ class LoadCase(Result):
             raise ProblemError(f"{self.name}: expected a history or a range, found {found}")
         if self.range is not None and not (len(self.range) == 2 and self.range[0] <= self.range[1]):
             raise ProblemError(f"{self.name}: range: expected [low, high], found {self.range.tolist()}")
+        super().__post_init__()
 
     @property
     def is_stated(self) -> bool:
@@ -264,5 +265,4 @@ def _real(label: str, value: Any, dimensions: tuple[int, ...]) -> FloatArray:
         raise ProblemError(f"{label}: expected {dimensions[-1]} axis/axes, found shape {array.shape}")
     if not np.isfinite(array).all():
         raise ProblemError(f"{label}: expected finite numbers, found {array[~np.isfinite(array)][0]}")
-    array.setflags(write=False)
     return array

@@ -58,10 +58,6 @@ class Constraints(Result):
     step: NDArray[np.intp]
     rigid: RigidSlips = field(repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        for array in (self.G, self.d, self.g, self.node, self.side, self.step):
-            array.setflags(write=False)
-
     @property
     def n(self) -> int:
         """Number of slips: with one direction that of contact nodes."""

@@ -35,10 +35,6 @@ class Loading(Result):
     q1: FloatArray
     p1: FloatArray
 
-    def __post_init__(self) -> None:
-        for array in (self.q0, self.p0, self.q1, self.p1):
-            array.setflags(write=False)
-
     def at(self, load_factor: float) -> tuple[FloatArray, FloatArray]:
         """The welded reactions (q_w, p_w), (m, dn) and (m, n) [force], at a load factor.
 

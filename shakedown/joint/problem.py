@@ -18,6 +18,7 @@ from shakedown.ground.visible_text import one_line, shortened, visible
 from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.fields.numbers import check_ratios, in_range, real_numbers
 from shakedown.joint.fields.places import check_places, without_cancelled
+from shakedown.joint.fields.read_only import ReadOnly
 from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
 from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
 from shakedown.joint.law import Law
@@ -36,7 +37,7 @@ class Load(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Problem:
+class Problem(ReadOnly):
     """Contact stiffness, friction and loading loop of a joint, validated on construction.
 
     The reactions at the n contact nodes are (thesis (2.10), (2.11))
@@ -198,10 +199,10 @@ class Problem:
         if "stiffness_accuracy" in arrays:
             object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
         for key, array in arrays.items():
-            array.setflags(write=False)
             object.__setattr__(self, key, array)
         for key, found in listed.items():
             object.__setattr__(self, key, found)
+        super().__post_init__()
 
     @property
     def n(self) -> int:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import field_names, plain, same, short
 from shakedown.ground.visible_text import one_line
+from shakedown.joint.fields.read_only import ReadOnly
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ WIDTH, LINES = 79, 24  # of what is shown: one screen
 FIRST = ("load_factor", "status", "outcome")  # what is shown of a result inside another one, if it has it
 
 
-class Result:
+class Result(ReadOnly):
     """Base of the frozen dataclasses that functions return.
 
     A result class derives from it and leaves comparing and showing to it::
@@ -36,6 +37,7 @@ class Result:
     - ``==`` compares type and fields, arrays by value and NaN as equal; it never
       raises. Fields declared with ``field(compare=False)`` are left out: how long
       something took. Results are not hashable, as the arrays in them are not.
+    - Arrays are read-only, those of copies too.
     - ``to_dict()`` has the words of ``DOCUMENT``, names of fields and properties: those
       of the JSON that the command line writes. By default all fields.
     - ``to_frame()`` has the columns of ``TABLE``, by default every one of these words

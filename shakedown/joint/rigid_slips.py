@@ -191,7 +191,6 @@ def _sorted(motions: FloatArray, pinned: list[int], doubt: str) -> RigidSlips:
     nodes = [pinned[k] for k in order]
     motions = motions[:, order]
     motions[nodes] = np.eye(len(nodes))
-    motions.setflags(write=False)
     return RigidSlips(motions, tuple(nodes), doubt)
 
 

@@ -159,8 +159,8 @@ def test_the_widest_row_fits_80_columns(breathing, monkeypatch):
 def test_round_off_is_no_dissipation(breathing, monkeypatch):
     problem = shakedown.load_problem(breathing)
     found = shakedown.initial_state_map(problem, 1.0, states=16)
-    found.dissipation[:] = 6e-14
-    found = replace(found, limit_cycles=(replace(found.limit_cycles[0], dissipation=(5e-14, 6e-14)),))
+    one = replace(found.limit_cycles[0], dissipation=(5e-14, 6e-14))
+    found = replace(found, dissipation=np.full(16, 6e-14), limit_cycles=(one,))
     monkeypatch.setattr(shakedown, "initial_state_map", lambda *_, **__: found)
     _, out, _ = run("map", breathing, "--load-factor", "1", "--states", "16")
     assert "e-14" not in out

@@ -1,7 +1,9 @@
 """A problem is accepted as it should be, or refused with one line that says what, where, expected, found."""
 
+import copy
 import dataclasses
 import os
+import pickle
 import stat
 import struct
 import zipfile
@@ -334,11 +336,14 @@ def test_writing_where_there_is_no_folder_is_refused(tmp_path):
 
 
 def test_a_problem_cannot_be_changed():
-    problem = shakedown.example("two-node")
+    problem = Problem(**valid())
     with pytest.raises(dataclasses.FrozenInstanceError):
         problem.f = 0.1
-    with pytest.raises(ValueError, match="read-only"):
-        problem.A[0, 0] = 1.0
+    for one in (problem, copy.copy(problem), copy.deepcopy(problem), pickle.loads(pickle.dumps(problem))):
+        assert one == problem
+        for array in (one.A, one.f, one.q_w, one.initial_slip, one.kappa):
+            with pytest.raises(ValueError, match="read-only"):
+                array[0] = 1.0
 
 
 def test_the_caller_keeps_its_arrays():

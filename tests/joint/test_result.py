@@ -8,6 +8,7 @@ import json
 import pickle
 import sys
 import typing
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -161,6 +162,45 @@ def test_compares_by_value_without_raising(name):
     assert not result != again  # noqa: SIM202
     with pytest.raises(TypeError, match="unhashable"):
         hash(result)
+
+
+def parts(value):
+    """What a value keeps: its elements or attributes, those that are worked out at the first call included."""
+    if isinstance(value, list | tuple):
+        return list(value)
+    if dataclasses.is_dataclass(value):
+        for name, _ in inspect.getmembers_static(
+            type(value), lambda a: isinstance(a, functools.cached_property)
+        ):
+            with suppress(shakedown.ShakedownError):  # what this one does not have
+                getattr(value, name)
+        value = {name: part for name, part in vars(value).items() if name != "_derived"}
+    return list(value.values()) if isinstance(value, dict) else []
+
+
+def arrays_in(value, seen):
+    """All arrays that it keeps, and its parts keep."""
+    for part in parts(value):
+        if isinstance(part, np.ndarray):
+            yield part
+        elif id(part) not in seen and not isinstance(part, type):
+            seen[id(part)] = part
+            yield from arrays_in(part, seen)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_no_array_in_it_can_be_written(name):
+    result = made(name)
+    for one in (result, copy.copy(result), copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
+        assert not [array.shape for array in arrays_in(one, {}) if array.flags.writeable]
+
+
+def test_what_somebody_else_holds_stays_writable():
+    slip, force, radii = np.zeros(2), np.ones(3), np.array([0.25, 1.0])
+    case = shakedown.LoadCase(history=[1.0, 0.0], force=force)
+    holders = shakedown.long_term_state(two(), 0.5, slip), shakedown.guarantee_curve(two(), radii), case
+    assert not [array for holder in holders for array in arrays_in(holder, {}) if array.flags.writeable]
+    assert all(array.flags.writeable for array in (slip, force, radii))
 
 
 def changed(value):

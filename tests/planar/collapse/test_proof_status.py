@@ -77,7 +77,7 @@ def test_single_node_cycle_is_a_start_that_cycles() -> None:
     problem = shakedown.example("three-node")
     cycle = single_node_cycle(problem)
     assert cycle.node == 0
-    v = cycle.slip
+    v = cycle.slip.copy()
     for _ in range(60):
         v, slipped = implicit_cycle(problem, 1.0001 * cycle.load_factor, v)
     assert slipped > 1.0
