@@ -42,8 +42,8 @@ FLOORS = (
         "campaign",
     },
     {"long_term", "planar.universal", "importing"},
-    {"assessment", "long_term.returning"},
-    {"verification", "studies", "studies.maps", "studies.designs", "plot"},
+    {"assessment", "long_term.proved"},
+    {"long_term.returning", "verification", "studies", "studies.maps", "studies.designs", "plot"},
     {"report"},
     {"cli", "benchmarks", "__main__"},
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import nextafter
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -10,13 +11,17 @@ from numpy.typing import ArrayLike
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.energy_proof import BELOW as CERTAIN
+from shakedown.long_term.energy_proof import bound_of_start
 from shakedown.long_term.find_state import long_term_state
+from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 
 if TYPE_CHECKING:
@@ -151,7 +156,8 @@ def transient_limit(
     top = _top(problem, opened, tolerances) if largest is None else largest
     check_scan(top, steps, accuracy)
     histories = _Histories(problem, start, opened, tolerances, {})
-    low, high = histories.last_change(np.linspace(0.0, float(top), steps + 1))
+    scan = np.linspace(0.0, float(top), steps + 1)
+    low, high = histories.last_change(np.union1d(scan, histories.certain(float(top))))
     return histories.limit(*histories.narrowed(low, high, accuracy * float(top), COARSE * float(top)))
 
 
@@ -183,9 +189,19 @@ class _Histories:
             self.shakes_down, low, high, lambda end: max(width, coarse) if self.is_open(end) else width
         )
 
+    def certain(self, top: float) -> list[float]:
+        """The load factor up to which shakedown is proved from the start, where it lies within the scan."""
+        bound = bound_of_start(Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes))
+        if isinstance(bound, Missing) or not 0.0 < bound.load_factor < top:
+            return []
+        return [nextafter(CERTAIN * bound.load_factor, 0.0)]
+
     def limit(self, low: float, high: float) -> TransientLimit:
         """All that has been found, with a proof near ``low``."""
         at_proved = self._proved(low) if np.isfinite(low) else None
+        for state in (self.runs[each] for each in self.certain(low)):
+            if state.proved and (at_proved is None or at_proved.load_factor < state.load_factor):
+                at_proved = state
         scanned = np.array(sorted(self.runs))
         outcomes = tuple(self.runs[float(x)].outcome for x in scanned)
         expected = scanned <= low if np.isfinite(low) else np.zeros(len(scanned), dtype=bool)

@@ -117,6 +117,29 @@ def rigid_slips(problem: Problem) -> RigidSlips:
     return _pinned(directions[n - count :].T, lengths, doubt)
 
 
+@once_per_problem
+def can_drift(problem: Problem) -> bool:
+    """Whether some motion of the nodes changes no reaction: only then may slips grow for ever.
+
+    A zero mode of κ, or of A where nodes cannot open (docs/energy.md, section 9), or one in doubt.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> can_drift(shakedown.example("two-node"))
+    False
+    """
+    stiffness = problem.A if problem.C is None else problem.kappa
+    lengths = 1.0 / np.sqrt(np.where(np.diag(stiffness) > 0, np.diag(stiffness), 1.0))
+    values = np.abs(np.linalg.eigvalsh(stiffness * lengths * lengths[:, None]))
+    accuracy, most = problem.stiffness_accuracy, float(values.max())
+    relative = np.sort(values) / most if most > 0.0 else values
+    count, doubt = (
+        _without_resistance(relative) if accuracy is None else _below(relative, FIRST_DIGIT * accuracy)
+    )
+    return count > 0 or bool(doubt)
+
+
 def _without_resistance(values: FloatArray) -> tuple[int, str]:
     """How many of the singular values, in increasing order, are round-off, and what is doubtful about it."""
     floor = len(values) * np.finfo(float).eps

@@ -4,15 +4,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
 from math import nan
+from typing import TypeGuard
 
 import numpy as np
 
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
+from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import present, sought
+from shakedown.ground.evidence import Missing, allowed, present, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage
 from shakedown.motion.kernels.contact_status import OPEN
@@ -32,7 +35,8 @@ class EnergyProof:
     single_node_margin: float
 
 
-NO_PROOF, BY_BOX = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
+NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
+BELOW = 1.0 - 1e-9  # of a load factor up to which something is proved: round-off of the bound
 
 
 @on_one_thread
@@ -63,11 +67,13 @@ def energy_proof(
     ball = _ball(problem, load_factor, final_slip, passage.tolerances, open_nodes)
     if ball is not None and any(ball.contains(slip) for slip in slips_in_zone(passage, most, open_nodes)):
         return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
+    if bound_proves(bound_of_start(passage), load_factor):
+        return WITHOUT_MARGIN
     if open_nodes or problem.directions > 1:  # boxes are of one direction
         return NO_PROOF
     states = chain([final_slip], slips_in_zone(passage, most, ()))
     proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
-    return BY_BOX if next(proofs) and any(proofs) else NO_PROOF
+    return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 
 def slips_in_zone(passage: Passage, most: int, open_nodes: tuple[int, ...]) -> Iterator[FloatArray]:
@@ -101,3 +107,28 @@ def _ball(
         return None
     found = present(ball)
     return found if found is not None and found.contains(final_slip) else None
+
+
+def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
+    """Whether a load factor lies where a bound proves shakedown, by more than its round-off."""
+    if isinstance(bound, Missing):
+        return False
+    return bool(bound.least_load_factor <= load_factor < BELOW * bound.load_factor)
+
+
+def bound_of_start(begun: Passage) -> EnergyBound | Missing:
+    """λ_E of the start, worked out once."""
+    known = _known_bounds(begun.problem)
+    asked = begun.start.tobytes(), begun.open_nodes, begun.tolerances
+    if asked not in known:
+        known[asked] = allowed(
+            energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
+            tolerances=begun.tolerances,
+        )  # fmt: skip
+    return known[asked]
+
+
+@once_per_problem
+def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
+    """Bounds of one problem that are known already, by start, open nodes and tolerances."""
+    return {}

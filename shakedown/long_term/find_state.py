@@ -16,6 +16,7 @@ from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.proved.proved_rest import heeding_proofs
 from shakedown.long_term.returning.returned_state import returned_state
 from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
 from shakedown.long_term.state import LongTermState
@@ -113,7 +114,7 @@ def settled_state(
     if problem.directions > 1:
         start = checked_initial_slip(problem, initial_slip)
         begun = Passage(problem, float(load_factor), tolerances, start, open_nodes)
-        return returned_state(begun, *patience)
+        return heeding_proofs(returned_state(begun, *patience))
 
     most_cycles, longest_period, halt = patience
 
@@ -123,7 +124,7 @@ def settled_state(
 
     with lent(problem, "search", (tolerances, most_cycles, longest_period), build) as search:
         search.begin(load_factor, initial_slip, open_nodes)
-        return _found(search, open_nodes, most_cycles, halt)
+        return heeding_proofs(_found(search, open_nodes, most_cycles, halt))
 
 
 def _found(
@@ -166,7 +167,7 @@ def _found(
         met=met,
         most_cycles=most_cycles,
         begun=Passage(evolution.problem, evolution.load_factor, evolution.tolerances, start, open_nodes),
-        goal=State(seen.goal.copy(), seen.contact.copy()),
+        goal=State(seen.goal.copy(), seen.contact.copy()) if known else evolution.state,
     )
 
 

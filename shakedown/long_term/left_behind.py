@@ -24,7 +24,8 @@ def slip_left_behind(
     """Slip after a random transient from slip zero, and then the first load of the motion, (dn,) [length].
 
     The transient has 1 to 12 load steps, each anywhere between two load steps of the loop. A node that is
-    open in the end has its displacement; of a body that slides away it is the slip up to there.
+    open in the end has its displacement; of a body that slides away it is the slip up to there, and none of
+    one that nothing holds.
 
     Parameters
     ----------
@@ -59,4 +60,5 @@ def slip_left_behind(
         q_transient=before_q,
         p_transient=before_p,
     )
-    return np.asarray(evolve(passed, 0.0, tolerances=tolerances).history.v[-1])
+    slips = evolve(passed, 0.0, tolerances=tolerances).history.v
+    return np.asarray(slips[-1]) if len(slips) else np.zeros(problem.layout.slip_size)

@@ -10,6 +10,7 @@ from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.layout import Layout
+from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.settling.path_check import Scale, path_check
 from shakedown.long_term.settling.period_map import period_map
@@ -106,6 +107,7 @@ class LimitSearch:
         evolution, scale = self.evolution, self.evolution.scale
         share, lost = evolution.tolerances.periodicity, evolution.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
+        self._near = near
         weigh(self.compiled, scale.force, scale.length, near, 0.0 < moving < BLURRED * lost)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, CLEAR * lost))
 
@@ -155,8 +157,13 @@ class LimitSearch:
         """The limit of an affine map that drifts, or nearly so."""
         affine, k = self.compiled.map, self.standing.nodes
         end = limit(affine.power.ravel()[: k * k].reshape(k, k), affine.change[:k])
-        affine.limit[:k], affine.drift[:k] = end.change, end.drift
-        tell(self.compiled, LIMIT_WANTED, float(end.decaying), end.contraction)
+        decaying, drift = end.decaying, end.drift
+        if not can_drift(self.evolution.problem):  # what does not decay then is too slow to be told from it
+            of_nodes = self.compiled.weight[affine.stuck[affine.moves[:k]]]
+            decaying = decaying and bool(np.all(of_nodes * np.abs(drift) <= self._near))
+            drift = np.zeros_like(drift)
+        affine.limit[:k], affine.drift[:k] = end.change, drift
+        tell(self.compiled, LIMIT_WANTED, float(decaying), end.contraction)
 
     def _give_up(self) -> None:
         """Nothing holds the moving nodes of the state that a search is to go on from."""

@@ -22,9 +22,12 @@ from shakedown.joint.arguments import (
 )
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
-from shakedown.long_term.returning.returned_state import ReturnedStates
-from shakedown.long_term.settling.search import Answers
+from shakedown.long_term.proved.proved_rest import CLEAR
+from shakedown.long_term.returning.returned_state import ReturnedStates, enter
+from shakedown.long_term.settling.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
+from shakedown.motion.contact_law import scales
 from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.integrator import Evolution
 
@@ -205,3 +208,30 @@ class _Batch:
             block = slice(first, first + size)
             answers = Answers._make(column[block] for column in self.answers)
             search.from_slips(self.starts[block], answers, lambda: self.stopped)
+            if self.problem.directions == 1 and not self.stopped:
+                self._heed_proofs(self.starts[block], answers)
+
+    def _heed_proofs(self, starts: FloatArray, answers: Answers) -> None:
+        """Ask for single answers where a search has come to no end, or to cycles that slip next to nothing.
+
+        Of cycles through the same contact states the first one tells, unless its answer is another.
+        """
+        none = self.tolerances.periodicity * scales(self.problem, self.load_factor).length / CLEAR
+        slips = np.nan_to_num(answers.slip).max(axis=1, initial=0.0)
+        cycles = (answers.verdict > SHAKEDOWN) & ((answers.verdict != CYCLIC_SLIP) | (slips < none))
+        spent = (answers.verdict == UNDECIDED) & (answers.cycles >= self.most)
+        for signature in np.unique(answers.signature[cycles]):
+            for k in np.flatnonzero(cycles & (answers.signature == signature)).tolist():
+                if not self._differs(starts[k], answers, k):
+                    break
+        for k in np.flatnonzero(spent | (answers.verdict == BLURRED)).tolist():
+            self._differs(starts[k], answers, k)
+
+    def _differs(self, start: FloatArray, answers: Answers, k: int) -> bool:
+        """Whether the single answer for a start is another one; it is then entered."""
+        patience = Patience(self.most, self.longest_period)
+        state = settled_state(self.problem, self.load_factor, start, (), patience, self.tolerances)
+        if OUTCOMES[answers.verdict[k]] == state.outcome:
+            return False
+        enter(state, answers, k)
+        return True

@@ -84,7 +84,7 @@ def test_a_slow_approach_is_leapt_over(ratio):
 
 
 def test_what_is_not_found_in_time_is_undecided():
-    states = assert_agree(slow_problem(0.9999), 0.9, np.zeros((1, 2)), max_cycles=1)
+    states = assert_agree(slow_problem(0.9999), 1.1, np.zeros((1, 2)), max_cycles=1)
     assert states.outcome.tolist() == ["undecided"]
 
 

@@ -12,6 +12,7 @@ from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
+from shakedown.joint.rigid_slips import can_drift
 from shakedown.long_term.returning.approach import Approach
 from shakedown.long_term.returning.extrapolation import Course, course_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
@@ -307,7 +308,7 @@ class ReturnSearch:
             if error <= goal and steady:
                 self._note(back)
                 return self._found(Outcome.CYCLIC_SLIP, f"the same slip every {cycles_in_words(p)}", p)
-            if drifting.known and drift_error <= goal and far:
+            if drifting.known and drift_error <= goal and far and can_drift(self.motion.problem):
                 self._note(drifting)
                 return self._found(Outcome.RATCHETTING, f"the same drift every {cycles_in_words(p)}", p)
         return None

@@ -10,6 +10,7 @@ from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import OUTCOMES
 from shakedown.long_term.passage import Passage
+from shakedown.long_term.proved.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
@@ -61,15 +62,20 @@ class ReturnedStates:
         for k, start in enumerate(starts):
             if stopped():
                 return
-            self.motion.begin(self.motion.load_factor, start)
-            found = settled(self.motion, self.rules)
-            answers.final_slip[k] = found.state.u[self.layout.slips]
-            answers.verdict[k], answers.period[k] = VERDICTS[found.outcome], found.period
-            answers.cycles[k], answers.contraction[k] = found.cycles, found.contraction
-            if found.period:
-                answers.slip[k] = np.sum([record.slip for record in found.records], axis=0)
-                answers.dissipation[k] = np.mean([record.dissipation for record in found.records])
-                answers.signature[k] = found.signature
+            motion = self.motion
+            motion.begin(motion.load_factor, start)
+            begun = Passage(motion.problem, motion.load_factor, motion.tolerances, start, ())
+            found = settled(motion, self.rules)
+            state = _state(begun, found, start, motion.scale, self.rules.most_cycles)
+            enter(heeding_proofs(state), answers, k)
+
+
+def enter(state: LongTermState, answers: Answers, k: int) -> None:
+    """Enter a long-term state into a row of answers."""
+    answers.final_slip[k], answers.slip[k] = state.final_slip, state.slip_per_cycle
+    answers.dissipation[k], answers.contraction[k] = state.dissipation_per_cycle, state.contraction
+    answers.verdict[k], answers.period[k] = VERDICTS[state.outcome], state.period
+    answers.cycles[k], answers.signature[k] = state.cycles_simulated, state.signature
 
 
 def returned_state(

@@ -1,0 +1,1 @@
+"""Verdicts held against what is proved: ``proved_rest``."""

@@ -1,0 +1,106 @@
+"""What is proved overrules what a search has found: no verdict contradicts a bound."""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from shakedown.bounds.energy.ball_watch import BallWatch
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.shown_values import short
+from shakedown.ground.status import Outcome
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.problem import Problem
+from shakedown.long_term.energy_proof import BELOW, bound_of_start, bound_proves
+from shakedown.long_term.passage import Passage
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.contact_law import scales
+from shakedown.motion.cycle_record import State
+from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
+
+CLEAR = 1e-6  # of the slip per period: by less a cycle misses its start that no ball with margins can hold
+
+S = TypeVar("S", bound=LongTermState)
+
+
+def heeding_proofs(state: S) -> S:
+    """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
+
+    A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
+    what it misses holds it (docs/energy.md, section 9). All else is held against what is proved from where
+    the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
+    from there.
+    """
+    if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state):
+        return state
+    proof = proof_of_rest(state.begun, state.goal)
+    return _at_rest(state, proof) if proof else state
+
+
+@on_one_thread
+def proof_of_rest(begun: Passage, reached: State) -> str:
+    """What proves that a motion shakes down, in words; empty where nothing does.
+
+    Parameters
+    ----------
+    begun
+        Where it began.
+    reached
+        A state between two of its cycles.
+    """
+    problem, load_factor = begun.problem, begun.load_factor
+    bound = bound_of_start(begun)
+    if bound_proves(bound, load_factor):
+        return f"below λ_E = {short(bound.load_factor)} of its start"
+    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
+    if not opened:
+        every = _from_every_state(problem)
+        if not isinstance(every, Missing) and load_factor < BELOW * every.load_factor:
+            return f"below λ_U = {short(every.load_factor)}, from every state"
+    watch = BallWatch(problem, load_factor, opened, tolerances=begun.tolerances)
+    inside = allowed(watch.proves, reached.u[problem.layout.slips])
+    return "an energy ball holds the state that it has come to" if inside else ""
+
+
+@once_per_problem
+def _from_every_state(problem: Problem) -> UniversalBound | Missing:
+    return allowed(universal_bound, problem, certify=False)
+
+
+def _closes(state: LongTermState) -> bool:
+    if state.outcome != Outcome.CYCLIC_SLIP:
+        return False
+    return bool(max(_missed(state), getattr(state, "error", 0.0)) <= CLEAR * state.slip_per_cycle.max())
+
+
+def _missed(state: LongTermState) -> float:
+    """How far the last period has missed its start [length]."""
+    return state.return_error * scales(state.begun.problem, state.load_factor).length
+
+
+def _at_rest(state: S, proof: str) -> S:
+    """Shakedown with the numbers of one cycle from where the search has ended."""
+    motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
+    record = motion.cycle()
+    if record is None:
+        return state
+    return replace(
+        state,
+        outcome=Outcome.SHAKEDOWN,
+        reason=f"proved, {proof}; the search has not come to rest: {state.reason}",
+        period=1,
+        final_slip=record.end_slip,
+        drift=np.zeros_like(record.end_slip),
+        slip_per_cycle=record.slip,
+        friction_dissipation_per_cycle=record.friction_dissipation,
+        jump_dissipation_per_cycle=record.jump_dissipation,
+        jumps_per_cycle=float(len(record.jumps)),
+        open_nodes=tuple(np.flatnonzero(record.opened & ~record.closed).tolist()),
+        dissipations=np.array([record.dissipation]),
+        opened=record.opened,
+        return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
+        cycles_simulated=state.cycles_simulated - state.period + 1,
+        signature=record.signature,
+    )
