@@ -373,6 +373,7 @@ def import_model(
         notes=(
             *reduced.notes,
             *evidence.notes,
+            *_unplaced(contact),
             *_relative(contact, model.mesh),
             *circumference_notes(stiffness, model.mesh),
             *_solid(stiffness, contact, model.mesh),
@@ -463,6 +464,13 @@ def _friction(root: Table) -> FloatArray:
     if not root.has("friction"):
         raise root.missing("friction", "a number or a list")
     return np.array(root.number("friction"))
+
+
+def _unplaced(contact: ContactSection) -> tuple[str, ...]:
+    """A word on pairs of which nothing but their labels is known."""
+    if contact.labels.ndim == 1 or contact.coordinates is not None:
+        return ()
+    return ("pairs and normals are not checked, because [model] does not say where the nodes are",)
 
 
 def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:

@@ -135,6 +135,10 @@ WARNED = {
         contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
         "1 node(s) within the contact are no contact nodes, first 4",
     ),
+    "a pair the other way round": (
+        contact(f"pairs = {labels([1, 2, 3, 1076, *range(5, 10)], [1073, 1074, 1075, 4, *range(1077, 1082)])}\nnormal = [0, 1]"),
+        "1 pair(s), first 1076/4, name the bodies the other way round",
+    ),
     "ends left out": (
         contact(f"pairs = {labels(range(2, 9), range(1074, 1081))}"),
         "lie at one place and are no pair of the contact (2 times, first 1 and 1073)",

@@ -1,5 +1,8 @@
 """Whether matrix, row map and deck are of one model: neighbours by both, rigid motions that must be free."""
 
+from collections import Counter
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -22,10 +25,12 @@ _RESISTS = 1e-4  # of the stiffness of a row: what a rigid motion of its neighbo
 
 def model_doubts(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
     """Warnings where matrix, row map and deck are hardly of one model, or nodes that touch are no pairs."""
-    if mesh is None:
-        return ()
     labels, node, coupled = coupled_nodes(stiffness)
-    found = _touching(contact, mesh, labels, coupled)
+    part = connected_components(coupled, directed=False)[1]
+    found = _both_ways(contact, dict(zip(labels.tolist(), part.tolist(), strict=True)))
+    if mesh is None:
+        return found
+    found += _touching(contact, mesh, labels, part)
     if not mesh.elements or stiffness.superelement or mesh.relative or mesh.rotated:
         return found
     touching = _neighbours(mesh, labels)
@@ -102,13 +107,30 @@ def _resisting(
     )
 
 
+def _both_ways(contact: ContactSection, part: Mapping[int, int]) -> tuple[str, ...]:
+    """A warning about pairs of the same two bodies, of which now the one and now the other comes first."""
+    bodies = [tuple(part[node] for node in np.atleast_1d(pair).tolist()) for pair in contact.labels]
+    count = Counter(bodies)
+    turned = [
+        k
+        for k, own in enumerate(bodies)
+        if (other := own[::-1]) != own and other in count and (count[own], own) < (count[other], other)
+    ]
+    if not turned:
+        return ()
+    return (
+        f"{len(turned)} pair(s), first {contact.names[turned[0]]}, name the bodies the other way round: "
+        "there slip, gap and normal are those of the second body",
+    )
+
+
 def _touching(
-    contact: ContactSection, mesh: Mesh, labels: NDArray[np.intp], coupled: sparse.csr_array
+    contact: ContactSection, mesh: Mesh, labels: NDArray[np.intp], part: NDArray[np.intp]
 ) -> tuple[str, ...]:
     """A warning about nodes of two bodies at one place that are no pair of the contact."""
     if contact.relative or not set(labels.tolist()) <= set(mesh.labels.tolist()):
         return ()
-    places, part = mesh.at(labels), connected_components(coupled, directed=False)[1]
+    places = mesh.at(labels)
     size = float(np.ptp(places, axis=0).max())
     close = cKDTree(places).query_pairs(_ONE_PLACE * size, output_type="ndarray")
     close = close[part[close[:, 0]] != part[close[:, 1]]]

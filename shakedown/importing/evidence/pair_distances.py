@@ -129,7 +129,8 @@ def check_distances(pairs: PairDistances, where: str, *, gap_is_stated: bool) ->
     if largest > DOUBTFUL:
         warnings.append(
             f"pairs do not lie on each other: {names[k]} is {pairs.along[k]:.3g} apart along the surface, "
-            f"{largest:.2g} of the spacing (mean {np.nanmean(pairs.off):.2g}), as if at one place"
+            f"{largest:.2g} of the spacing (mean {np.nanmean(pairs.off):.2g}), and taken as lying at one "
+            "place"
         )
     k, largest = _worst(pairs.apart)
     if largest > DRAWN and not gap_is_stated:
