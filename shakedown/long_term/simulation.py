@@ -360,8 +360,10 @@ def _stepped_state(motion: FixedSteps | ImplicitPath, verdict: Verdict, log: Wal
 def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
-    The file has the arrays of :class:`EventHistory`, in space from event to event those of
+    The file, compressed, has the arrays of :class:`EventHistory`, in space from event to event those of
     :class:`~shakedown.motion.directed.curved_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
+    Left out is what they imply: between rows of a path in space the welded reactions change evenly, so that
+    with the slips and gaps of ``curve`` the reactions are q = q_w + A v + Bᵀ w, p = p_w + B v + C w.
 
     Raises
     ------
@@ -373,5 +375,6 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     if run.history is None:
         raise UsageError("nothing to write: simulate with record=True")
     arrays = {field.name: getattr(run.history, field.name) for field in fields(run.history)}
+    arrays.pop("reaction_curve", None)
     with atomic_write(path) as file:
-        np.savez(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)
+        np.savez_compressed(file, load_factor=run.load_factor, initial_slip=run.initial_slip, **arrays)

@@ -1,12 +1,15 @@
 """What nodes with two tangential directions go through."""
 
 import csv
+import tracemalloc
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist, squareform
 
 import shakedown
 from shakedown import Problem
+from shakedown.long_term.nodes.diameters import diameter, diameter_within
 
 
 def circling(radius: float = 1.3, limit: float = 0.5) -> Problem:
@@ -68,3 +71,40 @@ def test_a_node_that_stays_open():
     assert nodes.status == ("slip", "open")
     assert nodes.slip_range[0] == pytest.approx(np.sqrt(1.3**2 - 0.5**2), rel=1e-4)
     assert (nodes.slip_range[1], nodes.accumulated_slip[1], nodes.work[1]) == (0, 0, 0)
+
+
+PATHS = {
+    "cloud": lambda rng, s: rng.normal(size=(s, 2)),
+    "walk": lambda rng, s: np.cumsum(rng.normal(size=(s, 2)), axis=0),
+    "line": lambda rng, s: np.outer(rng.normal(size=s), [0.3, -0.7]),
+    "ellipse": lambda rng, s: np.column_stack([np.cos(np.arange(s)), 1e-3 * np.sin(np.arange(s))]),
+    "few": lambda rng, s: rng.normal(size=(3, 2))[rng.integers(3, size=s)],
+}
+
+
+@pytest.mark.parametrize("kind", PATHS)
+def test_diameters_are_those_of_all_pairs(kind):
+    rng = np.random.default_rng(0)
+    for s, size in ((1, 1.0), (2, 1e-90), (7, 1e80), (300, 1.0), (500, 1e-6)):
+        places, time = size * PATHS[kind](rng, s), np.cumsum(rng.integers(1, 4, size=s))
+        apart = squareform(pdist(places)) if s > 1 else np.zeros((1, 1))
+        assert diameter(places) == pytest.approx(apart.max(), rel=1e-12, abs=0)
+        for window in (1, 5, 200, 5000):
+            near = apart[np.abs(time[:, None] - time) < window].max()
+            assert diameter_within(places, time, window) == pytest.approx(
+                near, rel=1e-12, abs=1e-15 * apart.max()
+            )
+
+
+def test_memory_grows_with_the_path():
+    """A path of 4 × 1,440 places: all their distances from each other would be 265 MB."""
+    joint = circling()
+    twice = np.repeat(joint.q_w, 2, axis=0)
+    twice[1::2] = 0.5 * (twice[1::2] + np.roll(joint.q_w, -1, axis=0))
+    finer = Problem(A=joint.A, B=joint.B, f=joint.f, q_w=twice, p_w=np.ones((1440, 1)))
+    state = shakedown.long_term_state(finer, 1.0)
+    tracemalloc.start()
+    shakedown.node_results(state)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 30e6

@@ -12,6 +12,7 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, is_finite
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
+from shakedown.long_term.nodes.diameters import diameter, diameter_within
 from shakedown.long_term.nodes.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
 from shakedown.long_term.state import LongTermState, SteppedState
 from shakedown.motion.contact_law import path_resolution, scales
@@ -151,20 +152,17 @@ def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: F
 
 def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
     """The largest distance between two places that a node with two directions takes within a period."""
-    from scipy.spatial.distance import pdist, squareform
-
     path, layout = settled.history.refined(), settled.problem.layout
     closed = _closed(settled, path, tolerances)
     places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
     widths = np.zeros(layout.n)
     for node in np.flatnonzero(closed.any(axis=0)):
         time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
-        if settled.outcome == Outcome.RATCHETTING:  # a window of one period may lie across its end
-            time = np.concatenate([time, time + len(closed) - 1])
-            where = np.concatenate([where, where + drift[node]])
-        if np.ptp(where, axis=0).max() > 0:
-            apart = np.abs(time[:, None] - time) < len(closed)
-            widths[node] = (squareform(pdist(where)) * apart).max()
+        if settled.outcome != Outcome.RATCHETTING:
+            widths[node] = diameter(where)
+            continue
+        time = np.concatenate([time, time + len(closed) - 1])  # a window of one period may lie across its end
+        widths[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
     return widths
 
 

@@ -57,11 +57,13 @@ class CurvedHistory(EventHistory):
 
     def within(self, row: NDArray[np.intp], share: FloatArray) -> "CurvedHistory":
         """The states at a share of the step that begins in a row, (k,) of both."""
-        powers = share[:, None] ** np.arange(1, DEGREE + 1)
         n = self.w.shape[1]
 
         def along(values: FloatArray, curve: FloatArray, places: slice) -> FloatArray:
-            return np.asarray(values[row] + np.einsum("km,kmj->kj", powers, curve[row][:, :, places]))
+            total = values[row]
+            for power in range(DEGREE):  # one at a time: curves of all rows take most of the memory
+                total += share[:, None] ** (power + 1) * curve[row, power, places]
+            return total
 
         after = np.minimum(row + 1, len(self) - 1)
 
@@ -69,6 +71,7 @@ class CurvedHistory(EventHistory):
             return np.asarray(values[row] + share[:, None] * (values[after] - values[row]))
 
         slips, gaps = slice(0, 2 * n), slice(2 * n, 3 * n)
+        nothing = np.broadcast_to(0.0, (len(row), *self.curve.shape[1:]))  # it takes no memory
         return CurvedHistory(
             cycle=self.cycle[row] + share * self.duration[row],
             kind=np.full(len(row), EventKind.CURVES, dtype=np.int64),
@@ -81,8 +84,8 @@ class CurvedHistory(EventHistory):
             p_w=between(self.p_w),
             state=self.state[row],
             duration=np.zeros(len(row)),
-            curve=np.zeros_like(self.curve[row]),
-            reaction_curve=np.zeros_like(self.curve[row]),
+            curve=nothing,
+            reaction_curve=nothing,
         )
 
     def refined(self) -> "CurvedHistory":
