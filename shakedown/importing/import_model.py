@@ -16,8 +16,9 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.importing.contact.coefficients import friction_of, taken_friction
 from shakedown.importing.contact.contact_directions import in_space
-from shakedown.importing.contact.contact_section import ContactSection, check_order, contact_section
+from shakedown.importing.contact.contact_section import ContactSection, contact_section
 from shakedown.importing.evidence.doubtful_data import doubtful_data
 from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.importing.evidence.model_evidence import ModelEvidence, check_contact, model_evidence
@@ -199,7 +200,8 @@ def import_model(
     Keys of the configuration (those in brackets are optional)::
 
         [name], [units]            shown in reports
-        friction                   a number, or one per contact node
+        friction                   a number, or one per contact node, or a table of node sets
+                                   {pads = 0.3, spacer = 0.15}
         [steps]                    load steps m, where a time function is sampled
 
         [model]                    coordinates, sets and normals
@@ -303,7 +305,7 @@ def import_model(
         change_number(root, key, value)
     kept = before if before is not None and all(map(_keeps_stiffness, numbers)) else None
     name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
-    f = _friction(root)
+    friction = taken_friction(root)
     sections = {key: root.table(key) for key in ("stiffness", "contact")}
     sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
     tables = root.tables("load")
@@ -321,7 +323,7 @@ def import_model(
     _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
     if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
         contact = contact_section(sections["contact"], model, files, assume_plane=False)
-    check_order(contact, root.where, {"friction": f})
+    f = friction_of(friction, contact, model, root.where)
     doubts = check_contact(contact, model.mesh, sections["contact"].where)
     checked = bool(sections["check"].content)
     context = ImportContext(stiffness, contact, model, files, steps, checked)
@@ -455,15 +457,6 @@ def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple
 def _superelement(stiffness: Table) -> int | None:
     """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
     return Table(dict(stiffness.content), stiffness.where).integer("superelement")
-
-
-def _friction(root: Table) -> FloatArray:
-    """``friction``: one coefficient, or one per contact node."""
-    if isinstance(root.content.get("friction"), list):
-        return np.array(root.array("friction", float, (None,)), dtype=float)
-    if not root.has("friction"):
-        raise root.missing("friction", "a number or a list")
-    return np.array(root.number("friction"))
 
 
 def _unplaced(contact: ContactSection) -> tuple[str, ...]:

@@ -314,3 +314,33 @@ def test_a_matrix_that_is_not_elastic_is_refused(example):
         ProblemError, match=r"expected an elastic interior, positive definite, found 1 negative pivot"
     ):
         import_model(folder / "broken.toml")
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        ("LEFT = 0.1", "expected every contact node in one of the sets, found 6/1078 in none"),
+        ("LEFT = 0.1, BLOCK_TOP = 0.2", "found 1/1073 in 'LEFT' and 'BLOCK_TOP'"),
+        ("LEFT = 0.1, NONE = 0.2", "expected the node set or surface 'NONE'"),
+        ("LEFT = 0.1, BLOCK_FOOT = 0.2", "expected contact nodes in the set 'BLOCK_FOOT', found none"),
+        ("LEFT = 'much'", "expected a number for each node set, found 'much'"),
+        ("", "expected a number for each node set, found {}"),
+    ],
+)
+def test_friction_by_node_sets(example, sets, message):
+    def named(sets):
+        more = "*NSET, NSET=LEFT\n1, 2, 3, 4, 5\n*NSET, NSET=RIGHT\n1078, 1079, 1080, 1081\n*BOUNDARY\n"
+        return lambda text, deck: (
+            text.replace("friction = 0.3", f"friction = {{ {sets} }}"),
+            deck.replace("*BOUNDARY\n", more, 1),
+        )
+
+    if sets.startswith("LEFT = 0.1, BLOCK_TOP"):  # by the first body, or by the second
+        found = made(example, named("LEFT = 0.1, RIGHT = 0.4"))
+        assert found.problem.f.tolist() == [0.1] * 5 + [0.4] * 4
+        folder, _, _ = example
+        varied = import_model(folder / "changed.toml", changes={"friction.RIGHT": 0.2}, before=found)
+        assert varied.problem.f.tolist() == [0.1] * 5 + [0.2] * 4
+        assert varied.condensation is found.condensation
+    with pytest.raises(ProblemError, match=message):
+        made(example, named(sets))
