@@ -25,6 +25,7 @@ from benchmarks.receding import LETTERS
 from shakedown import Problem, plot
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.text_table import table
 
 TITLE = "Chapter III: zones at full unloading, in the ninth cycle and in the steady state"
@@ -61,8 +62,8 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
         "ninth_inner_slipping_again": _slipping(cycling.rows(~half), inner),
         "ninth_inner_slipping_early": _slipping(cycling.rows(~half & early), inner),
         "steady_zones": pattern(steady, steady.cycle[0] + 0.5 * NEARLY_ALL),
-        "steady_slipping": int((np.abs(steady.state) == 1).any(axis=0).sum()),
-        "first_slipping": int((np.abs(first_cycle(refinement)[0].state) == 1).any(axis=0).sum()),
+        "steady_slipping": int(steady.slips().sum()),
+        "first_slipping": int(first_cycle(refinement)[0].slips().sum()),
         "steady_at_limit": limit_reached(steady, block),
     }
 
@@ -103,7 +104,7 @@ def limit_reached(path: EventHistory, problem: Problem) -> int:
     limit = problem.f * path.p
     noise = AT_THE_LIMIT * float(limit.max())
     reached = ((np.abs(path.q) >= limit - noise) & (limit > noise)).any(axis=0)
-    return int((reached & (path.state == 0).all(axis=0)).sum())
+    return int((reached & ~path.slips() & (path.state != OPEN).all(axis=0)).sum())
 
 
 def _left(values: np.ndarray) -> float:
@@ -113,7 +114,7 @@ def _left(values: np.ndarray) -> float:
 
 def _slipping(path: EventHistory, nodes: np.ndarray) -> int:
     """How many of these nodes slip."""
-    return int((np.abs(path.state[:, nodes]) == 1).any(axis=0).sum())
+    return int((path.slips() & nodes).sum())
 
 
 def tables(rows: list[dict[str, Any]]) -> str:

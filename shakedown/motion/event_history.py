@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from shakedown.ground.argument_kinds import check_count
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result
 from shakedown.motion.directed.sliding import CURVES, REACHES_LIMIT, STOPS
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import (
     CLOSES,
     JUMPS,
@@ -117,6 +119,22 @@ class EventHistory(Result):
         check_count("keep", keep)
         steps = np.flatnonzero(self.kind == EventKind.LOAD_STEP)[::keep]
         return self.rows(np.union1d(steps, np.arange(len(self))[-1:]))
+
+    def slips(self, tolerances: Tolerances = DEFAULT) -> NDArray[np.bool_]:
+        """Which slips in contact are more than round-off over the path, one per column of ``v``.
+
+        A node that comes to its limit and no further is there in the state of a slip: whether it is
+        depends on the last bit. What it slips then, up to ``periodicity`` of the largest slip, is none.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> joint = shakedown.example("two-node")
+        >>> shakedown.long_term_state(joint, 0.9, [2.0, 1.0]).history.slips()
+        array([False,  True])
+        """
+        ways = np.where(self.state[:-1] != OPEN, np.abs(np.diff(self.v, axis=0)), 0.0).sum(axis=0)
+        return np.asarray(ways > tolerances.periodicity * np.abs(self.v).max(initial=0.0))
 
     @property
     def signature(self) -> int:

@@ -14,6 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
+from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.plot.style import BLACK, GREY, STATES, Recorded, axes_for, flanks, path_of, positions
 
 DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
@@ -93,7 +94,7 @@ def _mark_limits(axes: Axes, path: EventHistory, problem: Problem, x: FloatArray
     """Dots where a node that never slips is at its limit; the entry of the legend, if there are any."""
     limit = problem.law.limit(path.p)
     noise = AT_THE_LIMIT * float(np.abs(limit).max())
-    still = (path.state == 0).all(axis=0)
+    still = ~path.slips() & (path.state != OPEN).all(axis=0)
     rows, nodes = np.nonzero(still & (np.abs(np.abs(path.q) - limit) <= noise) & (limit > noise))
     if len(rows) == 0:
         return []
