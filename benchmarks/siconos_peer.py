@@ -1,5 +1,6 @@
 """Siconos as a peer: load steps solved in a process of the system's Python, for which Debian builds it."""
 
+import os
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -28,6 +29,8 @@ class Steps:
 
 @cache
 def is_here() -> bool:
+    if str(Path(SYSTEM_PYTHON).parent) not in os.get_exec_path():
+        return False
     try:
         done = subprocess.run(
             [SYSTEM_PYTHON, "-c", "import siconos.numerics"], capture_output=True, check=False

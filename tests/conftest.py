@@ -72,6 +72,17 @@ def pytest_collection(session):
             import_module(".".join(path.relative_to(HERE.parent).with_suffix("").parts))
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "needs(peer): left out where a program beside Python is not at hand")
+
+
+def pytest_runtest_setup(item):
+    for mark in item.iter_markers("needs"):
+        (peer,) = mark.args
+        if not peer.is_here():
+            pytest.skip(peer.ABSENT)
+
+
 def pytest_collection_modifyitems(items):
     """Files that compile the most first, each of them other kernels: no worker waits for another's."""
     first = {path: place for place, path in enumerate(COMPILING)}

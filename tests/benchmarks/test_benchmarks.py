@@ -98,7 +98,10 @@ def test_without_its_peer_a_study_has_other_cases_or_says_that_it_is_left_out(
         assert study.figures([]) is not None
 
 
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.needs(PEERS[name])) if name in PEERS else name for name in STUDIES],
+)
 def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timing, "LEAST", 0.0)  # times mean nothing here
     study = importlib.import_module(f"benchmarks.{name}")
@@ -106,8 +109,6 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
         for own, loop in vars(study).copy().items():
             if isinstance(loop, Dispatcher):
                 monkeypatch.setattr(study, own, loop.py_func)
-    if name in PEERS and not PEERS[name].is_here():
-        pytest.skip(PEERS[name].ABSENT)
     cases = list(study.cases(True))
     fewest = FEWEST.get(name, [cases[0]])
     chosen = [case for case in cases if any(few.items() <= case.items() for few in fewest)]

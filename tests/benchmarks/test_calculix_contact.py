@@ -6,7 +6,7 @@ import pytest
 from benchmarks import calculix_peer
 from benchmarks.calculix_contact import COMPARED, measure, ranges, verdict
 
-needs_calculix = pytest.mark.skipif(not calculix_peer.is_here(), reason=calculix_peer.ABSENT)
+needs_calculix = pytest.mark.needs(calculix_peer)
 
 
 @needs_calculix

@@ -1,23 +1,20 @@
 """The tutorial as it is printed: its script, its deck, its configuration, its commands."""
 
-import os
 import re
 import runpy
-import shutil
-import subprocess
 from contextlib import chdir
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pytest
+from calculix import ccx, needs_ccx
 from command import run
 
 import shakedown
 
 TUTORIAL = (Path(__file__).parents[2] / "docs" / "tutorial-calculix.md").read_text(encoding="utf-8")
 EXAMPLE = files("shakedown.importing") / "example"
-CCX = shutil.which("ccx")
 
 
 def block(language, word):
@@ -70,11 +67,9 @@ def test_the_tutorial_with_the_shipped_output(folder):
     check(folder, report=False)
 
 
-@pytest.mark.skipif(CCX is None, reason="ccx (Debian: calculix-ccx) is not installed")
+@needs_ccx
 def test_the_tutorial_with_calculix(folder):
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    done = subprocess.run([CCX, "punch"], cwd=folder, env=environment, capture_output=True, timeout=60)
-    assert b"Job finished" in done.stdout
+    ccx(folder, "punch")
     check(folder, report=True)
     assert (folder / "punch.html").stat().st_size > 10_000
     shipped = np.loadtxt(str(EXAMPLE.joinpath("punch.sti")))
