@@ -25,7 +25,6 @@ from benchmarks.receding import LETTERS
 from shakedown import Problem, plot
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.text_table import table
 
 TITLE = "Chapter III: zones at full unloading, in the ninth cycle and in the steady state"
@@ -104,7 +103,7 @@ def limit_reached(path: EventHistory, problem: Problem) -> int:
     limit = problem.f * path.p
     noise = AT_THE_LIMIT * float(limit.max())
     reached = ((np.abs(path.q) >= limit - noise) & (limit > noise)).any(axis=0)
-    return int((reached & ~path.slips() & (path.state != OPEN).all(axis=0)).sum())
+    return int((reached & ~path.slips() & (path.state != 2).all(axis=0)).sum())
 
 
 def _left(values: np.ndarray) -> float:
