@@ -59,6 +59,7 @@ STUDIES: tuple[str, ...] = (
     "space_universal",
     "space_scenes",
     "space_upper",
+    "space_verdicts",
     "stability",
     "transient_limits",
     "universal_adversary",

@@ -21,6 +21,7 @@ from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 
 CLEAR = 1e-6  # of the slip per period: by less a cycle misses its start that no ball with margins can hold
+CLEAR_ENOUGH = 1e-3  # and how well it is known, where the load factor is in no proof of the start
 
 S = TypeVar("S", bound=LongTermState)
 
@@ -33,15 +34,17 @@ def heeding_proofs(state: S) -> S:
     the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
     from there.
     """
-    if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state):
+    if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
         return state
-    proof = proof_of_rest(state.begun, state.goal)
+    proof = proof_of_bounds(state.begun, state.goal)
+    if not proof and not _closes(state, CLEAR_ENOUGH):
+        proof = proof_by_ball(state.begun, state.goal)
     return _at_rest(state, proof) if proof else state
 
 
 @on_one_thread
-def proof_of_rest(begun: Passage, reached: State) -> str:
-    """What proves that a motion shakes down, in words; empty where nothing does.
+def proof_of_bounds(begun: Passage, reached: State) -> str:
+    """What proves that a motion shakes down, by the load factor, in words; empty where nothing does.
 
     Parameters
     ----------
@@ -50,17 +53,22 @@ def proof_of_rest(begun: Passage, reached: State) -> str:
     reached
         A state between two of its cycles.
     """
-    problem, load_factor = begun.problem, begun.load_factor
-    bound = bound_of_start(begun)
+    load_factor, bound = begun.load_factor, bound_of_start(begun)
     if bound_proves(bound, load_factor):
         return f"below λ_E = {short(bound.load_factor)} of its start"
-    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
-    if not opened:
-        every = _from_every_state(problem)
+    if not (reached.contact == OPEN).any():
+        every = _from_every_state(begun.problem)
         if not isinstance(every, Missing) and load_factor < BELOW * every.load_factor:
             return f"below λ_U = {short(every.load_factor)}, from every state"
-    watch = BallWatch(problem, load_factor, opened, tolerances=begun.tolerances)
-    inside = allowed(watch.proves, reached.u[problem.layout.slips])
+    return ""
+
+
+@on_one_thread
+def proof_by_ball(begun: Passage, reached: State) -> str:
+    """The same, by an energy ball about the state reached."""
+    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
+    watch = BallWatch(begun.problem, begun.load_factor, opened, tolerances=begun.tolerances)
+    inside = allowed(watch.proves, reached.u[begun.problem.layout.slips])
     return "an energy ball holds the state that it has come to" if inside else ""
 
 
@@ -69,15 +77,13 @@ def _from_every_state(problem: Problem) -> UniversalBound | Missing:
     return allowed(universal_bound, problem, certify=False)
 
 
-def _closes(state: LongTermState) -> bool:
+def _closes(state: LongTermState, errors: float) -> bool:
+    """Whether a cycle returns to its start, known to such a share of its slip."""
     if state.outcome != Outcome.CYCLIC_SLIP:
         return False
-    return bool(max(_missed(state), getattr(state, "error", 0.0)) <= CLEAR * state.slip_per_cycle.max())
-
-
-def _missed(state: LongTermState) -> float:
-    """How far the last period has missed its start [length]."""
-    return state.return_error * scales(state.begun.problem, state.load_factor).length
+    slip = float(state.slip_per_cycle.max())
+    missed = state.return_error * scales(state.begun.problem, state.load_factor).length
+    return bool(missed <= CLEAR * slip and getattr(state, "error", 0.0) <= errors * slip)
 
 
 def _at_rest(state: S, proof: str) -> S:
