@@ -18,8 +18,8 @@ def settled(
 ) -> tuple[Settled, float]:
     """What the search finds, and the length scale."""
     motion = Evolution(problem, load_factor, start)
-    force, length = motion.scale.force, motion.scale.length
-    rules = Rules(1000, 8, 1e-10 * length, 16e-10 * force * length, GOAL * length, np.ones(problem.n))
+    length = motion.scale.length
+    rules = Rules(1000, 8, 1e-10 * length, GOAL * length, np.ones(problem.n))
     return ReturnSearch(motion, rules).settle()
 
 

@@ -197,3 +197,16 @@ def test_the_error_of_a_state_at_rest_has_what_is_still_to_come():
     found = shakedown.long_term_state(problem, shakedown.upper_bound(problem).load_factor, [0.0, 0.2])
     assert found.outcome == Outcome.SHAKEDOWN
     assert 1e-6 < abs(found.final_slip[1] - 1 / 7.5) < found.error < 1e-3
+
+
+@pytest.mark.parametrize("friction", [1e-6, 1e-9, 1e-12])
+def test_a_cycle_that_takes_next_to_no_work_is_one(friction):
+    """A node that the load carries along against hardly any friction: it slips 4 (λ q − f p) per cycle."""
+    q_w = np.zeros((4, 4))
+    q_w[0, 2], q_w[2, 2], q_w[1, 0], q_w[3, 0] = 1.0, -1.0, 0.3, -0.3
+    joint = shakedown.Problem(
+        A=np.eye(4), B=np.zeros((2, 4)), f=[0.5, friction], q_w=q_w, p_w=np.full((4, 2), 2.0)
+    )
+    state = shakedown.long_term_state(joint, 0.5, max_cycles=20)
+    assert state.outcome == "cyclic-slip"
+    assert state.slip_per_cycle == pytest.approx([0.0, 4.0 * (0.5 - 2.0 * friction)])

@@ -47,8 +47,6 @@ class Rules:
         As for :func:`long_term_state`.
     noise
         How far one cycle may miss for errors of integration [length of the softest node].
-    least_work
-        Dissipation per cycle that counts as none [force × length].
     goal
         Distance from the limit at which a state is the long-term state [length of the softest node].
     stiffness : (n,)
@@ -58,7 +56,6 @@ class Rules:
     most_cycles: int
     longest_period: int
     noise: float
-    least_work: float
     goal: float
     stiffness: FloatArray
 
@@ -293,17 +290,13 @@ class ReturnSearch:
             if error > goal and not (drifting.known and drift_error <= goal and far):
                 continue
             records = list(self.records)[-p:]
-            slips = np.sum([record.slip for record in records], axis=0) * self.rules.stiffness
-            most = slips.argmax()
-            slip, stiffness = float(slips[most]), self.rules.stiffness[most]
-            work = float(np.mean([record.dissipation for record in records]))
+            slip = float((np.sum([record.slip for record in records], axis=0) * self.rules.stiffness).max())
             left = max(back.left, slipping.left)  # one that fades away is no cycle
             sure = goal == np.inf or (back.ratios and slipping.ratios and CLEAR * left < slip)
             clear = CLEAR_ENOUGH if sure else CLEAR
             steady = clear * max(error, slipping.left) < slip
             shorter = any(other.change <= clear * error for other in memory.back[: p - 1])
-            idle = work <= self.rules.least_work / stiffness and self.motion.problem.f[most] > 0.0
-            if idle or shorter:
+            if shorter:
                 continue
             if error <= goal and steady:
                 self._note(back)

@@ -20,7 +20,6 @@ from shakedown.motion.method import walk
 from shakedown.motion.violation import path_violation
 
 GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
-LEAST_WORK = 16.0  # times the accuracy, of force × length
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
 
@@ -125,9 +124,7 @@ def rules_of(motion: DirectedMotion, scale: Scales, most_cycles: int, longest_pe
     noise = motion.tolerances.path * scale.length
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
-    return Rules(
-        most_cycles, longest_period, noise, LEAST_WORK * noise * scale.force, GOAL * noise, stiffness
-    )
+    return Rules(most_cycles, longest_period, noise, GOAL * noise, stiffness)
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:
