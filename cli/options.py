@@ -94,7 +94,11 @@ method_option = click.option(
     help="From event to event, or at fixed load steps (newton: two tangential directions).",
 )
 load_factor_option = click.option(
-    "--load-factor", type=float, required=True, help="Load factor λ ≥ 0 of the periodic loading."
+    "--load-factor",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Load factor λ ≥ 0 of the periodic loading; 1 is the nominal load.",
 )
 start_option = click.option(
     "--initial",

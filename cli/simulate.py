@@ -48,7 +48,7 @@ from .output import (
 
 FILMED = 3.0  # cycles
 DIGITS_IN_SPACE = 5  # so that the numbers of two directions fit a line
-IN_SPACE = "x, y: the two tangential directions of a node; slip: the length of its way per period"
+IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per period, added up"
 
 
 @click.command(
@@ -195,7 +195,7 @@ def _node_lines(problem: Problem, run: shakedown.Simulation, per_period: list[fl
     columns = {
         **by_direction(problem, "initial", run.initial_slip),
         **by_direction(problem, "final", run.final_slip),
-        "slip per period" if plane else "slip": per_period,
+        "slip per period" if plane else "Σ|Δv|": per_period,
     }
     if plane:
         shown = {with_unit(name, length): [number(x) for x in values] for name, values in columns.items()}

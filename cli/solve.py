@@ -17,7 +17,7 @@ from shakedown.report.json_documents import assessment_document, quick_document
 from .initial import initial_state
 from .options import json_option, open_option, problem_argument, quiet_option
 from .output import echo_json, say
-from .solve_text import quick_text, solve_text
+from .solve_text import details_text, quick_text, solve_text
 
 CLAIMS = {
     "proved-from-state": "proved_from_this_state",
@@ -79,6 +79,11 @@ def load_factor_of(text: str) -> float | None:
     help="Only what takes few programs: λ_E, λ_max and the safe slip (no λ_1, λ_U, thresholds).",
 )
 @click.option(
+    "--details",
+    is_flag=True,
+    help="Also every limit with its evidence, and a table of the nodes.",
+)
+@click.option(
     "--require",
     "required",
     type=Requirement(),
@@ -96,13 +101,14 @@ def solve(
     initial: str,
     distance: float,
     quick: bool,
+    details: bool,
     required: tuple[tuple[str, float], ...],
     open_nodes: tuple[int, ...] | Literal["auto"],
     as_json: bool,
 ) -> None:
     """Up to which load factor FILE shakes down: proved from every state, from this one, impossible above.
 
-    Then what the nominal load (λ = 1) comes to where these decide, and every limit with its evidence.
+    Then what becomes of the nominal load (λ = 1) where these decide, its margin, and what decides.
     """
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
@@ -115,21 +121,25 @@ def solve(
         if as_json:
             echo_json(quick_document(problem, energy, upper))
         else:
-            say(quick_text(problem, energy, upper))
+            say(quick_text(problem, energy, upper, details))
         _leave(context, upper, energy)
-    if problem.n >= ANNOUNCED_FROM:
+    if problem.n >= ANNOUNCED_FROM and problem.directions == 1:
         click.echo(
             f"{problem.n} linear programs for λ_1: this may take a minute (--quick leaves them out).",
             err=True,
         )
     found = shakedown.assess(problem, state, distance=distance, open_nodes=open_nodes)
     limits = found.details
-    curve = limits.curve(CURVE_RADII, limits.upper.slip) if problem.n <= CURVE_UP_TO else None
+    curve = None
+    if (details or as_json) and problem.n <= CURVE_UP_TO:
+        curve = limits.curve(CURVE_RADII, limits.upper.slip)
     if as_json:
         asked = {"required": [_asked(found, *each) for each in required]} if required else {}
         echo_json(assessment_document(found, curve) | asked)
     else:
-        say(solve_text(found, curve))
+        say(solve_text(found))
+        if details:
+            say(f"\n{details_text(found, curve)}")
     unmet = [text for claim, least in required if (text := _unmet(found, claim, least))]
     _leave(context, limits.lower, limits.upper, limits.energy, limits.universal, unmet=unmet)
 

@@ -20,8 +20,9 @@ from shakedown.report.words.assessment_words import (
 )
 from shakedown.report.words.bound_words import bounds_in_words
 from shakedown.report.words.friction_words import friction_in_words
-from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
+from shakedown.report.words.next_words import decides_in_words, margin_of_bounds, next_in_words
 from shakedown.report.words.sensitivity_words import sensitivities_in_words
 from shakedown.report.words.space_words import space_bounds_in_words
 from shakedown.report.words.zone_words import open_in_words, zone_in_words
@@ -36,6 +37,8 @@ F_THRESHOLD = (
     "f threshold: the friction coefficient at which a node alone, all others stuck, loses uniqueness, "
     "A_jj/|B_jj|."
 )
+MORE = "--details: every limit with its evidence, the safe slip, node by node."
+MORE_QUICKLY = "--details: the safe slip, node by node."
 LONGEST_RANGES = 24  # characters of a column
 Fact = tuple[str, str, str]  # name, value, remark
 DIRECTIONS = (
@@ -44,7 +47,9 @@ DIRECTIONS = (
 )
 
 
-def quick_text(problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound) -> str:
+def quick_text(
+    problem: Problem, energy: shakedown.EnergyBound, upper: shakedown.UpperBound, details: bool
+) -> str:
     """What one linear and one cone program tell."""
     lines = [headline(problem), ""]
     lines += [paragraph(sentence) for sentence in quickly_in_words(energy, upper, problem)]
@@ -52,19 +57,26 @@ def quick_text(problem: Problem, energy: shakedown.EnergyBound, upper: shakedown
         lines += [paragraph(sentence) for sentence in zone_in_words(upper, problem)]
     elif upper.status != "optimal":
         lines += [paragraph(f"{upper.status}: {upper.reason}.")]
-    return "\n".join([*lines, "", node_table(problem, _safe_columns(problem, upper))])
+    table = ["", node_table(problem, _safe_columns(problem, upper))] if details else [MORE_QUICKLY]
+    return "\n".join([*lines, *table])
 
 
-def solve_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
-    """What is certain, every limit, what they mean, and a table of the nodes."""
-    limits, problem = found.details, found.problem
+def solve_text(found: shakedown.Assessment) -> str:
+    """The three numbers, the margin, what decides, and the one thing to do next."""
     numbers = [
         (name, value, f"{loads}; {remark}" if loads else remark)
         for (name, value, remark), loads in zip(numbers_in_words(found), loads_of_numbers(found), strict=True)
     ]
-    lines = [headline(problem), "", listing(numbers), ""]
-    lines += [paragraph(said_as_given_in_words(found)), ""]
-    lines += [paragraph(sentence) for sentence in certain_in_words(limits)]
+    warned = [paragraph(text) for text in doubts_in_words(found.problem)]
+    said = " ".join(filter(None, [said_as_given_in_words(found), margin_of_bounds(found)]))
+    sentences = filter(None, [said, decides_in_words(found), next_in_words(found), MORE])
+    return "\n".join([headline(found.problem), "", listing(numbers), "", *warned, *map(paragraph, sentences)])
+
+
+def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | Missing | None) -> str:
+    """What is certain, every limit, what they mean, and a table of the nodes."""
+    limits, problem = found.details, found.problem
+    lines = [paragraph(sentence) for sentence in certain_in_words(limits)]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     if problem.initial_slip is not None and not limits.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]

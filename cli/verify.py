@@ -12,7 +12,7 @@ from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
 from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.words.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.words.limit_sentences import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
@@ -40,6 +40,9 @@ from .output import (
     table,
     tiny,
 )
+
+MORE = "--details: every limit, and a table of the runs."
+SUMMED = "slip per period of the node that slips most, to and fro added up."
 
 
 @click.command(
@@ -77,6 +80,7 @@ from .output import (
     type=OutputFile(NODE_FILES),
     help="Write what every node goes through at λ = 1 here (.csv, .vtu or .vtp).",
 )
+@click.option("--details", is_flag=True, help="Also every limit, and a table of the runs.")
 @json_option
 @quiet_option
 @click.pass_context
@@ -93,6 +97,7 @@ def verify(
     slip_below: float | None,
     resume: bool,
     nodes: Path | None,
+    details: bool,
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
@@ -125,14 +130,14 @@ def verify(
     if as_json:
         echo_json(result.to_dict())
     else:
-        say(_text(problem, result))
+        say(_text(problem, result, details))
         if output is not None:
             say(f"\nreport: {output}, {output.with_suffix('.json')}")
     if not result.agrees:
         context.exit(1)
 
 
-def _text(problem: Problem, result: shakedown.Verification) -> str:
+def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
     from shakedown.report.words.answer_words import answer_in_words, margin_of_answer  # loads compiled code
 
     length = length_unit(problem)
@@ -144,17 +149,30 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         lines += [_kind_of_findings(result)]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
-    evidence = as_given_in_words(result.as_given, length, problem, limits.universal)
-    lines += [paragraph(sentence) for sentence in (evidence, *certain_in_words(limits))]
-    lines += [""]
+    sentences = [
+        *doubts_in_words(problem),
+        as_given_in_words(result.as_given, length, problem, limits.universal),
+    ]
+    if result.transient is not None:
+        sentences.append(transient_in_words(result.transient, problem, limits.from_state.load_factor))
+    if result.slip_limit is not None:
+        sentences.append(slip_limit_in_words(result.slip_limit, problem))
+    lines += [paragraph(sentence) for sentence in sentences]
+    if not findings:
+        judged = sum(run.agrees is not None for run in result.runs)
+        agree = f"Prediction and time integration agree in all {judged} runs with a prediction."
+        lines += ["", agree]
+    more = _details(problem, result) if details else [MORE]
+    return "\n".join([*lines, *more])
+
+
+def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
+    """What is certain, every limit and every run."""
+    limits = result.limits
+    lines = ["", *(paragraph(sentence) for sentence in certain_in_words(limits))]
     lines += [paragraph(hint) for hint in hints_in_words(problem)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in limits_in_sentences(limits)]
-    if result.transient is not None:
-        proved = limits.from_state.load_factor
-        lines += [paragraph(transient_in_words(result.transient, problem, proved))]
-    if result.slip_limit is not None:
-        lines += [paragraph(slip_limit_in_words(result.slip_limit, problem))]
     lines += [paragraph(sentence) for sentence in thresholds_in_sentences(limits)]
     marks = {True: "yes", False: "NO", None: "-"}
     rows = [
@@ -169,16 +187,13 @@ def _text(problem: Problem, result: shakedown.Verification) -> str:
         ]
         for run in result.runs
     ]
-    slip = with_unit("slip", length)
-    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", slip, "residual"], rows)]
+    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"], rows)]
+    lines += ["", paragraph(f"{with_unit('Σ|Δv|', length_unit(problem))}: {SUMMED}")]
     if any(run.case.after_transient for run in result.runs):
         lines += ["", "(after): locked in when the transient load steps are over."]
     if any(run.simulation.outcome == shakedown.Outcome.SEPARATION for run in result.runs):
         lines += ["", paragraph(SEPARATION)]
-    if not findings:
-        judged = sum(run.agrees is not None for run in result.runs)
-        lines += ["", f"Prediction and time integration agree in all {judged} runs with a prediction."]
-    return "\n".join(lines)
+    return lines
 
 
 def _kind_of_findings(result: shakedown.Verification) -> str:

@@ -85,6 +85,11 @@ def not_run(page: Path) -> list[str]:
     ]
     prose = BLOCK.sub("", DIRECTIVE.sub("", text))
     left += [f"a fence of no language: {prose[at.start() :][:60]!r}" for at in FENCE.finditer(prose)]
+    left += [
+        f"a quotation with numbers: {line[:60]!r}"
+        for line in re.findall(r"^> .*λ.*", prose, re.M)
+        if DECIMAL.search(line)
+    ]
     return left + [
         f"an indented block with numbers: {block[1][:60]!r}"
         for block in INDENTED.finditer(prose)

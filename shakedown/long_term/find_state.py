@@ -186,7 +186,7 @@ def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float
         text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
     if verdict == BLURRED:
         return (
-            f"the varying part of the loads is no more than round-off in the constant part ({text})",
+            f"the varying part of the loads is next to round-off beside the constant part ({text})",
             np.nan,
         )
     if verdict != BROKEN:

@@ -33,15 +33,13 @@ class LargeNumber(NamedTuple):
 
 
 def large_numbers(v: Verification) -> list[LargeNumber]:
-    """Proved from this state, proved from every state, impossible above: in the user's loads where said."""
-    shown = [
+    """Proved from every state, proved from this state, impossible above: in the user's loads where said."""
+    return [
         LargeNumber(name, loads or factor, f"{factor}, {remark}" if loads else remark)
         for (name, factor, remark), loads in zip(
             numbers_in_words(v.assessment), loads_of_numbers(v.assessment), strict=True
         )
     ]
-    every, here, above = shown
-    return [here, every, above]
 
 
 def rest_table(v: Verification) -> Table:

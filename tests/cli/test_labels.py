@@ -19,11 +19,11 @@ def file(tmp_path_factory):
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["solve"], ["4712/13", "safe slip [mm]", "critical [mm]", "node 1 (FE 4712/13)"]),
-        (["solve", "--quick"], ["4712/13", "safe slip [mm]"]),
+        (["solve", "--details"], ["4712/13", "safe slip [mm]", "critical [mm]", "node 1 (FE 4712/13)"]),
+        (["solve", "--quick", "--details"], ["4712/13", "safe slip [mm]"]),
         (["critical"], ["1 (FE 4712/13) backward", "slip there [mm]"]),
         (["simulate", "--load-factor", "0.9"], ["4712/13", "final slip [mm]", "N mm"]),
-        (["verify", "--random", "0"], ["(node 1 (FE 4712/13))", "slip [mm]"]),
+        (["verify", "--random", "0", "--details"], ["(node 1 (FE 4712/13))", "Σ|Δv| [mm]"]),
     ],
     ids=lambda value: value[0],
 )

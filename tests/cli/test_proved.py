@@ -1,5 +1,7 @@
 """What the commands say is proved: from this state, from every state, at the nominal load."""
 
+import re
+
 import numpy as np
 import pytest
 from command import document, run
@@ -8,16 +10,16 @@ import shakedown
 
 
 def test_solve_says_first_what_is_certain():
-    out = run("solve", "block-9")[1]
+    out = run("solve", "block-9", "--details")[1]
     lines = out.splitlines()
-    assert [" ".join(line.split()) for line in lines[2:7]] == [
+    assert [" ".join(line.split()) for line in lines[2:6]] == [
         "proved from every state none all nodes closed",
         "proved from this state λ = 4.699826 slip zero",
         "impossible above λ = 4.715033 with all nodes in contact",
         "",
-        "The nominal load (λ = 1): shakes down, proved from this state.",
     ]
-    first = " ".join(lines[8:13])
+    assert lines[6].startswith("The nominal load (λ = 1): shakes down, proved from this state. Margin on the")
+    first = " ".join(out.partition("--details")[2].splitlines()[2:7])
     assert "From slip zero the joint is proved to shake down up to λ = 4.699826 (by the box" in first
     assert "by energy up to λ_E = 4.66339" in first
     assert "from every initial state no load factor is proved" in first
@@ -91,12 +93,16 @@ def test_bad_states_and_distances_are_one_line(words, message):
 @pytest.mark.parametrize(
     ("name", "colour", "answer"),
     [
-        ("two-node", "disagree", "the joint slips in every cycle, by up to 1.511 at node 1, simulated"),
+        (
+            "two-node",
+            "disagree",
+            "the joint slips in every cycle, with a slip range of up to 1.511 at node 1, simulated",
+        ),
         ("block-9", "agree", "the joint shakes down up to λ = 4.699826, proved."),
     ],
 )
 def test_the_report_begins_with_the_answer_for_the_loading_as_given(tmp_path, name, colour, answer):
-    code, out, _ = run("verify", name, "--random", "0", "-o", "r.html", cwd=tmp_path)
+    code, out, _ = run("verify", name, "--random", "0", "--details", "-o", "r.html", cwd=tmp_path)
     assert code == 0
     assert answer in " ".join(out.split())
     page = (tmp_path / "r.html").read_text()
@@ -128,3 +134,23 @@ def test_quick_leaves_out_what_takes_one_program_per_node():
         out.split()
     )
     assert max(map(len, out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("name", shakedown.example_names())
+def test_solve_fits_fourteen_lines_and_says_every_number_once(name):
+    code, out, _ = run("solve", name)
+    lines = out.splitlines()
+    assert code == 0
+    assert len(lines) <= 14
+    assert max(map(len, lines)) <= 80
+    numbers = [
+        line.split("λ = ")[1].split()[0] for line in lines if re.match("  (proved|impossible).* λ = ", line)
+    ]
+    assert all(out.count(f"λ = {number} ") == numbers.count(number) for number in numbers)
+    assert "_max = " not in out or "open and all others closed" in out
+    assert re.search(r"^Next: shakedown-bounds (solve|simulate|verify|nodes) FILE", out, re.MULTILINE)
+    assert out.count("\nNext: ") == 1
+
+
+def test_simulate_takes_the_nominal_load():
+    assert document("simulate", "two-node") == document("simulate", "two-node", "--load-factor", "1")

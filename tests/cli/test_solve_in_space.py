@@ -12,7 +12,7 @@ BLOCK = "block-3x3"
 
 
 def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_node():
-    code, out, err = run("solve", BLOCK)
+    code, out, err = run("solve", BLOCK, "--details")
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert max(map(len, lines)) <= 80
@@ -102,7 +102,7 @@ def test_a_body_that_only_friction_holds_and_its_open_node_are_said(tmp_path):
     blocks = {"A": kappa[:6, :6], "B": kappa[6:, :6], "C": kappa[6:, 6:]}
     blocks = {key: block if key == "B" else (block + block.T) / 2 for key, block in blocks.items()}
     shakedown.save_problem(tmp_path / "p.npz", shakedown.Problem(**blocks, f=0.4, **loads))
-    code, out, err = run("solve", "p.npz", cwd=tmp_path)
+    code, out, err = run("solve", "p.npz", "--details", cwd=tmp_path)
     assert (code, err) == (0, "")
     said = " ".join(out.split())
     assert "only friction holds it: slips are given relative to node" in said

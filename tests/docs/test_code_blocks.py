@@ -61,6 +61,7 @@ def test_output_with_numbers_is_run(page):
         ("- so:\n\n  ```text\n  λ_U  0\n  ```\n", 2),
         ("Said:\n\n    λ_U  1.327687\n", 1),
         ("Said:\n\n    λ_U  =  min_i λ_1\n", 0),
+        ("> It shakes down up to λ = 0.731.\n", 1),
         ("<!-- deck -->\n```text\n1, 2\n```\n", 0),
         ("```text\nshakes down\n```\n", 0),
         ("```pycon\n>>> 1 + 1\n2\n\n```\n", 0),

@@ -79,7 +79,7 @@ def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
 def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
     monkeypatch.setattr(place(step), fails)
     assert WHY in json.dumps(command("solve", "two-node")[0])
-    assert WHY in words("solve", "two-node")
+    assert WHY in words("solve", "two-node", "--details")
 
 
 def test_the_certificates_of_the_swing_say_why_they_are_missing(monkeypatch):
@@ -135,7 +135,7 @@ def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch
     assert code == 1
     assert found["universal"]["load_factor"] is None
     assert found["lower"]["load_factor"] == expected["three-node"]["lower"]["load_factor"]
-    assert WHY in words("solve", "three-node")
+    assert WHY in words("solve", "three-node", "--details")
 
 
 def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):

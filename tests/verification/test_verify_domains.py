@@ -66,7 +66,7 @@ def test_the_data_and_the_documents_name_it(report):
 def test_the_commands_say_it(tmp_path):
     path = str(tmp_path / "domain.npz")
     shakedown.save_problem(path, DOMAIN)
-    text = run("solve", path)[1]
+    text = run("solve", path, "--details")[1]
     assert "load domain of 50 corners" in text
     assert "from every state λ_U  0.6035788" in text
     assert "swing" in text

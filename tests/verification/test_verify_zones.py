@@ -72,7 +72,7 @@ def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
 @pytest.mark.usefixtures("undrawn")
 def test_the_command_and_the_report_name_the_zone(tmp_path):
     words = ("verify", "receding-block", "--random", "0", "--load-factor", "0.1")
-    code, out, _ = run(*words, "-o", "r.html", cwd=tmp_path)
+    code, out, _ = run(*words, "--details", "-o", "r.html", cwd=tmp_path)
     text = " ".join(out.split())
     assert code == 0
     assert "With nodes 0–4, 28–32 open and all others closed there is a safe slip" in text
@@ -99,7 +99,7 @@ def test_two_nodes_one_of_them_open(tmp_path):
         p_w=[[2.0, -1.0], [2.0, -1.0]],
     )
     shakedown.save_problem(tmp_path / "pair.npz", joint)
-    code, out, err = run("verify", "pair.npz", "-o", "r.html", cwd=tmp_path)
+    code, out, err = run("verify", "pair.npz", "--details", "-o", "r.html", cwd=tmp_path)
     assert code == 0, err
     assert "With node 1 open and all others closed" in " ".join(out.split())
     assert np.isfinite(verify(joint).limits.upper.load_factor)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
+from shakedown.ground.shown_values import down, few, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
 from shakedown.report.node_words import node_in_words, open_in_words
-from shakedown.report.words.assessment_words import admissible_in_words, at_load_factor, proved_up_to
+from shakedown.report.words.assessment_words import admissible_in_words, at_load_factor, percent, proved_up_to
 from shakedown.report.words.run_words import sliding_in_words
 
 if TYPE_CHECKING:
@@ -31,8 +29,9 @@ def answer_in_words(v: Verification) -> str:
     ...     load_mean=[12, 20], load_amplitude=[0, 20], load_units=["kN", "kN"],
     ... )
     >>> print(answer_in_words(shakedown.verify(joint, load_factors=[1.0], random_states=0)))
-    Axial load 20 ± 20 kN given: the joint slips in every cycle, by up to 1.511 at node 1, simulated;
-    reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes down, proved; bolt preload 12 kN, unchanged.
+    Axial load 20 ± 20 kN given: the joint slips in every cycle, with a slip range of up to 1.511
+    at node 1, simulated; reduced to 20 ± 14.63 kN (λ = 0.7315934) it shakes down, proved; bolt
+    preload 12 kN, unchanged.
     """
     loads = varying_loads_in_words(v.problem)
     given = f"{loads[:1].upper()}{loads[1:]} given" if loads else "The nominal load (λ = 1)"
@@ -73,7 +72,8 @@ def _does(v: Verification) -> str:
     nodes = v.nodes
     most = int(nodes.slip_range.argmax())
     size = f"{few(nodes.slip_range[most])} {units_of(v.problem)[1]}".rstrip()
-    return f"the joint {verb} in every cycle, by up to {size} at {node_in_words(v.problem, most)}"
+    where = node_in_words(v.problem, most)
+    return f"the joint {verb} in every cycle, with a slip range of up to {size} at {where}"
 
 
 class ProvedLimit(NamedTuple):
@@ -119,14 +119,7 @@ def margin_of_answer(v: Verification) -> str:
     if v.transient is not None and v.transient.monotone and v.transient.load_factor > 0:
         known.append((v.transient.load_factor, "simulated"))
     if v.as_given.simulation.outcome == Outcome.SHAKEDOWN:
-        parts = [f"{_percent(value, down)} {how}" for value, how in known if value > 1]
+        parts = [f"{percent(value, down)} {how}" for value, how in known if value > 1]
         return f"Margin on the amplitude: {', '.join(parts)}." if parts else ""
-    parts = [f"{_percent(value, up)}, {how}" for value, how in known if 0 < value < 1]
+    parts = [f"{percent(value, up)}, {how}" for value, how in known if 0 < value < 1]
     return f"Reduce the amplitude by {'; by '.join(parts)}." if parts else ""
-
-
-def _percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
-    """How far a load factor is from 1."""
-    if np.isinf(load_factor):
-        return "any,"
-    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS)} %"

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.evidence import present
-from shakedown.ground.shown_values import DIGITS, down, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.status import Said, Status
-from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.joint.units import varying_loads_in_words
 from shakedown.report.node_words import open_in_words
-from shakedown.report.words.hint_words import LOAD_DOMAIN
+from shakedown.report.words.hint_words import LOAD_DOMAIN, last_digit_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -122,6 +122,19 @@ def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int
     return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
 
 
+def percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """How far a load factor is from 1.
+
+    Examples
+    --------
+    >>> percent(1.679993, down), percent(0.73159, up)
+    ('67.99 %', '26.85 %')
+    """
+    if np.isinf(load_factor):
+        return "any,"
+    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS)} %"
+
+
 def loads_of_numbers(found: Assessment) -> list[str]:
     """The three numbers of a joint in the user's loads; empty where these are not said."""
     limits = (
@@ -143,11 +156,13 @@ def said_as_given_in_words(found: Assessment) -> str:
     'The nominal load (λ = 1): shakes down, proved from this state.'
     """
     given = "The nominal load (λ = 1)"
+    if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
+        return f"{given}: shakes down, proved from every state."
     if found.said_as_given == Said.SHAKEDOWN:
         return f"{given}: shakes down, proved from this state."
     if found.said_as_given == Said.IMPOSSIBLE:
         return f"{given}: cannot shake down with all nodes in contact."
-    return f"{given}: the bounds do not decide; run simulate."
+    return f"{given}: the bounds do not decide."
 
 
 def certain_in_words(limits: Limits) -> list[str]:
@@ -178,9 +193,7 @@ def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]
     if upper.status == Status.OPTIMAL and not upper.open_nodes:
         parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
     sentence = "; ".join(part for part in parts if part)
-    doubt = rigid_slips(problem).doubt
-    about = [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
-    return [sentence + ".", *about, *([LOAD_DOMAIN] if problem.is_domain else [])]
+    return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
 
 
 def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem) -> str:
@@ -199,8 +212,10 @@ def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Proble
     if energy.status == Status.UNDECIDED:
         return f"From {start} it is open what is proved ({energy.reason})"
     if energy.status == Status.INFEASIBLE:
-        hint = "; a smaller distance may do" if energy.distance > 0 else "; a state after some cycles may do"
-        return f"From {start} no load factor is proved ({energy.reason}{hint})"
+        hint = (
+            "a smaller distance may do" if energy.distance > 0 else "following its first cycles may prove one"
+        )
+        return f"From {start} no load factor is proved at once ({energy.reason}; {hint})"
     least = energy.least_load_factor
     begins = f" from λ = {up(least)} on" if least > 0 else ""
     if energy.status == Status.UNBOUNDED:

@@ -27,6 +27,17 @@ def simulated_path_in_words(problem: Problem) -> list[str]:
     return [ONE_PATH] if problem.is_domain else []
 
 
+def last_digit_in_words(problem: Problem) -> list[str]:
+    """That it is not clear whether the joint can move as a whole, where it is not; else nothing."""
+    doubt = rigid_slips(problem).doubt
+    return [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
+
+
+def doubts_in_words(problem: Problem) -> list[str]:
+    """What in the data throws doubt on every number."""
+    return [*last_digit_in_words(problem), *doubtful_data(problem)]
+
+
 def hints_in_words(problem: Problem) -> list[str]:
     """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
 

@@ -67,7 +67,7 @@ def transient_in_words(
     order = "" if limit.monotone else "; below it there are load factors at which it does not"
     proved = ""
     if np.isfinite(limit.proved):
-        proved = f"; shakedown is proved at λ = {down(limit.proved)}"
+        proved = f"; once its cycles are followed, shakedown is proved at λ = {down(limit.proved)}"
         if np.isfinite(limit.cycling):
             proved += f", {_found_above(limit)} at λ = {up(limit.cycling)}"
     if limit.at_high is not None and limit.at_high.outcome == "undecided":
