@@ -15,7 +15,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.words.hint_words import simulated_path_in_words
 
-from .claims import RECORD, OutputFile, writes
+from .claims import OutputFile, record_of
 from .options import json_option, problem_argument, quiet_option, resume_option
 from .output import (
     bound,
@@ -28,7 +28,6 @@ from .output import (
     number,
     paragraph,
     progress,
-    remark_on_record,
     say,
     work_unit,
 )
@@ -70,11 +69,7 @@ def adversary(
     from every state is proved, enclose the true limit of the joint. Exit code 1 where no
     cycle is found, and where something contradicts what is proved.
     """
-    if resume and output is None:
-        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
-    if output is not None:
-        writes(context, RECORD, f"{output}.partial")
-        remark_on_record(resume, f"{output}.partial")
+    record = record_of(context, output, resume)
 
     def save(found: shakedown.SmallestCycle) -> None:
         if output is not None and found.state is not None:
@@ -87,7 +82,7 @@ def adversary(
             rounds=rounds,
             seed=seed,
             largest=largest,
-            partial=None if output is None else f"{output}.partial",
+            partial=record,
             resume=resume,
             save=save,
             progress=update,

@@ -11,11 +11,12 @@ import click
 import shakedown
 from shakedown.ground.visible_text import shortened
 
+from .output import remark
+
 CLAIMS = "shakedown.claims"  # key of the command's context
 PICTURES = (".png", ".svg", ".pdf")
 NODE_FILES = (".csv", ".vtu", ".vtp")
 SERIES_FILES = NODE_FILES[1:]  # one of each instant
-RECORD = "the record of -o"  # of a run that can be resumed
 
 
 class Claim(NamedTuple):
@@ -42,6 +43,21 @@ def writes_whole(context: click.Context | None, name: str, path: Path) -> None:
 
     check_target(path)
     writes(context, name, path)
+
+
+def record_of(context: click.Context, output: Path | None, resume: bool) -> str | None:
+    """Where a run records itself, beside its output and a file of this call; says that it goes on from it."""
+    if output is None:
+        if resume:
+            raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
+        return None
+    from shakedown.files.atomic_write import record_beside  # only where a file is asked for
+
+    record = record_beside(output)
+    writes(context, "the record of -o", record)
+    if resume and os.path.exists(record):
+        remark(f"goes on from {record}")
+    return record
 
 
 def _claim(context: click.Context | None, new: Claim) -> None:

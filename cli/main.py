@@ -1,4 +1,4 @@
-"""Entry point: an interruption ends in one line at any moment, so that is seen to before any import."""
+"""Entry point: an interruption or a termination ends in one line at any moment: seen to before any import."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import NoReturn
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 
 
 def main() -> NoReturn:
@@ -14,23 +14,36 @@ def main() -> NoReturn:
     try:
         import signal
 
-        before = signal.signal(signal.SIGINT, _interrupted)
+        ends = {signal.SIGINT: _interrupted, signal.SIGTERM: _terminated}
+        before = {number: signal.getsignal(number) for number in ends}
+        for number, end in ends.items():
+            if before[number] is not signal.SIG_IGN:  # as in the background of a shell
+                signal.signal(number, end)
         try:
             from .run import run
 
             code = run()
         finally:
-            signal.signal(signal.SIGINT, before)
+            for number, handler in before.items():
+                signal.signal(number, handler)
     except KeyboardInterrupt:
         _interrupted()
     raise SystemExit(code)
 
 
 def _interrupted(*_: object) -> NoReturn:
+    _leave(b"interrupted", INTERRUPTED)
+
+
+def _terminated(*_: object) -> NoReturn:
+    _leave(b"terminated", TERMINATED)
+
+
+def _leave(word: bytes, code: int) -> NoReturn:
     """Say so and leave at once: an exception would get lost in a compiler's callback or wait for threads."""
     import os
 
     try:
-        os.write(2, b"\n" * os.isatty(2) + b"shakedown-bounds: interrupted\n")
+        os.write(2, b"\n" * os.isatty(2) + b"shakedown-bounds: " + word + b"\n")
     finally:
-        os._exit(INTERRUPTED)
+        os._exit(code)

@@ -12,7 +12,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 
-from .claims import PICTURES, RECORD, OutputFile, writes
+from .claims import PICTURES, OutputFile, record_of
 from .map_text import SAMPLED, map_text
 from .options import (
     cycles_option,
@@ -138,10 +138,7 @@ def map_command(
 
     The share that shakes down, the dissipation of the others, their limit cycles.
     """
-    if output is not None:
-        writes(context, RECORD, f"{output}.partial")
-    if resume and output is None:
-        raise click.UsageError("--resume: expected -o FILE, the map to go on with")
+    record_of(context, output, resume)
     with progress("pieces") as update:
         found = shakedown.initial_state_map(
             problem,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -44,12 +43,6 @@ def remark(text: str) -> None:
     """A line on stderr beside the result, unless the user wants none."""
     if not is_quiet():
         click.echo(visible(text), err=True)
-
-
-def remark_on_record(resume: bool, record: str) -> None:
-    """Say that a run goes on, where one was stopped."""
-    if resume and os.path.exists(record):
-        remark(f"goes on from {record}")
 
 
 def is_quiet() -> bool:

@@ -19,6 +19,11 @@ from .group import NAME, shakedown_bounds
 OPEN, BAD_INPUT = 1, 2
 # New objects between two searches for garbage: at 700 they take a sixth of the time.
 COLLECTED = 50_000, 20, 20
+WHOLE_NUMBERS = (  # variables of NumPy, SciPy and matplotlib (a date, to the year 9999), and of numba
+    ("SOURCE_DATE_EPOCH", 0, 253_402_300_799),
+    ("NUMBA_NUM_THREADS", 1, 2**31 - 1),
+)
+LENIENT = ("NUMBA_NUM_THREADS",)  # what is no number at all is left out of account there
 COMPLETION = "_SHAKEDOWN_BOUNDS_COMPLETE"  # what a shell sets when it asks how a line may go on
 
 
@@ -42,11 +47,27 @@ def run() -> int:
     return code
 
 
+def _check_environment() -> None:
+    """Raise ``UsageError`` for a variable on which a library that we import would end in a traceback."""
+    for name, lowest, highest in WHOLE_NUMBERS:
+        given = os.environ.get(name)
+        try:
+            fits = given is None or lowest <= int(given) <= highest
+        except ValueError:
+            fits = name in LENIENT
+        if not fits:
+            raise shakedown.UsageError(
+                f"{name}: expected no such variable, or a whole number from {lowest} to {highest}, "
+                f"found '{given}'"
+            )
+
+
 def _outcome() -> int:
     try:
         if COMPLETION in os.environ:
             shakedown_bounds.main(prog_name=NAME)
         with shakedown_bounds.make_context(NAME, sys.argv[1:]) as context:
+            _check_environment()
             shakedown_bounds.invoke(context)
     except click.exceptions.Exit as stop:
         return stop.exit_code

@@ -15,7 +15,7 @@ from shakedown.report.node_words import open_in_words, resolution, without_round
 from shakedown.report.words.hint_words import simulated_path_in_words
 from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
-from .claims import RECORD, OutputFile, writes
+from .claims import OutputFile, record_of
 from .initial import moved_by_transient, start_of
 from .options import (
     cycles_option,
@@ -39,7 +39,6 @@ from .output import (
     node_table,
     number,
     paragraph,
-    remark_on_record,
     say,
     slip_facts,
     tiny,
@@ -89,11 +88,7 @@ def simulate(
     as_json: bool,
 ) -> None:
     """Follow FILE at one load factor from one initial state to its long-term state."""
-    if resume and output is None:
-        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
-    if output is not None:
-        writes(context, RECORD, f"{output}.partial")
-        remark_on_record(resume, f"{output}.partial")
+    record = record_of(context, output, resume)
     word, opened, start = start_of(problem, load_factor, initial, open_nodes)
     wanted = output is not None or animation is not None
     run = shakedown.simulate(
@@ -105,7 +100,7 @@ def simulate(
         method=method,
         record=wanted,
         slip_below=slip_below,
-        partial=None if output is None else f"{output}.partial",
+        partial=record,
         resume=resume,
         save=None if output is None else lambda found: shakedown.save_history(output, found),
     )

@@ -16,7 +16,7 @@ from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.words.hint_words import LOAD_DOMAIN
 
-from .claims import PICTURES, RECORD, OutputFile, name_of, reads, writes
+from .claims import PICTURES, OutputFile, name_of, reads, record_of
 from .initial import initial_state
 from .options import (
     ProblemFile,
@@ -197,10 +197,7 @@ def sweep(
     """
     if len({name for name, _ in vary}) < len(vary):
         raise click.UsageError(f"--vary: expected each parameter once, found {vary[0][0]} twice")
-    if output is not None:
-        writes(context, RECORD, f"{output}.partial")
-    if resume and output is None:
-        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
+    record_of(context, output, resume)
     if initial in ("safe", "witness"):
         raise click.UsageError(f"--initial {initial}: expected zero, given, given:K or PATH.npy")
     problem = joint if isinstance(joint, Problem) else joint.problem

@@ -17,7 +17,7 @@ from shakedown.report.words.limit_sentences import limits_in_sentences, threshol
 from shakedown.report.words.limit_words import transient_in_words
 from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
 
-from .claims import NODE_FILES, RECORD, OutputFile, writes
+from .claims import NODE_FILES, OutputFile, record_of, writes
 from .options import (
     cycles_option,
     json_option,
@@ -35,7 +35,6 @@ from .output import (
     number,
     paragraph,
     progress,
-    remark_on_record,
     say,
     table,
     tiny,
@@ -101,15 +100,12 @@ def verify(
     as_json: bool,
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
-    if resume and output is None:
-        raise click.UsageError("--resume: expected -o FILE, beside which the unfinished run is recorded")
     if output is not None:
         from shakedown.report.html import report_path, write_report  # what draws is wanted only here
 
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
-        writes(context, RECORD, f"{output}.partial")
-        remark_on_record(resume, f"{output}.partial")
+    record = record_of(context, output, resume)
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
             problem,
@@ -120,7 +116,7 @@ def verify(
             cycles=cycles,
             method=method,
             slip_below=slip_below,
-            partial=None if output is None else f"{output}.partial",
+            partial=record,
             resume=resume,
             save=None if output is None else lambda found: write_report(output, found),
             progress=update,

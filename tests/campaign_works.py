@@ -17,9 +17,10 @@ from shakedown.campaign.pieces import run_campaign
 
 @dataclass(frozen=True)
 class Squares:
-    """The squares of ten numbers per piece, after a pause."""
+    """The squares of ten numbers per piece, after a pause; work of some weight where that is asked for."""
 
     pause: float = 0.0
+    weight: bytes = b""
 
     def __call__(self, number):
         time.sleep(self.pause)

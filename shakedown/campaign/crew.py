@@ -1,5 +1,6 @@
 """Who does the work of a campaign: this process, several, or a cluster."""
 
+import multiprocessing
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -20,7 +21,8 @@ class Crew:
     ----------
     workers
         Number of processes: 1 is this process itself, None one for each core. More of them
-        start afresh, so that a script has to keep what it does under ``if __name__ == "__main__"``.
+        start afresh and read the script that asks for them, so that it has to keep what it does
+        under ``if __name__ == "__main__":``; one that does not is told so.
     scheduler
         Address of a dask scheduler: its workers work, whatever ``workers`` says.
     """
@@ -34,11 +36,18 @@ class Crew:
             check_count("workers", self.workers)
         if self.scheduler is not None and not (isinstance(self.scheduler, str) and self.scheduler):
             raise UsageError(f"scheduler: expected an address, found {self.scheduler!r}")
+        if self.processes > 1 and self.scheduler is None and _being_started():
+            raise SystemExit(1)  # the script that starts us does so again here; there it is said why not
 
     @property
     def processes(self) -> int:
         """How many processes that is."""
         return all_cores() if self.workers is None else self.workers
+
+
+def _being_started() -> bool:
+    """Whether this process is a worker that still reads the script of the process that starts it."""
+    return bool(getattr(multiprocessing.current_process(), "_inheriting", False))
 
 
 class Losses:

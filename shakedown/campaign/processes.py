@@ -4,11 +4,15 @@ import multiprocessing
 import os
 import pickle
 import signal
+import tempfile
 from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
+from pathlib import Path
+from shutil import rmtree
 from threading import Thread
 
 from threadpoolctl import threadpool_limits
@@ -17,8 +21,13 @@ from shakedown.campaign.crew import Losses, Work
 from shakedown.ground.errors import UsageError
 
 WANTED = "expected functions that other processes can import (of a module, no lambda)"
-_pickled: bytes  # the work of this process, where it is a worker
-_work: Work | None = None  # the same, once there is a piece of it to do
+GUARD = (
+    "workers: expected processes that begin to work, found that they end before; a script has to keep "
+    'what it does under if __name__ == "__main__":'
+)
+WORK, BEGUN = "work", "begun"  # files of the work itself, and of that a worker has begun
+_folder: Path  # where they are, where this process is a worker
+_work: Work | None = None  # the work, once there is a piece of it to do
 
 
 def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
@@ -30,7 +39,7 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
     Raises
     ------
     UsageError
-        If the work is none that other processes can import.
+        If the work is none that other processes can import, or they cannot begin with it.
     SolverError
         If processes die again and again with nothing done.
     """
@@ -39,24 +48,41 @@ def by_processes(work: Work, numbers: list[int], workers: int) -> Iterator[tuple
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise UsageError(f"workers: {WANTED}, found one that cannot be sent there ({error})") from None
     todo, losses = dict.fromkeys(numbers), Losses()
-    while todo:
+    with _folder_with(pickled) as folder:
+        while todo:
+            try:
+                for number, piece in _by_one_pool(folder, list(todo), workers):
+                    losses.progress()
+                    del todo[number]
+                    yield number, piece
+            except BrokenProcessPool:
+                if not (folder / BEGUN).exists():
+                    raise UsageError(GUARD) from None
+                losses.another()
+
+
+@contextmanager
+def _folder_with(pickled: bytes) -> Iterator[Path]:
+    """A folder that workers read the work from: who sends it to one that dies early waits for ever."""
+    with ExitStack() as stack:
         try:
-            for number, piece in _by_one_pool(pickled, list(todo), workers):
-                losses.progress()
-                del todo[number]
-                yield number, piece
-        except BrokenProcessPool:
-            losses.another()
+            kept = tempfile.TemporaryDirectory(prefix="shakedown-", ignore_cleanup_errors=True)
+            folder = Path(stack.enter_context(kept))
+            (folder / WORK).write_bytes(pickled)
+        except OSError as error:
+            what = error.strerror or error
+            raise UsageError(f"workers: cannot be given their work, a temporary file ({what})") from None
+        yield folder
 
 
-def _by_one_pool(pickled: bytes, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
+def _by_one_pool(folder: Path, numbers: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
     """The same from one pool, until a process of it dies."""
     _start_tracker()
     pool = ProcessPoolExecutor(
         min(workers, len(numbers)),
         mp_context=multiprocessing.get_context("spawn"),  # a fork would copy locks of compiled threads
         initializer=_begin,
-        initargs=(pickled,),
+        initargs=(folder,),
     )
     running: dict[Future[bytes], int] = {}
     waiting = iter(numbers)
@@ -87,10 +113,11 @@ def _start_tracker() -> None:
             os.environ["PYTHONWARNINGS"] = before
 
 
-def _begin(pickled: bytes) -> None:
+def _begin(folder: Path) -> None:
     """Make this process a worker: one thread, deaf to Ctrl-C, gone when its parent is."""
-    global _pickled
-    _pickled = pickled
+    global _folder
+    _folder = folder
+    (folder / BEGUN).touch()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it, and ends us
     threadpool_limits(1)
     parent = multiprocessing.parent_process()
@@ -101,6 +128,7 @@ def _begin(pickled: bytes) -> None:
 def _leave_with(parent: int) -> None:
     """End this process when the parent ends, however that happens."""
     wait_for([parent])
+    rmtree(_folder, ignore_errors=True)
     os._exit(1)
 
 
@@ -108,7 +136,7 @@ def _one_piece(number: int) -> bytes:
     global _work
     if _work is None:
         try:
-            _work = pickle.loads(_pickled)
+            _work = pickle.loads((_folder / WORK).read_bytes())
         except Exception as error:  # whatever its modules raise
             raise UsageError(f"workers: {WANTED}, found one that cannot be read there ({error})") from None
     return _work(number)

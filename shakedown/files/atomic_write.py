@@ -1,5 +1,6 @@
 """The one way in which files are written: whole or not at all, and only over regular files."""
 
+import hashlib
 import os
 import secrets
 import stat
@@ -20,6 +21,8 @@ except ImportError:  # not POSIX: nothing is locked, so nothing is swept
 PART = ".shakedown-part"  # what the name of an unfinished file ends with
 _PARTS = ".*." + "[0-9a-f]" * 16 + PART
 _STEM = 40  # characters of the target's name in that of its unfinished file: 255 bytes are the most
+RECORD = ".partial"  # what the name of the record of an unfinished run ends with
+_LONGEST = 255  # bytes of a name, where a file system does not say
 
 
 class _Part(NamedTuple):
@@ -61,6 +64,29 @@ def check_target(path: str | os.PathLike[str]) -> Path:
             raise
         raise _refusal(path, error) from None
     return target
+
+
+@checked
+def record_beside(path: str | os.PathLike[str]) -> str:
+    """Where a run records itself that will write to ``path``: ``PATH.partial``, symbolic links followed.
+
+    A name that becomes too long for its folder is cut short and told apart by a checksum.
+
+    Examples
+    --------
+    >>> record_beside("runs/map.npz"), len(os.path.basename(record_beside("x" * 250)))
+    ('runs/map.npz.partial', 255)
+    """
+    folder, name = os.path.split(os.path.realpath(path) if os.path.islink(path) else os.fspath(path))
+    try:
+        longest = os.pathconf(folder or ".", "PC_NAME_MAX")
+    except (AttributeError, OSError, ValueError):  # no such question there, or no such folder
+        longest = _LONGEST
+    spelt, end = os.fsencode(name), RECORD
+    if len(spelt) + len(end) > longest:
+        end = f".{hashlib.sha256(spelt).hexdigest()[:16]}{RECORD}"
+        name = spelt[: longest - len(end)].decode(errors="ignore")  # no half of a character
+    return os.path.join(folder, name + end)
 
 
 @contextmanager

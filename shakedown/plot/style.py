@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -36,6 +37,7 @@ STATES = {
 
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
+UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -76,6 +78,8 @@ def power_of_ten(value: float, _: object = None) -> str:
 def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     """Write the figure that some axes belong to, whole or not at all; the name's ending says in which format.
 
+    SVG and PDF bear no date: what is drawn twice has the same bytes.
+
     Raises
     ------
     UsageError
@@ -95,7 +99,8 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
     if ending not in known:
         raise UsageError(f"{path}: expected a name that ends in one of {', '.join(known)}, found '.{ending}'")
     picture = io.BytesIO()  # drawn first: a picture that fails leaves the old file
-    figure.savefig(picture, format=ending, dpi=DOTS_PER_INCH)
+    with matplotlib.rc_context({"svg.hashsalt": "shakedown"}):
+        figure.savefig(picture, format=ending, dpi=DOTS_PER_INCH, metadata=UNDATED.get(ending))
     with atomic_write(path) as file:
         file.write(picture.getbuffer())
 

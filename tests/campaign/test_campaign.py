@@ -88,6 +88,28 @@ def test_work_that_kills_its_workers_is_given_up_in_words():
         run_campaign(Deadly(), 3, journal, Crew(workers=2))
 
 
+UNGUARDED = """
+import sys
+from campaign_works import Crew, Squares, journal_at, run_campaign
+crew = Crew(workers=2)
+with journal_at(sys.argv[1], {}) as journal:
+    run_campaign(Squares(weight=bytes(1 << 17)), 3, journal, crew)
+"""
+
+
+def test_a_script_without_a_guard_ends_with_a_line_that_names_it(tmp_path):
+    """Its workers end while they start; what a pipe does not hold, 64 KiB, must not wait for them to read it."""
+    (tmp_path / "script.py").write_text(UNGUARDED)
+    words = [sys.executable, "script.py", "journal"]
+    path = {"PYTHONPATH": str(WORKS.parent)}
+    run = subprocess.run(
+        words, cwd=tmp_path, env=os.environ | path, capture_output=True, text=True, timeout=60
+    )
+    assert run.stderr.count("Traceback") == 1
+    assert 'a script has to keep what it does under if __name__ == "__main__":' in run.stderr.splitlines()[-1]
+    assert [file.name for file in tmp_path.iterdir()] == ["script.py"]
+
+
 def test_the_workers_of_a_killed_run_go_with_it(tmp_path):
     run = started(tmp_path / "journal", 100, 2, 0.3)
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children")

@@ -36,14 +36,14 @@ def refused(*words, cwd, message):
 # interruptions and full disks ------------------------------------------------------------------------
 
 
-def interrupted(words, after):
-    """The command, interrupted ``after`` its first import: (exit code, stderr)."""
+def interrupted(words, after, number=signal.SIGINT):
+    """The command, sent a signal ``after`` its first import: (exit code, stderr)."""
     code = (
         "import os, signal, sys, threading, time\n"
         "def interrupt():\n"
         "    while 'shakedown.cli.main' not in sys.modules: time.sleep(1e-4)\n"
         f"    time.sleep({after})\n"
-        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        f"    os.kill(os.getpid(), {int(number)})\n"
         "threading.Thread(target=interrupt, daemon=True).start()\n"
         "from shakedown.cli.main import main\n"
         "main()\n"
@@ -52,10 +52,41 @@ def interrupted(words, after):
     return done.returncode, done.stderr
 
 
+YEARS = ["critical", "block-33", "--budget", str(9 * 10**18), "-q"]  # of work
+
+
 @pytest.mark.parametrize("after", [0.002, 0.02, 0.05, 0.1, 0.4])
 def test_an_interruption_is_one_line_from_the_first_import_on(after):
-    words = ["critical", "block-33", "--budget", str(9 * 10**18), "-q"]  # years of work
-    assert interrupted(words, after) == (130, "shakedown-bounds: interrupted\n")
+    assert interrupted(YEARS, after) == (130, "shakedown-bounds: interrupted\n")
+
+
+def test_a_termination_is_one_line_too():
+    assert interrupted(YEARS, 0.1, signal.SIGTERM) == (143, "shakedown-bounds: terminated\n")
+
+
+def test_an_interruption_that_a_shell_keeps_from_us_is_none():
+    """As one does for a command in the background."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert run("example")[0] == 0
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("value", ["abc", "-1", "1.5", "", "9" * 17])
+def test_a_date_that_libraries_end_at_is_one_line(monkeypatch, value):
+    """SciPy's import and matplotlib's files read the variable."""
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", value)
+    line = "SOURCE_DATE_EPOCH: expected no such variable, or a whole number from 0 to 253402300799, found"
+    refused("solve", "one-node", cwd=".", message=f"{line} '{value}'")
+
+
+def test_threads_that_numba_ends_at_are_one_line(monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "0")
+    refused("simulate", "one-node", "--load-factor", "1", cwd=".", message="a whole number from 1 to")
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "many")  # of which it takes no notice
+    assert run("example")[0] == 0
 
 
 @pytest.mark.parametrize("words", [["--help"], ["solve", "two-node", "--json"]])

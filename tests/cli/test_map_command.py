@@ -229,7 +229,7 @@ def test_killed_and_resumed_the_file_is_that_of_an_undisturbed_run(tmp_path, und
         killed += process.returncode == -signal.SIGKILL
     assert killed
     out, err = begun(tmp_path, "--resume", "--workers", "1", "--json").communicate(timeout=300)
-    assert err == ""
+    assert err == "goes on from map.npz.partial\n"
     assert json.loads(out)["states"] == STATES
     assert [entry.name for entry in tmp_path.iterdir()] == ["map.npz"]
     assert (tmp_path / "map.npz").read_bytes() == undisturbed

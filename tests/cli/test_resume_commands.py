@@ -1,14 +1,39 @@
 """Commands that were stopped: refused without ``--resume``, gone on with by it, to the output of an undisturbed run."""
 
+import os
+from pathlib import Path
+
 import pytest
 from command import run
 
 import shakedown
 from shakedown.campaign import recorded_steps as room
+from shakedown.files.atomic_write import record_beside
 
 SIMULATE = ("simulate", "two-node", "--load-factor", "0.9", "--initial", "zero")
 ADVERSARY = ("adversary", "three-node", "--states", "4", "--rounds", "1")
 COMMANDS = {"h.npz": (SIMULATE, "save_history"), "slip.npy": (ADVERSARY, "save_initial_slip")}
+
+
+def test_the_record_of_the_longest_name_has_a_name(tmp_path, monkeypatch):
+    """255 bytes are the most: what ``.partial`` leaves no room for is cut short, and told apart."""
+    monkeypatch.setattr(room, "EVERY", 0.0)
+    words = ("sweep", "one-node", "--vary", "f=0.2:0.5:3", "--bounds", "upper", "-q")
+    names = ["é" * 125 + end for end in ["a.csv", "b.csv"]]
+    records = {record_beside(tmp_path / name) for name in names}
+    assert len(records) == 2
+    for name in names:
+        assert run(*words, "-o", name, cwd=tmp_path)[0] == 0
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == names
+    for record in records:
+        Path(record).touch()
+    code, _, err = run(*words, "-o", names[0], cwd=tmp_path)
+    assert code == 2
+    assert "unfinished run is recorded there" in err
+    code, _, err = run(*words[:-1], "-o", names[0], "--resume", cwd=tmp_path)
+    assert (code, err.splitlines()[0]) == (0, f"goes on from {os.path.basename(min(records))}")
+    (tmp_path / "link.csv").symlink_to(tmp_path / names[1])
+    assert record_beside(tmp_path / "link.csv") in records
 
 
 @pytest.mark.parametrize("output", COMMANDS)

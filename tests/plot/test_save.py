@@ -18,6 +18,17 @@ def test_the_ending_decides_the_format(tmp_path, ending, start):
     assert path.read_bytes().startswith(start)
 
 
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_the_same_picture_has_the_same_bytes(tmp_path, ending):
+    paths = [tmp_path / f"{k}.{ending}" for k in range(2)]
+    for path in paths:
+        plot.save(plot.load_loop(shakedown.example("two-node"), 0), path)
+    first, second = (path.read_bytes() for path in paths)
+    assert first == second
+    assert b"Date" not in first
+    assert b"dc:date" not in first
+
+
 def test_an_unknown_ending_is_refused(tmp_path):
     axes = plot.load_loop(shakedown.example("two-node"), 0)
     with pytest.raises(shakedown.UsageError, match=r"loop\.doc: expected a name that ends in"):

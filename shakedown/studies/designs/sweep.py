@@ -1,6 +1,5 @@
 """Limits of the load factor over the whole grid of parameters."""
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
+from shakedown.files.atomic_write import record_beside
 from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
@@ -122,7 +122,7 @@ def sweep(
         slip_below=None if slip_below is None else check_slip_below(slip_below),
     )
     work = _Points(variation, values, question, tolerances)
-    crew, partial = Crew(workers, scheduler), None if output is None else f"{os.fspath(output)}.partial"
+    crew, partial = Crew(workers, scheduler), None if output is None else record_beside(output)
     if output is not None:
         check_table(output)
     with journal_at(partial, work.header(), resume=resume) as journal:

@@ -15,7 +15,7 @@ import numpy as np
 from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
-from shakedown.files.atomic_write import check_target
+from shakedown.files.atomic_write import check_target, record_beside
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
@@ -30,7 +30,6 @@ from shakedown.studies.maps.samplers import Sampler, require_ball, sampling
 from shakedown.studies.maps.several_maps import InitialStateMaps, MissingMap
 
 LOGGER = logging.getLogger("shakedown")
-PARTIAL = ".partial"  # what the name of an unfinished map ends with
 
 
 @overload
@@ -130,7 +129,8 @@ def initial_state_map(
     resume
         Whether to go on with what is recorded there; a map that is whole already is read.
     workers, scheduler
-        Who works: see :class:`Crew`. None is one process for a little work, else all cores.
+        Who works: see :class:`Crew`. None is one process for a little work, else all cores. A
+        script has to keep the call under ``if __name__ == "__main__":`` where it is more than one.
     max_cycles, longest_period
         As for :func:`long_term_state`.
     slip_below
@@ -145,8 +145,8 @@ def initial_state_map(
     ------
     UsageError
         If an argument is out of range, a ball is asked for and none of the load factors has
-        one, the file cannot be written, what is recorded there is of another map, or the
-        cluster does not answer.
+        one, the file cannot be written, what is recorded there is of another map, the
+        cluster does not answer, or processes cannot begin to work.
     SolverError
         If workers die again and again.
 
@@ -217,7 +217,7 @@ def _columns(
     """All states of all load factors, done now or before; on the disk where they have a file."""
     settings, rows = _settings(work), len(work.samplings) * work.samplings[0].states
     header = {key: json.dumps(value) for key, value in settings.items()} | {"piece": str(work.size)}
-    record = None if target is None else target.with_name(target.name + PARTIAL)
+    record = None if target is None else Path(record_beside(target))
     if resume and target is not None and record is not None and not record.exists():
         kinds = work.kinds(rows)
         if len(work.samplings) == 1:
