@@ -15,7 +15,17 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.loops import friction_work
-from shakedown.plot.style import BLACK, Recorded, Style, axes_for, flanks, path_of, positions, style_of
+from shakedown.plot.style import (
+    BLACK,
+    Recorded,
+    Style,
+    axes_for,
+    flanks,
+    path_of,
+    positions,
+    pressed,
+    style_of,
+)
 
 
 @checked
@@ -90,11 +100,9 @@ def friction_use(
     """
     require_plane("picture", problem)
     path = path_of(result)
-    axes = axes_for(ax)
+    axes, most = axes_for(ax), np.where(pressed(problem, path), problem.law.limit(path.p), np.nan)
     for k, row in enumerate(_instants(path, cycles)):
-        most = problem.law.limit(path.p[row])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            use = np.where((path.state[row] != 2) & (most > 0), path.q[row] / most, np.nan)
+        use = path.q[row] / most[row]
         _along(axes, problem, use, _at_time(path, row, k))
     for limit in (-1.0, 1.0):
         axes.axhline(limit, color=BLACK, lw=0.8, ls="--")

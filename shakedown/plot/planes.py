@@ -1,15 +1,18 @@
 """Planes: the slip space of two nodes with its rows, and the load of one node with its stick sector."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
+from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda
+from shakedown.ground.status import Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
 from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, constraints
@@ -34,6 +37,7 @@ from shakedown.plot.style import (
 from shakedown.programs.polygon import corners
 
 ROW_COLOURS = (SKY, ORANGE)
+SLANTED = 0.05  # sine of the angle between two limits below which they meet far away, if at all
 SECTORS = 4  # stick sectors drawn, at most
 
 
@@ -49,7 +53,8 @@ def slip_space(
     """The slip plane of a two-node joint: its four rows, the safe region, paths (thesis fig. 5.4).
 
     Rows hold with both nodes closed, each at its extreme load step; a path is dotted
-    where a node is open or the state jumps.
+    where a node is open or the state jumps. Above λ_max, where no region is left, the safe slip at
+    λ_max is marked.
 
     Parameters
     ----------
@@ -89,6 +94,8 @@ def slip_space(
     for k, (name, path) in enumerate(paths.items()):
         _draw_path(axes, path, style_of(name, k, styles))
     points = [region, *(path.v for path in paths.values())]
+    if not len(region):
+        points += _last_safe_slip(axes, problem, rows, load_factor)
     low, high = window(np.vstack([*points, np.zeros((0, 2))]))
     draw_rows(axes, rows, rows.g - load_factor * rows.d)
     _, length = units_of(problem)
@@ -97,6 +104,22 @@ def slip_space(
     axes.set_title(at_lambda(load_factor), fontsize="medium")
     axes.legend(fontsize="small")
     return axes
+
+
+def _last_safe_slip(
+    axes: Axes, problem: Problem, rows: Constraints, load_factor: float
+) -> Iterator[FloatArray]:
+    """Mark the safe slip at λ_max where no region is left: it, and where the limits of both nodes meet."""
+    last = upper_bound(problem, certify=False)
+    if last.status != Status.OPTIMAL:
+        return
+    axes.plot(*last.slip, "x", color=GREEN, ms=7, mew=2, zorder=4, label="safe slip at λ_max")
+    yield last.slip[None]
+    limits = rows.g - load_factor * rows.d
+    for one, other in product(np.flatnonzero(rows.node == 0), np.flatnonzero(rows.node == 1)):
+        pair = rows.G[[one, other]]
+        if abs(np.linalg.det(pair)) > SLANTED * np.prod(np.linalg.norm(pair, axis=1)):
+            yield np.asarray(np.linalg.solve(pair, limits[[one, other]]))[None]
 
 
 def safe_polygon(rows: Constraints, load_factor: float) -> FloatArray:

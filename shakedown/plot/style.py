@@ -38,6 +38,7 @@ STATES = {
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
+UNRESOLVED = 1e-6  # of the largest limit: a path in space knows forces to 1e-8 of the largest
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -111,6 +112,12 @@ def path_of(result: Recorded | EventHistory) -> EventHistory:
     if not isinstance(history, EventHistory) or len(history.cycle) == 0:
         raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
     return history
+
+
+def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
+    """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
+    limit = problem.law.limit(path.p)
+    return np.asarray((path.state != 2) & (limit > UNRESOLVED * np.abs(limit).max(initial=0.0)))
 
 
 def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:

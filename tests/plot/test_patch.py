@@ -64,6 +64,18 @@ def test_turned_tangents_change_no_arrow():
     np.testing.assert_allclose(same, one, atol=1e-12)
 
 
+def test_orbits_of_a_node_that_opens_and_closes_stay_within_the_limit():
+    """At the instants at which it does, |q| and f p are both round-off: 9e-13 over 6e-13 is no use of friction."""
+    joint = shakedown.example("four-node-3d")
+    run = shakedown.simulate(joint, 3.0, record=True, cycles=20)
+    history = run.history
+    assert (history.state == 2).any()
+    axes = plot.reaction_orbits(run, joint, nodes=range(4))
+    farthest = [np.nanmax(np.linalg.norm(line.get_xydata(), axis=1)) for line in axes.lines]
+    assert max(farthest) < 1.0 + 1e-4
+    assert len(farthest) == 5
+
+
 def test_orbits_stay_within_the_limit_and_say_the_work_of_node_results(cyclic):
     nodes = shakedown.node_results(cyclic)
     axes = plot.reaction_orbits(cyclic, JOINT, nodes=range(4))

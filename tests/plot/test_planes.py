@@ -58,3 +58,19 @@ def test_the_safe_polygon_is_the_safe_region(load_factor):
 def test_no_polygon_above_the_upper_bound_or_without_a_bound():
     rows = constraints(shakedown.example("two-node"))
     assert len(safe_polygon(rows, 0.75)) == 0
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.3, 3.0])
+def test_above_the_last_safe_slip_the_window_has_that_slip(factor):
+    """Paths may end far away: the thesis draws the limits about the safe slip, figure 5.4 (d)."""
+    problem = shakedown.example("two-node")
+    last = shakedown.upper_bound(problem)
+    load_factor = factor * last.load_factor * (1 + 1e-9)
+    run = evolve(problem, load_factor, [3.0, 6.0], cycles=1)
+    for results in ({}, {"path": run}):
+        axes = plot.slip_space(problem, load_factor, results)
+        for (low, high), slip in zip((axes.get_xlim(), axes.get_ylim()), last.slip, strict=True):
+            assert low < slip < high
+        assert "safe slip at λ_max" in texts(axes)
+    below = plot.slip_space(problem, 0.7)
+    assert "safe slip at λ_max" not in texts(below)

@@ -16,7 +16,7 @@ from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.patch.colour_field import at_instant
 from shakedown.plot.patch.patch_places import Places, numbered, patch_axes, places_of, require_space
-from shakedown.plot.style import BLUE, GREY, RED, Recorded, Style, path_of, style_of
+from shakedown.plot.style import BLUE, GREY, RED, Recorded, Style, path_of, pressed, style_of
 
 MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
 MOST_LOOPS = 150  # nodes whose loads are drawn, evenly taken
@@ -88,13 +88,12 @@ def friction_use_at(
     require_space("picture of a patch", problem)
     now, title = at_instant(path_of(result), cycle)
     places, few = places_of(problem), problem.n <= MOST_DISCS
-    limit, state = problem.law.limit(now.p)[0], now.state[0]
-    pressed = (limit > 0) & (state != 2)
-    use = problem.layout.by_node(now.q)[0] / np.where(pressed, limit, np.inf)[:, None]
+    limit, held, state = problem.law.limit(now.p)[0], pressed(problem, now)[0], now.state[0]
+    use = problem.layout.by_node(now.q)[0] / np.where(held, limit, np.inf)[:, None]
     reach = DISC * places.spacing if few else LONG * places.room
     axes = patch_axes(places, ax, ROOM * places.room)
     if few:
-        _discs(axes, places, np.where(pressed, reach, 0.0))
+        _discs(axes, places, np.where(held, reach, 0.0))
     _by_state(axes, places, reach * places.seen(use), state)
     most = float(np.linalg.norm(use, axis=1).max())
     axes.set_title(f"{title}, largest |q| / f p = {min(most, 1.0):.3g}", fontsize="medium")

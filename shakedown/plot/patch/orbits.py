@@ -16,7 +16,7 @@ from shakedown.motion.event_history import EventHistory
 from shakedown.plot.loops import MOST_LOOPS, chosen_nodes
 from shakedown.plot.patch.colour_field import work_of_nodes
 from shakedown.plot.patch.patch_places import require_space
-from shakedown.plot.style import GREY, LINES, Recorded, axes_for, node_name, path_of
+from shakedown.plot.style import GREY, LINES, Recorded, axes_for, node_name, path_of, pressed
 
 FARTHEST = 3.0  # times the limit: reactions beyond, of nodes that hardly press, are cut off
 RIM = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -80,7 +80,7 @@ def reaction_orbits(
 ) -> Axes:
     """The ways of tangential reactions within the limit, q/(f p): on the rim a node slips, or is about to.
 
-    Parameters as for :func:`slip_orbits`. Of instants at which a node is open nothing is drawn.
+    Parameters as for :func:`slip_orbits`. While a node is open, or about to be, nothing is drawn.
 
     Examples
     --------
@@ -92,10 +92,10 @@ def reaction_orbits(
     """
     require_space("picture of reaction orbits", problem)
     path, work = path_of(result).refined(), work_of_nodes(result, problem)
-    axes, closed = axes_for(ax), path.state != 2
+    axes, p = axes_for(ax), np.where(pressed(problem, path), path.p, np.nan)
     _disc(axes)
     for colour, node in _coloured(work, nodes, problem.n):
-        use = _use(problem, path.q, np.where(closed, path.p, np.nan), node)
+        use = _use(problem, path.q, p, node)
         axes.plot(*use.T, color=colour, lw=1.3, label=node_name(node, problem))
     axes.set(xlabel="q_x / f p [–]", ylabel="q_y / f p [–]")
     return _square(axes)
