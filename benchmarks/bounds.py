@@ -1,5 +1,6 @@
 """Time of both bounds against the number of nodes, beside general-purpose solvers on the same programs."""
 
+import warnings
 from collections.abc import Callable, Iterable
 from functools import cache
 
@@ -63,7 +64,9 @@ def through_cvxpy(
         x = cp.Variable(len(cost))
         program = cp.Problem(cp.Minimize(cost @ x), [matrix @ x <= right, x[-1] >= 0])
         try:
-            program.solve(solver=solver, **(settings or {}))
+            with warnings.catch_warnings():  # of an inaccurate end, which its status says, too
+                warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
+                program.solve(solver=solver, **(settings or {}))
         except (cp.SolverError, ValueError):  # HiGHS ended without a verdict; cvxpy cannot unpack that
             return np.nan
         return float(program.value) if program.status == "optimal" else np.nan
