@@ -27,6 +27,7 @@ run had committed is there when it is resumed; a header that differs is refused.
 results depends neither on who did the work nor on how often it was interrupted.
 
 Reading order: ``journal`` (what is done, on disk), ``payload`` (arrays as bytes), ``crew`` (who
-works: this process, several, a cluster), ``processes``, ``cluster``, ``pieces`` (the run);
+works: this process, several, a cluster), ``processes``, ``cluster`` with
+``worker_versions``, ``pieces`` (the run);
 ``stored_result``, ``recorded_steps`` (a long run whose steps follow from each other).
 """

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
+import time
+from asyncio import CancelledError
 from collections.abc import Iterator
+from concurrent.futures import CancelledError as FutureCancelled
+from contextlib import contextmanager
 from threading import Timer
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from shakedown.campaign import worker_versions
 from shakedown.campaign.crew import Losses, Work
-from shakedown.ground.errors import UsageError
+from shakedown.ground.errors import SolverError, UsageError
 from shakedown.ground.visible_text import visible
 
 if TYPE_CHECKING:
@@ -18,6 +24,10 @@ LOGGER = logging.getLogger("shakedown")
 SOON = 1.0  # seconds after which somebody who waits is told what for
 PATIENCE = 30.0  # seconds to wait for the scheduler, and then for its first worker
 IN_HAND = 2  # pieces that each thread of the cluster has at a time
+LOOK, WINK = 2.0, 0.01  # seconds between two looks at who works, and at what is done
+SAME = "scheduler: expected workers with the versions of this process"
+# What a worker without the package can do, too: only Python's own names are sent to it.
+ASK = "[exec(text, room), room['versions']()][1]"
 
 
 def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[int, bytes]]:
@@ -26,9 +36,10 @@ def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[i
     Raises
     ------
     UsageError
-        If dask.distributed is not installed, or no cluster answers at that address.
+        If dask.distributed is not installed, no cluster answers at that address, or a worker
+        there has other versions than this process, or no such package.
     SolverError
-        If workers die again and again with nothing done.
+        If workers die again and again with nothing done, or the scheduler is lost.
     """
     try:
         from distributed import as_completed
@@ -39,15 +50,22 @@ def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[i
             "(pip install 'shakedown-bounds[cluster]')"
         ) from None
     losses, waiting = Losses(), list(reversed(numbers))
-    with _connected(address) as client:
-        running = as_completed(loop=client.loop)
+    with _while_there(address), _connected(address) as client:
+        running, checked = as_completed(loop=client.loop), set[str]()
         names: dict[str, int] = {}
         while waiting or names:
-            while waiting and len(names) < IN_HAND * max(sum(client.nthreads().values()), 1):
+            threads = _threads(client, checked)
+            while waiting and len(names) < IN_HAND * max(threads, 1):
                 number = waiting.pop()
-                future = client.submit(_one_piece, work, number, pure=False)
+                future = client.submit(_one_piece, work, number, worker_versions.versions(), pure=False)
                 names[future.key] = number
                 running.add(future)
+            looked = time.monotonic()
+            while not running.has_ready():
+                time.sleep(WINK)
+                if time.monotonic() - looked > LOOK or client.status != "running":
+                    _threads(client, checked)
+                    looked = time.monotonic()
             future = next(running)
             number = names.pop(future.key)
             try:
@@ -58,6 +76,46 @@ def by_cluster(work: Work, numbers: list[int], address: str) -> Iterator[tuple[i
                 continue
             losses.progress()
             yield number, piece
+
+
+@contextmanager
+def _while_there(address: str) -> Iterator[None]:
+    """Say in one line that the scheduler is gone; the client has a traceback for it in its log."""
+    log = logging.getLogger("distributed.client")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    except (CancelledError, FutureCancelled, OSError):
+        lost = f"the dask scheduler at {address} was lost in the middle of the work"
+        raise SolverError(f"scheduler: {lost}; what is done is recorded where there is an output") from None
+    finally:
+        log.setLevel(level)
+
+
+def _threads(client: Client, checked: set[str]) -> int:
+    """How many threads the cluster has; workers that are new are asked first what they compute with."""
+    if client.status != "running":  # it tries to connect again, which takes as long as nobody answers
+        raise ConnectionError
+    threads = client.nthreads()
+    if new := sorted(threads.keys() - checked):
+        asked = {"text": inspect.getsource(worker_versions), "room": {"__name__": "worker_versions"}}
+        said: dict[str, Any] = client.run(eval, ASK, asked, workers=new, on_error="return")
+        for place in new:
+            _check_versions(place, said.get(place))
+        checked.update(new)
+    return sum(threads.values())
+
+
+def _check_versions(place: str, found: Any) -> None:
+    """Raise ``UsageError`` where a worker does not compute with what this process computes with."""
+    expected = worker_versions.versions()
+    if not isinstance(found, dict):
+        raise UsageError(f"scheduler: expected the worker at {place} to say its versions, found {found!r}")
+    differing = [name for name, here in expected.items() if found.get(name) != here]
+    if differing:
+        told = ", ".join(f"{name} {found.get(name)} for {expected[name]}" for name in differing)
+        raise UsageError(f"{SAME}, found at {place} {told}")
 
 
 def _connected(address: str) -> Client:
@@ -105,5 +163,8 @@ async def _answer(address: str) -> None:
     await comm.close()
 
 
-def _one_piece(work: Work, number: int) -> bytes:
+def _one_piece(work: Work, number: int, expected: dict[str, str]) -> bytes:
+    """A piece; a worker that has joined since is as the others are, or says so."""
+    if worker_versions.versions() != expected:
+        raise UsageError(f"{SAME}, found another one that has joined")
     return work(number)
