@@ -21,6 +21,7 @@ from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for,
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
+BAND, LOWEST_TEXT = 0.27, 0.95  # heights of the coloured band and of the axes with one level of text
 AXES = 0.8  # of the width of a picture, at least
 ROOM = 1e6  # above the floor where nothing slips, so that the floor is seen to be one
 NO_SLIP = 1e-13  # of the largest slip: where zero is drawn on a logarithmic axis
@@ -67,9 +68,10 @@ def load_factor_scale(
     texts = sorted([*known, (given, as_given)])
     letter = LETTER / (AXES * axes.figure.bbox.width * 72 / axes.figure.dpi)  # of the length of the scale
     top = max(value / (1.0 - letter * len(text)) for value, text in texts)
-    for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
-        axes.axvspan(low, min(high, top), 0.0, 0.28, color=colour, alpha=0.3, lw=0, label=name)
     levels = _levels([(value, value + letter * len(text) * top) for value, text in texts])
+    highest = LOWEST_TEXT + 0.3 * max(levels)
+    for colour, (name, (low, high)) in zip((GREEN, RED, *LINES) * 9, (bands or {}).items(), strict=False):
+        axes.axvspan(low, min(high, top), 0.0, BAND / highest, color=colour, alpha=0.3, lw=0, label=name)
     for (value, text), level in zip(texts, levels, strict=True):
         own = text == as_given
         colour, height = RED if own else GREY, 0.7 + 0.3 * level
@@ -77,7 +79,7 @@ def load_factor_scale(
         label = axes.text(value + 0.3 * letter * top, height, text, va="center", fontsize="small")
         if own:
             label.set(color=RED, weight="bold")
-    axes.set(xlim=(0.0, top), ylim=(0.0, 0.95 + 0.3 * max(levels)), yticks=[], xlabel="load factor λ")
+    axes.set(xlim=(0.0, top), ylim=(0.0, highest), yticks=[], xlabel="load factor λ")
     axes.spines[["left", "right", "top"]].set_visible(False)
     return axes
 
