@@ -17,6 +17,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.proved.proved_rest import heeding_proofs
+from shakedown.long_term.returning.return_search import VARIES_LITTLE
 from shakedown.long_term.returning.returned_state import returned_state
 from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing
 from shakedown.long_term.state import LongTermState
@@ -185,10 +186,7 @@ def _reason(search: LimitSearch, at: Standing, verdict: int) -> tuple[str, float
         ago = f"{at.period} cycle{'s' * (at.period > 1)} before"
         text = f"the state after {at.cycles - at.done} cycles is that of {ago}"
     if verdict == BLURRED:
-        return (
-            f"the varying part of the loads is next to round-off beside the constant part ({text})",
-            np.nan,
-        )
+        return f"{VARIES_LITTLE} ({text})", np.nan
     if verdict != BROKEN:
         return text, np.nan
     if at.done == 0:

@@ -186,16 +186,29 @@ def test_a_stiff_node_slips_little_and_is_seen(directions, method):
     assert shakedown.simulate(problem, 0.99, method=method).outcome == "shakedown"
 
 
-def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told():
+@pytest.mark.parametrize(("directions", "pressure"), [(1, 2e5), (2, 2e3)])
+def test_what_slips_is_seen_beside_large_loads_that_rest(directions, pressure):
+    d, q = directions, np.zeros((4, directions))
+    q[0, 0], q[2, 0] = 1.0, -1.0
+    joint = shakedown.Problem(
+        A=np.eye(d), B=np.zeros((1, d)), f=1.0 / pressure, q_w=q, p_w=np.full((4, 1), pressure)
+    )
+    state = shakedown.long_term_state(joint, 1.0001, max_cycles=20)
+    assert state.outcome == "cyclic-slip"
+    assert state.slip_per_cycle == pytest.approx([4e-4], rel=1e-4)
+    assert shakedown.long_term_state(joint, 0.9999, max_cycles=20).outcome == "shakedown"
+
+
+@pytest.mark.parametrize("name", ["two-node", "two-node-3d"])
+def test_slip_next_to_round_off_of_the_loads_at_rest_is_not_told(name):
     """Above λ_max of a node that has next to no friction: too little changes to say that it rests."""
-    joint = shakedown.example("two-node")
+    joint = shakedown.example(name)
     problem = replace(joint, f=np.array([1e-12, joint.f[1]]))
     above = 1.05 * shakedown.upper_bound(problem).load_factor
     state = shakedown.long_term_state(problem, above)
     assert state.outcome == "undecided"
     assert "round-off" in state.reason
-    assert shakedown.long_term_states(problem, above, np.zeros((1, 2))).outcome == "undecided"
-    assert shakedown.long_term_state(problem, 10 * above).outcome == "cyclic-slip"
+    assert shakedown.long_term_states(problem, above, np.zeros((1, len(problem.A)))).outcome == "undecided"
     assert shakedown.verify(problem, random_states=0).disagreements == ()
 
 

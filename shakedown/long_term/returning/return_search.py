@@ -34,6 +34,7 @@ CLEAR_ENOUGH = 30.0  # and this much where the cycles allowed are spent, or it i
 MOST_LEAPS = 12  # states ahead that are looked at, each twice as far as the last
 NEAR = 0.1  # of the noise: a state foreseen this near the limit is there
 STILL = 1e-3  # of the noise: slip below it that grows is round-off
+VARIES_LITTLE = "the varying part of the loads is next to round-off beside the constant part"
 WAIT = 3  # cycles after a leap that led nowhere, doubled every time
 
 
@@ -51,6 +52,8 @@ class Rules:
         Distance from the limit at which a state is the long-term state [length of the softest node].
     stiffness : (n,)
         Of every node, relative to the softest, ≥ 1: so much smaller a slip counts for as much.
+    blurred
+        Whether loads change by next to round-off: what seems at rest then may be none.
     """
 
     most_cycles: int
@@ -58,6 +61,7 @@ class Rules:
     noise: float
     goal: float
     stiffness: FloatArray
+    blurred: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,6 +261,8 @@ class ReturnSearch:
             return self._found(
                 Outcome.SEPARATION, f"no frictional slip, but opening and closing every cycle: {nodes}", 1
             )
+        if self.rules.blurred and not exact:
+            return self._undecided(VARIES_LITTLE)
         return self._found(Outcome.SHAKEDOWN, f"no frictional slip {self._how_clear(exact)}{self._way()}", 1)
 
     def _to_come(self) -> float:

@@ -8,17 +8,18 @@ import numpy as np
 
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
-from shakedown.long_term.limit_search import OUTCOMES
+from shakedown.long_term.limit_search import BLURRED, OUTCOMES
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.proved.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
-from shakedown.motion.contact_law import Scales, law_resolution, scales
+from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
 from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.method import walk
 from shakedown.motion.violation import path_violation
 
+LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
 GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
@@ -121,10 +122,12 @@ def settled(motion: DirectedMotion, rules: Rules, halt: Halt | None = None) -> S
 
 def rules_of(motion: DirectedMotion, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
     """When a search over cycles of the accuracy of the motion ends."""
-    noise = motion.tolerances.path * scale.length
+    lost = LOST * motion.measures.near
+    noise = max(motion.measures.accuracy, lost / scale.force) * scale.length
+    moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
-    return Rules(most_cycles, longest_period, noise, GOAL * noise, stiffness)
+    return Rules(most_cycles, longest_period, noise, GOAL * noise, stiffness, 0.0 < moving < BLURRED * lost)
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:

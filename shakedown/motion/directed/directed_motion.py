@@ -14,7 +14,7 @@ from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import Scales, law_violation, scales_of
+from shakedown.motion.contact_law import Scales, law_violation, scales_of, swing
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.directed import curved_loop as kernel
 from shakedown.motion.directed.curved_history import CurvedHistory
@@ -41,6 +41,7 @@ from shakedown.motion.viscous_jump import Jump, default_damping
 
 RECORD_ROWS = 256
 NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
+FINEST = 1e-13  # accuracy of a path, relative to the length scale, that floats allow
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_RETRIES = 20  # of one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
@@ -53,8 +54,11 @@ def stiffness_of(problem: Problem) -> FloatArray:
     return problem.layout.of_blocks(problem.A, problem.B, C)
 
 
-def measures(scale: Scales, locked: float, tolerances: Tolerances) -> Measures:
-    """What counts as zero where locked-in slips make up reactions of this size [force]."""
+def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
+    """What counts as zero where locked-in slips make up reactions of this size, and a period changes so much.
+
+    Both [force]. What moves little must be followed so much better: by what it costs that is the same.
+    """
     force = max(scale.force, locked)
     near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
     return Measures(
@@ -64,7 +68,7 @@ def measures(scale: Scales, locked: float, tolerances: Tolerances) -> Measures:
         near=near,
         force_scale=scale.force,
         length_scale=scale.length,
-        accuracy=tolerances.path,
+        accuracy=max(tolerances.path * min(moving / scale.force, 1.0), FINEST) if moving else tolerances.path,
     )
 
 
@@ -141,7 +145,7 @@ class DirectedMotion:
         self.load, transient = loop_path(problem, load_factor), transient_path(problem)
         self.scale = scales_of(problem, self.load, transient)
         locked = float((np.abs(self.kappa) @ np.abs(start.state.u)).max())
-        self.measures = measures(self.scale, locked, self.tolerances)
+        self.measures = measures(self.scale, locked, swing(problem, self.load), self.tolerances)
         self._first = np.vstack([start.load, transient, self.load])
         self._later = np.vstack([self.load[-1:], self.load])
         self.sliding = sliding(self.kappa, problem.f, self._later, -1, problem.C is not None)
