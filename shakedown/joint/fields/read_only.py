@@ -1,7 +1,7 @@
 """What cannot be written to: the arrays of a problem and of results, in copies of these, too."""
 
 from dataclasses import is_dataclass
-from functools import cached_property
+from functools import cached_property, wraps
 from typing import Any
 
 import numpy as np
@@ -45,10 +45,10 @@ class ReadOnly:
 
 
 def _read_only_once_found(find: Any) -> Any:
+    @wraps(find)
     def found(self: Any) -> Any:
         return read_only(find(self))
 
-    found.__doc__, found.__name__ = find.__doc__, find.__name__
     return found
 
 
