@@ -352,6 +352,7 @@ def test_open_nodes_are_condensed():
 # What answers for two directions, one line each. Everything else that takes a problem refuses, in one line.
 ANSWERS = {
     # joint, files and words
+    "can_drift",
     "constraints",
     "loading",
     "loads_in_words",
