@@ -15,8 +15,8 @@ def sources() -> set[str]:
     """Every source of the package, as a wheel names it."""
     found = [
         path.relative_to(ROOT).as_posix()
-        for wing in ("shakedown", "cli")
-        for path in (ROOT / wing).rglob("*.py")
+        for folder in ("shakedown", "cli")
+        for path in (ROOT / folder).rglob("*.py")
     ]
     return {name if name.startswith("shakedown/") else f"shakedown/{name}" for name in found}
 

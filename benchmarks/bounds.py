@@ -187,7 +187,7 @@ def tables(rows: list[dict]) -> str:
     parts.append(
         f"A peer's lower bound is timed on up to {NODES_SAMPLED + 1} of the n programs and scaled up;\n"
         "its error is that of the program of the node that collapses first. The error of\n"
-        "the certified road is the width of its enclosure."
+        "the certified method is the width of its enclosure."
     )
     return "\n\n".join(parts)
 

@@ -156,7 +156,7 @@ def _hard_cases() -> list[str]:
     return [
         f"Of {total} hard cases (parallel rows, conditions up to 1e14, units scaled by 1e±12, wedging, "
         f"infeasible loads), each with an answer enumerated in fractions, {own[1]} come out right to 1e-9 on "
-        f"the default road; {others} (`hard_cases`)."
+        f"the default method; {others} (`hard_cases`)."
     ]
 
 
@@ -270,7 +270,7 @@ def _peers_in_space() -> list[str]:
         told.append(f"{min(ratios):,.0f} to {max(ratios):,.0f} times as long for an error of {error:.0e}")
     return [
         f"In space, joints of 25, 100 and 250 nodes, few or most of them slipping, or a third open: a step of the toolkit's own "
-        f"implicit road takes {min(steps):.1f} to {max(steps):.0f} times less than the best solver of Siconos at 1e-10, and a cycle "
+        f"implicit method takes {min(steps):.1f} to {max(steps):.0f} times less than the best solver of Siconos at 1e-10, and a cycle "
         f"of such steps {' and '.join(told)} of the slips as the path from event to event (beyond the finest steps by their "
         "first order; `space_peers`)."
     ]

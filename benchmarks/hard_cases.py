@@ -1,4 +1,4 @@
-"""Problems on which float solvers go wrong, and how far each road to the bounds is off the exact answer."""
+"""Problems on which float solvers go wrong, and how far each method is off the exact answer."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.report.text_table import table
 
-TITLE = "Hard cases: error of each road against the exact rational answer"
+TITLE = "Hard cases: error of each method against the exact rational answer"
 
 ENUMERATED_UP_TO = 6  # nodes whose subsets of rows are few enough for fractions
 RIGHT = 1e-9

@@ -23,7 +23,7 @@ from shakedown import Problem
 from shakedown.joint.loading import loading
 from shakedown.report.text_table import table
 
-TITLE = "Hard cases with two directions: error of each road against exact answers of joints in the plane"
+TITLE = "Hard cases with two directions: error of each method against exact answers of joints in the plane"
 
 TURNED = ("plain", "parallel rows", "symmetric block", "silent node", "block-9")  # by any angles, too
 SEED = 5

@@ -3,17 +3,17 @@
 Nothing is imported or run. What is counted:
 
 - *code lines* of the package, without blank lines, comments and docstrings;
-- *arrows*: pairs of wings (the folders at the top of the package, and the command line) with an import
+- *arrows*: pairs of subpackages (the folders at the top of the package, and the command line) with an import
   between them;
-- *plane rooms*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
+- *plane modules*: files with the arithmetic of one tangential direction: slips before gaps (``2 * n``,
   ``u[:n]``, ``u[n:]``, ``n + i``), two rows a node (``[0::2]``, ``2 * j + 1``, interleaving), sides ±1;
-- *law rooms*: files that state Coulomb's law, the product of friction and pressure;
+- *law modules*: files that state Coulomb's law, the product of friction and pressure;
 - *packages* of the package, *depth* of its folders, *code lines of the command line*;
 - *functions* of more than forty code lines, *named numbers* (constants of a module) beside the fields of
   ``Tolerances``, *class names* that more than one class has;
 - *public names* of the package;
 - *climbs*: followed from ``verify`` into every function that gets it, how often ``problem`` comes to a
-  room that stands on a higher floor than the one before. Floors are the longest chain of imports.
+  module that stands on a higher layer than the one before. Layers are the longest chain of imports.
 """
 
 import ast
@@ -61,30 +61,34 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def imported(path: Path, rooms: dict[str, Path]) -> Iterator[tuple[str, str, str]]:
-    """(room, name there, name here) of every import of the project in a file."""
+def imported(path: Path, modules: dict[str, Path]) -> Iterator[tuple[str, str, str]]:
+    """(module, name there, name here) of every import of the project in a file."""
     for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
-            modules = [(alias.name, "", alias.asname or alias.name) for alias in node.names]
+            found = [(alias.name, "", alias.asname or alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and not node.level:
-            modules = [(node.module or "", alias.name, alias.asname or alias.name) for alias in node.names]
+            found = [(node.module or "", alias.name, alias.asname or alias.name) for alias in node.names]
         else:
             continue
-        for module, name, here in modules:
+        for module, name, here in found:
             top, _, below = module.partition(".")
             if top not in ("shakedown", "benchmarks"):
                 continue
             place = module if top == "benchmarks" else below or "__init__"
             inner = f"{below}.{name}" if below else name
-            yield (inner, "", here) if inner in rooms and top == "shakedown" else (place, name, here)
+            yield (inner, "", here) if inner in modules and top == "shakedown" else (place, name, here)
 
 
-def wing(room: str) -> str:
-    return room.split(".")[0]
+def subpackage(module: str) -> str:
+    return module.split(".")[0]
 
 
-def arrows(rooms: dict[str, Path]) -> set[tuple[str, str]]:
-    pairs = {(wing(room), wing(to)) for room, path in rooms.items() for to, _, _ in imported(path, rooms)}
+def arrows(modules: dict[str, Path]) -> set[tuple[str, str]]:
+    pairs = {
+        (subpackage(module), subpackage(to))
+        for module, path in modules.items()
+        for to, _, _ in imported(path, modules)
+    }
     apart = {"__init__", "__main__", "benchmarks"}  # doors, and what stands outside
     return {(one, other) for one, other in pairs if one != other and not {one, other} & apart}
 
@@ -179,8 +183,8 @@ def _is_law(node: ast.AST) -> bool:
     return (left in FRICTION and right in PRESSURE) or (right in FRICTION and left in PRESSURE)
 
 
-def with_arithmetic(rooms: dict[str, Path], kind) -> list[str]:
-    return [room for room, path in rooms.items() if any(kind(node) for node in ast.walk(tree(path)))]
+def with_arithmetic(modules: dict[str, Path], kind) -> list[str]:
+    return [module for module, path in modules.items() if any(kind(node) for node in ast.walk(tree(path)))]
 
 
 def public_names(root: Path) -> int:
@@ -198,49 +202,50 @@ def public_names(root: Path) -> int:
     )
 
 
-def floors(rooms: dict[str, Path]) -> dict[str, int]:
-    """The longest chain of imports below every room."""
+def layers(modules: dict[str, Path]) -> dict[str, int]:
+    """The longest chain of imports below every module."""
     below = {
-        room: {to for to, _, _ in imported(path, rooms)} & set(rooms) - {room} for room, path in rooms.items()
+        module: {to for to, _, _ in imported(path, modules)} & set(modules) - {module}
+        for module, path in modules.items()
     }
 
     @cache
-    def floor(room: str) -> int:
-        return 1 + max((floor(to) for to in below[room] if to != "__init__"), default=0)
+    def layer(module: str) -> int:
+        return 1 + max((layer(to) for to in below[module] if to != "__init__"), default=0)
 
-    return {room: floor(room) for room in rooms}
+    return {module: layer(module) for module in modules}
 
 
 class Trip:
     """What is handed a parameter, function by function, in the order in which the code is written."""
 
-    def __init__(self, rooms: dict[str, Path]) -> None:
-        self.rooms, self.seen, self.route = rooms, set[tuple[str, str, str]](), list[str]()
+    def __init__(self, modules: dict[str, Path]) -> None:
+        self.modules, self.seen, self.route = modules, set[tuple[str, str, str]](), list[str]()
         self.names = {
-            room: {here: (to, name) for to, name, here in imported(path, rooms)}
-            for room, path in rooms.items()
+            module: {here: (to, name) for to, name, here in imported(path, modules)}
+            for module, path in modules.items()
         }
         self.functions = {
-            room: {
+            module: {
                 node.name: node
                 for node in ast.walk(tree(path))
                 if isinstance(node, ast.FunctionDef | ast.ClassDef)
             }
-            for room, path in rooms.items()
+            for module, path in modules.items()
         }
 
-    def follow(self, room: str, function: str, parameter: str) -> list[str]:
-        """Rooms in the order in which they are entered, as often as they are."""
-        if not self.route or self.route[-1] != room:
-            self.route.append(room)
-        if (room, function, parameter) in self.seen:
+    def follow(self, module: str, function: str, parameter: str) -> list[str]:
+        """Modules in the order in which they are entered, as often as they are."""
+        if not self.route or self.route[-1] != module:
+            self.route.append(module)
+        if (module, function, parameter) in self.seen:
             return self.route
-        self.seen.add((room, function, parameter))
-        body = self.functions[room][function]
+        self.seen.add((module, function, parameter))
+        body = self.functions[module][function]
         calls = [node for node in ast.walk(body) if isinstance(node, ast.Call)]
         for call in sorted(calls, key=lambda call: (call.end_lineno, call.end_col_offset)):
             for position, name in self._handed(call, parameter):
-                target = self._target(room, call)
+                target = self._target(module, call)
                 into = target and self._parameter(*target, position, name)
                 if target and into:
                     self.follow(*target, into)
@@ -254,16 +259,16 @@ class Trip:
             if isinstance(keyword.value, ast.Name) and keyword.value.id == parameter and keyword.arg:
                 yield -1, keyword.arg
 
-    def _target(self, room: str, call: ast.Call) -> tuple[str, str] | None:
+    def _target(self, module: str, call: ast.Call) -> tuple[str, str] | None:
         name = _word(call.func)
         if name == "sought" and call.args:  # an optional step: what is called stands first
             name = _word(call.args[0])
-        place, there = self.names[room].get(name, (room, name))
+        place, there = self.names[module].get(name, (module, name))
         return (place, there) if there in self.functions.get(place, {}) else None
 
-    def _parameter(self, room: str, function: str, position: int, name: str) -> str:
+    def _parameter(self, module: str, function: str, position: int, name: str) -> str:
         """What a callee calls the argument at a position, or of a name."""
-        node = self.functions[room][function]
+        node = self.functions[module][function]
         if isinstance(node, ast.ClassDef):
             inner = [
                 part for part in node.body if isinstance(part, ast.FunctionDef) and part.name == "__init__"
@@ -277,33 +282,37 @@ class Trip:
         return arguments[position] if position < len(arguments) else ""
 
 
-def climbs(rooms: dict[str, Path]) -> int:
-    height = floors(rooms)
-    route = Trip(rooms).follow(*START)
+def climbs(modules: dict[str, Path]) -> int:
+    height = layers(modules)
+    route = Trip(modules).follow(*START)
     return sum(height[there] > height[here] for here, there in pairwise(route))
 
 
 def counts(root: Path) -> dict[str, int]:
-    rooms = sources(root)
-    package = {room: path for room, path in rooms.items() if wing(room) not in ("cli", "benchmarks")}
+    modules = sources(root)
+    package = {
+        module: path for module, path in modules.items() if subpackage(module) not in ("cli", "benchmarks")
+    }
     paths, classes = package.values(), Counter(node.name for node in of_kind(package.values(), ast.ClassDef))
     folders = [path.relative_to(root).parent for path in paths if path.name == "__init__.py"]
     return {
-        "wings": len({wing(room) for room in rooms}),
-        "arrows": len(arrows(rooms)),
-        "rooms": len(package),
+        "subpackages": len({subpackage(module) for module in modules}),
+        "arrows": len(arrows(modules)),
+        "modules": len(package),
         "packages": len(folders),
         "depth": max(len(folder.parts) for folder in folders),
         "functions": sum(1 for _ in of_kind(paths, ast.FunctionDef)),
         "of > 40 lines": sum(lines_of(node) > LONG for node in of_kind(paths, ast.FunctionDef)),
         "named numbers": sum(map(named_numbers, paths)),
         "shared classes": sum(count > 1 for count in classes.values()),
-        "plane rooms": len(with_arithmetic(package, _is_plane)),
-        "law rooms": len(with_arithmetic(package, _is_law)),
+        "plane modules": len(with_arithmetic(package, _is_plane)),
+        "law modules": len(with_arithmetic(package, _is_law)),
         "code lines": sum(code_lines(path) for path in package.values()),
-        "command line": sum(code_lines(path) for room, path in rooms.items() if wing(room) == "cli"),
+        "command line": sum(
+            code_lines(path) for module, path in modules.items() if subpackage(module) == "cli"
+        ),
         "public names": public_names(root),
-        "climbs": climbs(rooms),
+        "climbs": climbs(modules),
     }
 
 
@@ -313,7 +322,9 @@ def main() -> None:
         print(f"{what:14} {count:7,}")
     if "--list" in sys.argv:
         package = {
-            room: path for room, path in sources(root).items() if wing(room) not in ("cli", "benchmarks")
+            module: path
+            for module, path in sources(root).items()
+            if subpackage(module) not in ("cli", "benchmarks")
         }
         print("plane:", *with_arithmetic(package, _is_plane), sep="\n  ")
         print("law:", *with_arithmetic(package, _is_law), sep="\n  ")

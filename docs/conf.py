@@ -46,7 +46,7 @@ autodoc_class_signature = "separated"
 autodoc_preserve_defaults = True
 napoleon_use_ivar = True
 napoleon_use_rtype = False
-# Looked up are the names at the top; not those of other packages (there is no network), nor of rooms.
+# Looked up are the names at the top; not those of other packages (there is no network), nor of modules.
 nitpick_ignore_regex = [("py:.*", r"(?!shakedown\.[A-Za-z_]+$).*")]
 
 html_theme = "furo"

@@ -1,4 +1,4 @@
-"""The public names, each loaded when it is first used; docs/names.md lists those of the rooms."""
+"""The public names, each loaded when it is first used; docs/names.md lists those of the modules."""
 
 from . import plot as plot
 from .assessment.assess import Assessment as Assessment

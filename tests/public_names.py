@@ -10,7 +10,7 @@ import shakedown
 PAGE = Path(__file__).parents[1] / "docs" / "names.md"
 
 
-def of_rooms() -> dict[str, list[str]]:
+def of_modules() -> dict[str, list[str]]:
     """The names that docs/names.md lists, by module."""
     rows = re.findall(r"^\| `(shakedown\.[\w.]+)` \| ([^|]+) \|", PAGE.read_text(encoding="utf-8"), re.M)
     return {module: re.findall(r"`(\w+)`", names) for module, names in rows}
@@ -19,7 +19,7 @@ def of_rooms() -> dict[str, list[str]]:
 def public() -> dict[str, Any]:
     """Every public name and what it names."""
     found = {name: getattr(shakedown, name) for name in shakedown.__all__}
-    for module, names in of_rooms().items():
+    for module, names in of_modules().items():
         room = importlib.import_module(module)
         found |= {name: getattr(room, name) for name in names}
     return found

@@ -1,4 +1,4 @@
-"""The shape of the package: wings, floors and the direction of imports, read from the imports themselves."""
+"""The shape of the package: subpackages, layers and the direction of imports, read from the imports themselves."""
 
 import ast
 import tomllib
@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from public_names import of_rooms, public
+from public_names import of_modules, public
 
 import shakedown
 
@@ -14,9 +14,9 @@ PACKAGE = Path(shakedown.__file__).parent
 ROOT = Path(__file__).parents[1]
 CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 
-# From the ground up; a room may import from its own folder, from the folders within that, and from
-# lower floors only. Some folders of one wing stand on floors of their own.
-FLOORS = (
+# From the ground up; a module may import from its own folder, from the folders within that, and from
+# lower layers only. Some folders of one subpackage stand on layers of their own.
+LAYERS = (
     {"ground"},
     {"joint", "programs", "programs.exact", "programs.interior", "motion.kernels"},
     {
@@ -47,9 +47,9 @@ FLOORS = (
     {"report"},
     {"cli", "benchmarks", "__main__"},
 )
-FLOOR = {wing: number for number, wings in enumerate(FLOORS) for wing in wings}
+LAYER = {subpackage: number for number, subpackages in enumerate(LAYERS) for subpackage in subpackages}
 FACE = "__init__"  # the public names, loaded lazily: nothing of the package stands on them but its version
-OPEN_WINGS = {
+OPEN_SUBPACKAGES = {
     "fem",
     "ground",
     "plot",
@@ -83,7 +83,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.runner", "shakedown.files.atomic_write"),
     ("benchmarks.same_results", "shakedown.files.atomic_write"),
 }
-MOST_ROOMS = 12
+MOST_MODULES = 12
 
 
 def sources() -> dict[str, Path]:
@@ -113,59 +113,63 @@ def imports(path: Path, *, lazy: bool = True) -> list[tuple[str, str]]:
     return [(module, name) for module, name in found if module.split(".")[0] == "shakedown"]
 
 
-def wing_of(dotted: str) -> str:
-    """The folder that a room, or what it imports, lies in."""
+def subpackage_of(dotted: str) -> str:
+    """The folder that a module, or what it imports, lies in."""
     for length in (2, 1):
-        wing = ".".join(dotted.split(".")[:length])
-        if wing in FLOOR:
-            return wing
+        subpackage = ".".join(dotted.split(".")[:length])
+        if subpackage in LAYER:
+            return subpackage
     return FACE
 
 
-def target_wing(module: str, name: str) -> str:
-    return wing_of(".".join([*module.split(".")[1:], name]))
+def target_subpackage(module: str, name: str) -> str:
+    return subpackage_of(".".join([*module.split(".")[1:], name]))
 
 
-def test_every_wing_stands_on_a_floor():
-    assert {wing_of(name) for name in SOURCES} <= {FACE, *FLOOR}
-    assert len(FLOORS) <= 9
+def test_every_wing_stands_on_a_layer():
+    assert {subpackage_of(name) for name in SOURCES} <= {FACE, *LAYER}
+    assert len(LAYERS) <= 9
 
 
-@pytest.mark.parametrize("wing", sorted(FLOOR))
-def test_imports_go_down(wing):
-    rooms = [room for room in SOURCES if wing_of(room) == wing]
-    rooms = [room for room in rooms if room != "__main__"]  # the door to the command line
-    for room in rooms:
-        for module, name in imports(SOURCES[room]):
-            target = target_wing(module, name)
+@pytest.mark.parametrize("subpackage", sorted(LAYER))
+def test_imports_go_down(subpackage):
+    modules = [module for module in SOURCES if subpackage_of(module) == subpackage]
+    modules = [module for module in modules if module != "__main__"]  # the door to the command line
+    for module in modules:
+        for imported, name in imports(SOURCES[module]):
+            target = target_subpackage(imported, name)
             if target == FACE:
-                down = wing in FLOORS[-1] or name == "__version__"
+                down = subpackage in LAYERS[-1] or name == "__version__"
             else:
-                down = target == wing or target.startswith(f"{wing}.") or FLOOR[target] < FLOOR[wing]
-            assert down, f"{room} imports {module} {name}"
+                down = (
+                    target == subpackage
+                    or target.startswith(f"{subpackage}.")
+                    or LAYER[target] < LAYER[subpackage]
+                )
+            assert down, f"{module} imports {imported} {name}"
 
 
 def test_no_wing_has_a_circle():
     graph = {
-        room: {".".join(module.split(".")[1:]) for module, _ in imports(path)} & set(SOURCES)
-        for room, path in SOURCES.items()
+        module: {".".join(imported.split(".")[1:]) for imported, _ in imports(path)} & set(SOURCES)
+        for module, path in SOURCES.items()
     }
     done: set[str] = set()
 
-    def visit(room: str, above: tuple[str, ...]) -> None:
-        assert room not in above, " -> ".join([*above[above.index(room) :], room])
-        if room in done:
+    def visit(module: str, above: tuple[str, ...]) -> None:
+        assert module not in above, " -> ".join([*above[above.index(module) :], module])
+        if module in done:
             return
-        for below in graph[room] - {room}:
-            visit(below, (*above, room))
-        done.add(room)
+        for below in graph[module] - {module}:
+            visit(below, (*above, module))
+        done.add(module)
 
-    for room in graph:
-        visit(room, ())
+    for module in graph:
+        visit(module, ())
 
 
 def test_wings_are_small_and_say_what_they_are_for():
-    for wing in {wing_of(name) for name in SOURCES} - {
+    for subpackage in {subpackage_of(name) for name in SOURCES} - {
         "__init__",
         "__main__",
         "cli",
@@ -173,31 +177,32 @@ def test_wings_are_small_and_say_what_they_are_for():
         "readers",
         "fem",
     }:
-        folder = PACKAGE / Path(*wing.split("."))
-        rooms = [path for path in folder.glob("*.py") if path.stem != "__init__"]
+        folder = PACKAGE / Path(*subpackage.split("."))
+        modules = [path for path in folder.glob("*.py") if path.stem != "__init__"]
         parts = [path.parent for path in folder.glob("*/__init__.py")]
-        inside = [path for path in parts if f"{wing}.{path.name}" not in FLOOR]
-        assert len(rooms) + len(inside) <= MOST_ROOMS, wing
-        assert rooms or parts, wing
+        inside = [path for path in parts if f"{subpackage}.{path.name}" not in LAYER]
+        assert len(modules) + len(inside) <= MOST_MODULES, subpackage
+        assert modules or parts, subpackage
         purpose = ast.get_docstring(ast.parse((folder / "__init__.py").read_text()))
-        assert purpose, wing
-        unnamed = [path.stem for path in rooms if f"``{path.stem}``" not in purpose]
+        assert purpose, subpackage
+        unnamed = [path.stem for path in modules if f"``{path.stem}``" not in purpose]
         unnamed += [path.name for path in parts if f"``{path.name}/``" not in purpose]
-        assert not unnamed, f"{wing}: the reading order does not name {unnamed}"
+        assert not unnamed, f"{subpackage}: the reading order does not name {unnamed}"
 
 
 def test_every_wing_is_packaged():
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
     folders = (path.parent.relative_to(PACKAGE) for path in PACKAGE.rglob("__init__.py"))
-    wings = {".".join(("shakedown", *folder.parts)) for folder in folders}
-    assert listed == wings | {"shakedown.cli"}
+    subpackages = {".".join(("shakedown", *folder.parts)) for folder in folders}
+    assert listed == subpackages | {"shakedown.cli"}
 
 
 def test_no_room_is_named_as_a_part_of_another():
     stems = [
         name.split(".")[-1]
         for name in SOURCES
-        if wing_of(name) not in {"readers", "fem", "motion.kernels", "cli", "benchmarks"} and "." in name
+        if subpackage_of(name) not in {"readers", "fem", "motion.kernels", "cli", "benchmarks"}
+        and "." in name
     ]
     stems = [stem for stem in stems if stem != "__init__"]
     assert len(stems) == len(set(stems))
@@ -207,7 +212,7 @@ def test_no_room_is_named_as_a_part_of_another():
 
 def test_the_top_is_small_and_every_public_name_stands_in_one_place():
     assert len(shakedown.__all__) <= MOST_NAMES
-    listed = [name for names in of_rooms().values() for name in names]
+    listed = [name for names in of_modules().values() for name in names]
     assert len(listed) == len(set(listed)) > 0
     assert not set(listed) & set(shakedown.__all__)
     for name, thing in public().items():
@@ -215,23 +220,23 @@ def test_the_top_is_small_and_every_public_name_stands_in_one_place():
         assert not callable(thing) or thing.__doc__, f"{name} is public and says nothing"
 
 
-def test_cvxpy_is_one_road_of_programs():
-    """Slow to import, and independent of the roads that answers take: what a user's own solver comes through."""
-    rooms = [room for room, path in SOURCES.items() if "import cvxpy" in path.read_text()]
-    assert [room for room in rooms if wing_of(room) != "benchmarks"] == ["programs.conic"]
+def test_cvxpy_is_used_in_one_module():
+    """Slow to import, and independent of the solvers that answers come from: what a user's own solver comes through."""
+    modules = [module for module, path in SOURCES.items() if "import cvxpy" in path.read_text()]
+    assert [module for module in modules if subpackage_of(module) != "benchmarks"] == ["programs.conic"]
 
 
 def test_commands_and_studies_use_public_names_only():
-    listed = of_rooms()
-    rooms = [room for room in SOURCES if wing_of(room) in {"cli", "benchmarks"}]
-    assert {wing_of(room) for room in rooms} == {"cli", "benchmarks"}
-    for room, module, name in [(one, *found) for one in rooms for found in imports(SOURCES[one])]:
-        wing = module.split(".")[1] if "." in module else name
+    listed = of_modules()
+    modules = [module for module in SOURCES if subpackage_of(module) in {"cli", "benchmarks"}]
+    assert {subpackage_of(module) for module in modules} == {"cli", "benchmarks"}
+    for module, imported, name in [(one, *found) for one in modules for found in imports(SOURCES[one])]:
+        subpackage = imported.split(".")[1] if "." in imported else name
         allowed = (
             not name or name in shakedown.__all__
-            if module == "shakedown"
-            else name in listed.get(module, ()) or (room, module) in INSIDE
+            if imported == "shakedown"
+            else name in listed.get(imported, ()) or (module, imported) in INSIDE
         )
-        assert allowed or (wing in OPEN_WINGS and not name.startswith("_")), (
-            f"{room} imports {name} from {module}"
+        assert allowed or (subpackage in OPEN_SUBPACKAGES and not name.startswith("_")), (
+            f"{module} imports {name} from {imported}"
         )

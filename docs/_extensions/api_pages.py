@@ -12,7 +12,7 @@ import shakedown.fem
 import shakedown.plot
 
 DOCS = Path(__file__).parents[1]
-GROUPS = {  # heading: the wings whose names stand below it
+GROUPS = {  # heading: the subpackages whose names stand below it
     "The whole answer": ("assessment",),
     "Problems, and where they come from": ("joint", "files", "importing", "condensation"),
     "Limits of the load factor": ("bounds", "planar", "space"),
@@ -41,14 +41,16 @@ def chapter(heading: str, named: list[tuple[str, str]]) -> str:
 
 
 def top() -> str:
-    """The names at the top, by the wing that they come from."""
+    """The names at the top, by the subpackage that they come from."""
     found: dict[str, list[tuple[str, str]]] = {heading: [] for heading in GROUPS}
     for name in shakedown.__all__:
         thing = getattr(shakedown, name)
         if inspect.ismodule(thing):
             continue
-        wing = thing.__module__.split(".")[1]
-        heading = next((heading for heading, wings in GROUPS.items() if wing in wings), "Others")
+        subpackage = thing.__module__.split(".")[1]
+        heading = next(
+            (heading for heading, subpackages in GROUPS.items() if subpackage in subpackages), "Others"
+        )
         found[heading].append(("shakedown", name))
     return "\n".join(
         chapter(heading, sorted(named, key=_class_last)) for heading, named in found.items() if named
@@ -59,8 +61,8 @@ def _class_last(named: tuple[str, str]) -> tuple[bool, str]:
     return named[1][0].isupper(), named[1]
 
 
-def rooms() -> str:
-    """The names that names.md lists room by room."""
+def modules() -> str:
+    """The names that names.md lists module by module."""
     rows = re.findall(r"^\| `(shakedown\.[\w.]+)` \| ([^|]+) \|", (DOCS / "names.md").read_text(), re.M)
     return "\n".join(
         chapter(
@@ -76,16 +78,18 @@ def _shown(module: str, name: str) -> bool:
     return inspect.isclass(thing) or inspect.isfunction(thing)
 
 
-def wing(module: str) -> str:
-    """The public names of an open wing."""
+def open_subpackage(module: str) -> str:
+    """The public names of an open subpackage."""
     names = [name for name in sorted(dir(importlib.import_module(module))) if not name.startswith("_")]
     return chapter(f"`{module}`", [(module, name) for name in names if _shown(module, name)])
 
 
 MARKS = {
     "<!-- public names -->": top,
-    "<!-- names of the rooms -->": rooms,
-    "<!-- names of plot and fem -->": lambda: wing("shakedown.plot") + "\n" + wing("shakedown.fem"),
+    "<!-- names of the modules -->": modules,
+    "<!-- names of plot and fem -->": lambda: (
+        open_subpackage("shakedown.plot") + "\n" + open_subpackage("shakedown.fem")
+    ),
 }
 
 

@@ -22,7 +22,7 @@ def run_campaign(
     Parameters
     ----------
     work
-        From the number of a piece to its bytes; see the wing's docstring.
+        From the number of a piece to its bytes; see the subpackage's docstring.
     count
         How many pieces there are.
     journal

@@ -1,4 +1,4 @@
-"""The ground that every wing stands on; nothing here knows a joint.
+"""The ground that every subpackage stands on; nothing here knows a joint.
 
 Reading order: ``errors`` (one tree), ``float_array``, ``visible_text`` (text that a terminal or a page
 can show), ``shown_values`` (numbers and results in short), ``given_numbers`` and ``argument_kinds``

@@ -75,5 +75,5 @@ def test_the_drawing_is_that_of_its_script():
 
 def test_the_page_on_architecture_names_every_wing():
     table = (DOCS / "explanation" / "architecture.md").read_text(encoding="utf-8")
-    wings = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
-    assert [wing for wing in sorted(wings) if f"`{wing}`" not in table] == []
+    subpackages = {path.parent.name for path in (ROOT / "shakedown").glob("*/__init__.py")}
+    assert [subpackage for subpackage in sorted(subpackages) if f"`{subpackage}`" not in table] == []

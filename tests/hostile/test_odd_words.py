@@ -37,7 +37,7 @@ FILES = [
     "link",
     "c.toml",
 ]
-ENDLESS = ("pipe", "link")  # left out where a reader of another wing opens the file
+ENDLESS = ("pipe", "link")  # left out where a reader of another subpackage opens the file
 VALUES = [
     "0", "1", "0.5", "-1", "1e300", "1e308", "1e400", "-0", "nan", "inf", "-inf", "5e-324", "0x10", "1_000", "٣", "²",
     "9" * 400, "zero", "safe", "witness", "given", "given:0", "given:1", "given:" + "9" * 5000, "given:-1", "zero:0",

@@ -1,7 +1,7 @@
 """Compiled code on disk is of the sources that it was compiled from: of all of them.
 
 Numba keeps the code of a function beside a stamp of the one file that the function stands in. What
-that function calls in other rooms, and the constants that it takes from them, are compiled into it:
+that function calls in other modules, and the constants that it takes from them, are compiled into it:
 where one of those has changed, the code on disk is of no use either.
 """
 
@@ -17,7 +17,7 @@ IMPORTED = re.compile(r"^(?:from\s+(\S+)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s
 
 
 def stamped(compiled: Any) -> Any:
-    """A compiled function whose code on disk is used while no room of its package that it stands on changes.
+    """A compiled function whose code on disk is used while no module that it stands on changes.
 
     Numba overwrites code that is out of date. Where it keeps its stamps elsewhere than expected,
     or a source cannot be read, nothing is taken from disk.
@@ -35,7 +35,7 @@ def stamped(compiled: Any) -> Any:
 
 
 def stamp(module: str) -> str | None:
-    """A number for the sources of a module and of the rooms below it; None if one cannot be read."""
+    """A number for the sources of a module and of the modules below it; None if one cannot be read."""
     found = rooms_below(module)
     sources = [_source(name) for name in found]
     if None in sources:

@@ -1,6 +1,6 @@
 """Friction coefficients above which the evolution stops being unique, jumps or wedges.
 
-Thesis (4.1), (4.23), (6.4)–(6.10); the determinants stand in the wing ``uniqueness``.
+Thesis (4.1), (4.23), (6.4)–(6.10); the determinants stand in ``planar.uniqueness``.
 """
 
 from dataclasses import dataclass, replace

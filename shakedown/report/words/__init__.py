@@ -1,4 +1,4 @@
-"""Results in sentences, one room per subject.
+"""Results in sentences, one module per subject.
 
 Reading order: ``assessment_words`` (what is certain), ``zone_words`` (open nodes), ``bound_words`` (what
 the bounds mean), ``run_words`` (a simulation), ``limit_words`` (coupling, guarantee curve, λ_T),

@@ -1,4 +1,4 @@
-"""Joints that the tests of this wing share."""
+"""Joints that the tests of this folder share."""
 
 import numpy as np
 

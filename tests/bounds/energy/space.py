@@ -1,4 +1,4 @@
-"""Joints in space that the tests of this wing share, and the plain statement of the program through cvxpy."""
+"""Joints in space that the tests of this folder share, and the plain statement of the program through cvxpy."""
 
 import warnings
 
