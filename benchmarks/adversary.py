@@ -15,7 +15,7 @@ from shakedown.joint.loading import loading
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 
 TITLE = "Cyclic slip below the first collapse, by status of the guarantee"
 CYCLES = 400

@@ -13,7 +13,7 @@ from shakedown.joint.constraints import constraints
 from shakedown.planar.enumeration.critical import collapse_by_enumeration
 from shakedown.planar.enumeration.intersection import scaled_rows
 from shakedown.planar.enumeration.tasks import Tree, pieces
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 
 TITLE = "Critical load factors: time per subset"
 SAMPLE = 20_000

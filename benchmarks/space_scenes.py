@@ -13,7 +13,7 @@ from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.method import cycles_of
 from shakedown.motion.violation import path_violation
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 
 TITLE = "Hard scenes in space: the path from event to event against implicit steps that grow shorter"
 SEEDS = 10  # of every kind

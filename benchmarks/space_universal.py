@@ -7,7 +7,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.joint.loading import loading
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 from shakedown.space.bound_from_every_state import least_pressure_bound
 
 TITLE = "Least pressures in space: without programs, and by a cone program per node"

@@ -34,7 +34,7 @@ from shakedown.motion.kernels.active_set import factorize
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.motion.kernels.moving_state import begin, course, room_for
 from shakedown.motion.kernels.run import run_along
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {

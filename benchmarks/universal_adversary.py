@@ -20,7 +20,7 @@ from shakedown.joint.loading import loading
 from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.planar.universal.swing_bound import swing_bound
-from shakedown.report.text_table import table
+from shakedown.report.node_words import table
 
 TITLE = "Cyclic slip below the load factor proved from every initial state"
 CYCLES, SUBSTEPS = 400, 4

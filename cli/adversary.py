@@ -13,7 +13,7 @@ from shakedown.ground.shown_values import up
 from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
 from shakedown.report.design_words import cycle_in_words
-from shakedown.report.words.hint_words import simulated_path_in_words
+from shakedown.report.hint_words import simulated_path_in_words
 
 from .claims import OutputFile, record_of
 from .options import json_option, problem_argument, quiet_option, resume_option

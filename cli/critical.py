@@ -8,7 +8,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
-from shakedown.report.words.subset_words import critical_in_words
+from shakedown.report.friction_words import critical_in_words
 
 from .options import json_option, problem_argument, quiet_option
 from .output import (

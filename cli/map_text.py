@@ -9,8 +9,8 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words.hint_words import simulated_path_in_words
 
 from .output import headline, length_unit, listing, number, paragraph, table, work_unit
 

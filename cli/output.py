@@ -15,10 +15,10 @@ from shakedown.ground.shown_values import DIGITS, down
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
 from shakedown.joint.units import units_of
 from shakedown.joint.units import work_unit as unit_of_work
+from shakedown.report.hint_words import loads_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
-from shakedown.report.text_table import table as table
-from shakedown.report.words.hint_words import loads_in_words
+from shakedown.report.node_words import table as table
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown.ground.float_array import FloatArray

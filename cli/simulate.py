@@ -11,9 +11,9 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words.hint_words import simulated_path_in_words
-from shakedown.report.words.run_words import SEPARATION, margin_at_rest, sliding_in_words
+from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile, record_of
 from .initial import moved_by_transient, start_of

@@ -10,22 +10,21 @@ from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
-from shakedown.report.node_words import node_in_words
-from shakedown.report.words.assessment_words import (
+from shakedown.report.assessment_words import (
     certain_in_words,
     loads_of_numbers,
     numbers_in_words,
     quickly_in_words,
     said_as_given_in_words,
 )
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.friction_words import friction_in_words
-from shakedown.report.words.hint_words import doubts_in_words, hints_in_words
-from shakedown.report.words.limit_words import coupling_in_words, curve_in_words
-from shakedown.report.words.next_words import decides_in_words, margin_of_bounds, next_in_words
-from shakedown.report.words.sensitivity_words import sensitivities_in_words
-from shakedown.report.words.space_words import space_bounds_in_words
-from shakedown.report.words.zone_words import open_in_words, zone_in_words
+from shakedown.report.bound_words import bounds_in_words, space_bounds_in_words
+from shakedown.report.friction_words import friction_in_words
+from shakedown.report.hint_words import doubts_in_words, hints_in_words
+from shakedown.report.limit_words import coupling_in_words, curve_in_words
+from shakedown.report.next_words import decides_in_words, margin_of_bounds, next_in_words
+from shakedown.report.node_words import node_in_words
+from shakedown.report.sensitivity_words import sensitivities_in_words
+from shakedown.report.zone_words import open_in_words, zone_in_words
 
 from .output import bound, headline, length_unit, listing, node_table, number, paragraph
 

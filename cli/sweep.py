@@ -14,7 +14,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.report.design_words import SHORT, sweep_in_words
-from shakedown.report.words.hint_words import LOAD_DOMAIN
+from shakedown.report.hint_words import LOAD_DOMAIN
 
 from .claims import PICTURES, OutputFile, name_of, reads, record_of
 from .initial import initial_state

@@ -10,12 +10,12 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
+from shakedown.report.assessment_words import certain_in_words
+from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
+from shakedown.report.hint_words import doubts_in_words, hints_in_words
+from shakedown.report.limit_words import transient_in_words
 from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
-from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.hint_words import doubts_in_words, hints_in_words
-from shakedown.report.words.limit_sentences import limits_in_sentences, thresholds_in_sentences
-from shakedown.report.words.limit_words import transient_in_words
-from shakedown.report.words.run_words import SEPARATION, as_given_in_words, start_in_words
+from shakedown.report.run_words import SEPARATION, as_given_in_words, start_in_words
 
 from .claims import NODE_FILES, OutputFile, record_of, writes
 from .options import (
@@ -134,7 +134,7 @@ def verify(
 
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
-    from shakedown.report.words.answer_words import answer_in_words, margin_of_answer  # loads compiled code
+    from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
 
     length = length_unit(problem)
     limits = result.limits

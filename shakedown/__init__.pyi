@@ -51,8 +51,8 @@ from .planar.collapse.lower import lower_bound as lower_bound
 from .planar.enumeration.critical import CriticalLoadFactors as CriticalLoadFactors
 from .planar.enumeration.critical import critical_load_factors as critical_load_factors
 from .planar.enumeration.critical import subset_count as subset_count
-from .planar.friction.thresholds import FrictionThresholds as FrictionThresholds
-from .planar.friction.thresholds import friction_thresholds as friction_thresholds
+from .planar.friction_thresholds import FrictionThresholds as FrictionThresholds
+from .planar.friction_thresholds import friction_thresholds as friction_thresholds
 from .planar.universal.guarantee_curve import GuaranteeCurve as GuaranteeCurve
 from .planar.universal.guarantee_curve import guarantee_curve as guarantee_curve
 from .planar.universal.universal_bound import UniversalBound as UniversalBound

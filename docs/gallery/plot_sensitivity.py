@@ -8,7 +8,7 @@ The elasticity of λ_max with respect to the friction, the constant load and the
 import matplotlib.pyplot as plt
 
 import shakedown
-from shakedown.assessment.sensitivity.sensitivities import sensitivities
+from shakedown.assessment.sensitivities import sensitivities
 
 joint = shakedown.example("block-9")
 found = sensitivities(joint, shakedown.upper_bound(joint))

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.assessment.common_limits import CommonLimits
 from shakedown.assessment.from_state import FromState, from_state
-from shakedown.assessment.sensitivity.sensitivities import Sensitivities, sensitivities
+from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
 from shakedown.assessment.space_limits import SpaceLimits
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
@@ -23,7 +23,7 @@ from shakedown.joint.arguments import checked, require_problem
 from shakedown.joint.problem import Problem
 from shakedown.planar.collapse.box_bound import BoxBound, box_bound
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
-from shakedown.planar.friction.thresholds import FrictionThresholds, friction_thresholds
+from shakedown.planar.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 

@@ -29,12 +29,12 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.joint.fields.texts import DOMAIN, LOOP
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.joint.rigid_slips import zero_modes
+from shakedown.joint.texts import DOMAIN, LOOP
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -21,8 +21,8 @@ from shakedown.fem.rigid import tied
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.fields.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.loading import with_initial_gap
+from shakedown.joint.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
 
 

@@ -19,10 +19,10 @@ from shakedown.ground.argument_kinds import checked
 from shakedown.ground.errors import ProblemError, UsageError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import LONGEST_NAME, shortened
-from shakedown.joint.fields.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
-from shakedown.joint.fields.numbers import real_numbers
-from shakedown.joint.fields.texts import LOOP, plain_text
+from shakedown.joint.field_table import ARRAYS, FIELDS, NAMES, TEXTS, check_shapes
+from shakedown.joint.numbers import real_numbers
 from shakedown.joint.problem import Problem
+from shakedown.joint.texts import LOOP, plain_text
 
 SCHEMA = "shakedown/1"
 KEYS = frozenset(FIELDS)

@@ -1,14 +1,15 @@
 """A problem from finite-element output and a TOML file that says what is what.
 
-How the data flow: the deck names nodes, sets and faces (``model_section``); these
-and the configuration give contact nodes, normals and tangents (``contact/``); the
-matrix comes with the node and direction of its rows (``stiffness_section``); loads
-and supports become vectors on these rows (``load_section``, ``time_function``);
-the condensation turns all of it into a problem (``import_model``), with resultants
-and rigid motions beside it (``load_evidence``), and warnings of what is doubtful (``evidence/``).
+How the data flow: the deck names nodes, sets and faces (``model_section``); these and the configuration
+give contact nodes, normals and tangents (``contact_section``); the matrix comes with the node and
+direction of its rows (``stiffness_section``); loads and supports become vectors on these rows
+(``load_section``, ``time_function``); the condensation turns all of it into a problem (``import_model``),
+with resultants and rigid motions beside it (``load_evidence``, ``model_evidence``). What cannot be meant
+is refused; what is doubtful becomes a warning, one line each, that the problem carries with it.
 
-Reading order: ``model_section``, ``contact/``, ``stiffness_section``, ``time_function``,
-``static_runs``, ``load_section``, ``load_evidence``, ``evidence/``, ``traces``,
-``import_model`` (the public functions),
-``templates`` (files to start from), ``contact_figure`` (a picture for checking).
+Reading order: ``model_section``, ``contact_nodes``, ``contact_directions``, ``initial_gap``,
+``contact_section`` (all of it, and friction), ``stiffness_section``, ``time_function``, ``static_runs``,
+``load_section``, ``load_evidence``, ``pair_distances``, ``contact_faces``, ``bodies``, ``model_fit``,
+``model_evidence`` (all of these), ``load_doubts``, ``doubtful_data`` (of any problem), ``import_model``
+(the public functions), ``templates`` (files to start from), ``contact_figure`` (a picture for checking).
 """

@@ -16,12 +16,10 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.importing.contact.coefficients import friction_of, taken_friction
-from shakedown.importing.contact.contact_directions import in_space
-from shakedown.importing.contact.contact_section import ContactSection, contact_section
-from shakedown.importing.evidence.doubtful_data import doubtful_data
-from shakedown.importing.evidence.load_doubts import load_doubts, pulled_open, sampling_doubts
-from shakedown.importing.evidence.model_evidence import ModelEvidence, check_contact, model_evidence
+from shakedown.importing.contact_directions import in_space
+from shakedown.importing.contact_section import ContactSection, contact_section, friction_of, taken_friction
+from shakedown.importing.doubtful_data import doubtful_data
+from shakedown.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
 from shakedown.importing.load_evidence import LoadEvidence, Resultants, few_digits
 from shakedown.importing.load_section import (
     absent_before,
@@ -31,10 +29,17 @@ from shakedown.importing.load_section import (
     uneven,
     vary_loads,
 )
+from shakedown.importing.model_evidence import (
+    ModelEvidence,
+    check_contact,
+    load_names,
+    model_evidence,
+    positive_areas,
+    source_text,
+)
 from shakedown.importing.model_section import Model, model_section
 from shakedown.importing.static_runs import static_run
 from shakedown.importing.stiffness_section import ImportContext, stiffness_section
-from shakedown.importing.traces import load_names, positive_areas, source_text
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.readers.calculix_storage import NUMBERED

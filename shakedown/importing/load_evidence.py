@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact.contact_section import ContactSection
-from shakedown.importing.evidence.bodies import Body, known_places
-from shakedown.importing.evidence.model_evidence import ModelEvidence
+from shakedown.importing.bodies import Body, known_places
+from shakedown.importing.contact_section import ContactSection
+from shakedown.importing.model_evidence import ModelEvidence
 from shakedown.joint.result import Result
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.text import quoted

@@ -5,7 +5,7 @@ import numpy as np
 from shakedown.condensation.condense import Condensation
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact.contact_section import ContactSection, check_order
+from shakedown.importing.contact_section import ContactSection, check_order
 from shakedown.importing.model_section import Values
 from shakedown.importing.stiffness_section import ImportContext
 from shakedown.readers.circumference import HOOP

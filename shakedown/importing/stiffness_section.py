@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shakedown.condensation.stiffness_checks import check_condensed
 from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.contact.contact_section import ContactSection
+from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_section import Model, Values
 from shakedown.readers.calculix_reactions import Order, unit_displacement_stiffness
 from shakedown.readers.circumference import HOOP, circumference_factor

@@ -12,7 +12,7 @@ from shakedown.ground.errors import ProblemError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.given_numbers import real_number, real_values, whole_number
 from shakedown.ground.shown_values import short
-from shakedown.joint.fields.numbers import LARGEST, check_slip
+from shakedown.joint.numbers import LARGEST, check_slip
 from shakedown.joint.problem import Problem
 
 PLANE_SO_FAR = "it exists in the plane only, so far"  # why something needs one tangential direction

@@ -15,14 +15,13 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import same
 from shakedown.ground.tolerances import FIRST_DIGIT
 from shakedown.ground.visible_text import one_line, shortened, visible
-from shakedown.joint.fields.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
-from shakedown.joint.fields.numbers import check_ratios, in_range, real_numbers
-from shakedown.joint.fields.places import check_places, without_cancelled
-from shakedown.joint.fields.read_only import ReadOnly
-from shakedown.joint.fields.semidefinite import check_definiteness, symmetrised
-from shakedown.joint.fields.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
+from shakedown.joint.field_table import ARRAYS, NAMES, OF_NODES, STIFFNESS, TEXTS, check_shapes
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout, layout_of
+from shakedown.joint.numbers import check_definiteness, check_ratios, in_range, real_numbers, symmetrised
+from shakedown.joint.places import check_places, without_cancelled
+from shakedown.joint.read_only import ReadOnly
+from shakedown.joint.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
 
 COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import field_names, plain, same, short
 from shakedown.ground.visible_text import one_line
-from shakedown.joint.fields.read_only import ReadOnly
 from shakedown.joint.problem import Problem
+from shakedown.joint.read_only import ReadOnly
 
 if TYPE_CHECKING:
     from pandas import DataFrame

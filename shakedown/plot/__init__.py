@@ -7,12 +7,14 @@ known. The report is drawn by the same functions.
 Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (nodes, loads, what limits it),
 ``loops`` (hysteresis, loading), ``contact_line`` (what happens along the contact), ``zone_map``
 (where and when it sticks, slips, opens), ``planes`` (slip space, reaction space), ``load_factors``
-(limits on one scale, guarantee, interaction, slip per cycle), ``maps/`` (design diagrams, maps of
-initial states), ``motion`` (one instant, and animations), ``patch/`` (two tangential
-directions: the contact as an area), ``inline_svg`` (pictures inside a page).
+(limits on one scale, guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins``
+(maps of initial states), ``motion`` (one instant, and animations); with two tangential directions the contact
+is an area: ``patch_places``, ``patch_colours``, ``patch_arrows``, ``patch_zones``, ``patch_orbits``;
+``inline_svg`` (pictures inside a page).
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib
+from shakedown.plot.basins import basin, shakedown_share
 from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
 from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
 from shakedown.plot.load_factors import (
@@ -23,19 +25,18 @@ from shakedown.plot.load_factors import (
     slip_per_cycle,
 )
 from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
-from shakedown.plot.maps.basins import basin, shakedown_share
-from shakedown.plot.maps.regions import regions
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
-from shakedown.plot.patch.arrows import friction_use_at, loads_over_patch, slips_over_patch, tractions_at
-from shakedown.plot.patch.colour_field import (
+from shakedown.plot.patch_arrows import friction_use_at, loads_over_patch, slips_over_patch, tractions_at
+from shakedown.plot.patch_colours import (
     pressure_over_patch,
     slip_over_patch,
     welded_pressure_over_patch,
     work_over_patch,
 )
-from shakedown.plot.patch.contact_zones import zones_at
-from shakedown.plot.patch.orbits import load_orbits, reaction_orbits, slip_orbits
+from shakedown.plot.patch_orbits import load_orbits, reaction_orbits, slip_orbits
+from shakedown.plot.patch_zones import zones_at
 from shakedown.plot.planes import reaction_space, slip_space
+from shakedown.plot.regions import regions
 from shakedown.plot.style import save
 from shakedown.plot.zone_map import zones
 

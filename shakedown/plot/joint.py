@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 
-from shakedown.assessment.sensitivity.sensitivities import KINDS, Sensitivities
+from shakedown.assessment.sensitivities import KINDS, Sensitivities
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import with_unit
@@ -219,7 +219,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     Parameters
     ----------
     found
-        From ``sensitivities`` (``shakedown.assessment.sensitivity.sensitivities``).
+        From ``sensitivities`` (``shakedown.assessment.sensitivities``).
     problem
         For the labels of its nodes.
     ax
@@ -233,7 +233,7 @@ def sensitivity(found: Sensitivities, problem: Problem | None = None, *, ax: Axe
     Examples
     --------
     >>> import shakedown
-    >>> from shakedown.assessment.sensitivity.sensitivities import sensitivities
+    >>> from shakedown.assessment.sensitivities import sensitivities
     >>> joint = shakedown.example("two-node")
     >>> axes = sensitivity(sensitivities(joint, shakedown.upper_bound(joint)))
     >>> axes.get_xlabel(), len(axes.patches)

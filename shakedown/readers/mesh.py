@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.fields.places import without_cancelled
+from shakedown.joint.places import without_cancelled
 from shakedown.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
 from shakedown.readers.face_shares import face_shares
 from shakedown.readers.text import listed, quoted

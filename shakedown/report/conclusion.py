@@ -5,10 +5,10 @@ import numpy as np
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
+from shakedown.report.hint_words import LOAD_DOMAIN
+from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words
 from shakedown.report.page_tables import transient_is_proved
-from shakedown.report.words.hint_words import LOAD_DOMAIN
-from shakedown.report.words.limit_words import transient_limit_as_text
 from shakedown.verification.verify import Verification
 
 ASSUMPTIONS = (

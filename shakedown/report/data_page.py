@@ -15,8 +15,8 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import zero_modes
 from shakedown.joint.units import loads_in_words, stress_unit, units_of
 from shakedown.plot.inline_svg import Drawing, Picture, picture
-from shakedown.report.figures.patch_figures import load_pictures
-from shakedown.report.words.limit_words import coupling_in_words
+from shakedown.report.limit_words import coupling_in_words
+from shakedown.report.patch_figures import load_pictures
 
 FEW = 3  # nodes up to which the loading of each one is drawn
 SOURCE = {

@@ -10,9 +10,9 @@ from shakedown.ground.shown_values import certain_digits, down, few
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.planar.collapse.lower import LowerBound
+from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import Table, transient_is_proved
-from shakedown.report.words.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.verification.verify import Verification
 
 HOW = {

@@ -20,7 +20,11 @@ from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.planar.enumeration.critical import subset_count
+from shakedown.report.answer_words import answer_in_words, margin_of_answer
+from shakedown.report.assessment_words import certain_in_words
+from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
+from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
     configuration,
     friction,
@@ -31,17 +35,11 @@ from shakedown.report.data_page import (
     source_rows,
     stiffness_rows,
 )
-from shakedown.report.figures.cycle_figures import no_pictures, state_pictures
-from shakedown.report.figures.patch_figures import patch_pictures
-from shakedown.report.figures.verification_figures import (
-    guarantee_picture,
-    run_pictures,
-    scale_picture,
-    sensitivity_picture,
-    slip_picture,
-)
 from shakedown.report.first_page import large_numbers, rest_table
+from shakedown.report.friction_words import critical_in_words
+from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import as_text
+from shakedown.report.limit_words import transient_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
     Table,
@@ -52,14 +50,16 @@ from shakedown.report.page_tables import (
     runs_table,
     worst_table,
 )
-from shakedown.report.words.answer_words import answer_in_words, margin_of_answer
-from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.hint_words import hints_in_words
-from shakedown.report.words.limit_sentences import limits_in_sentences, thresholds_in_sentences
-from shakedown.report.words.limit_words import transient_in_words
-from shakedown.report.words.run_words import SEPARATION, as_given_in_words
-from shakedown.report.words.sensitivity_words import sensitivities_in_words
-from shakedown.report.words.subset_words import critical_in_words
+from shakedown.report.patch_figures import patch_pictures
+from shakedown.report.run_words import SEPARATION, as_given_in_words
+from shakedown.report.sensitivity_words import sensitivities_in_words
+from shakedown.report.verification_figures import (
+    guarantee_picture,
+    run_pictures,
+    scale_picture,
+    sensitivity_picture,
+    slip_picture,
+)
 from shakedown.verification.verify import Verification
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with

@@ -16,11 +16,12 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import path_resolution, scales
 
-if TYPE_CHECKING:  # it loads what computes
+if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
 
 MOST_LABELS = 4  # that are listed beside the numbers
 LONGEST_LABEL = 16  # characters of a label in a table
+LONGEST_LISTING = 40  # rows
 
 
 def node_in_words(problem: Problem | None, node: int) -> str:
@@ -146,3 +147,21 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
         largest = f"the largest there is {size}, at {node_in_words(problem, limit.node)}"
     again = "" if limit.monotone else "; above it there are load factors at which it does again"
     return f"{here} up to λ = {down(limit.load_factor)}: {largest}{again} {scan}."
+
+
+def table(
+    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
+) -> str:
+    """Right-aligned columns under their headers; long tables show their ends."""
+    cut = len(rows) > longest
+    half = longest // 2
+    shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
+    widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
+    lines = [_line(row, widths, indent) for row in [headers, *shown]]
+    if cut:
+        lines.insert(1 + half, f"{indent}… {len(rows) - 2 * half} rows more; --json has all …")
+    return "\n".join(lines)
+
+
+def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
+    return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()

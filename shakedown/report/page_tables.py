@@ -16,9 +16,9 @@ from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.simulation import Simulation
 from shakedown.planar.collapse.box_bound import BoxBound
 from shakedown.planar.collapse.lower import LowerBound
+from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
-from shakedown.report.words.limit_words import transient_limit_as_text
-from shakedown.report.words.run_words import start_in_words
+from shakedown.report.run_words import start_in_words
 from shakedown.verification.runs import Run
 from shakedown.verification.verify import Verification
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from shakedown.ground.argument_kinds import check_count, check_seed, checked
 from shakedown.joint.arguments import MANY, require_problem
-from shakedown.joint.fields.texts import LOOP
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
+from shakedown.joint.texts import LOOP
 
 
 @checked

@@ -27,7 +27,7 @@ from shakedown.long_term.nodes.node_table import NodeResults
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.long_term.simulation import simulate
 from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
-from shakedown.planar.friction.thresholds import FrictionThresholds
+from shakedown.planar.friction_thresholds import FrictionThresholds
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.verification.open_ends import open_ends
 from shakedown.verification.plan import planned_cases

@@ -7,9 +7,9 @@ import pytest
 from joints import joint_of_kind
 
 import shakedown
-from shakedown.assessment.sensitivity.sensitivities import KINDS, sensitivities
+from shakedown.assessment.sensitivities import KINDS, sensitivities
 from shakedown.joint.loading import loading
-from shakedown.report.words.sensitivity_words import sensitivities_in_words
+from shakedown.report.sensitivity_words import sensitivities_in_words
 
 STEP = 1e-3
 

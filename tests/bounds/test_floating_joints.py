@@ -22,8 +22,8 @@ from shakedown.bounds.interior_point import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import assessment_document
-from shakedown.report.words.hint_words import hints_in_words
 
 SIZES = [(n, free) for n in (2, 3, 5, 8, 12) for free in (1, 2) if n > 2 * free - 1 and n > free]
 

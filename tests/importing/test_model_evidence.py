@@ -11,7 +11,7 @@ from scipy import sparse
 
 import shakedown
 from shakedown.fem import ElasticBody, Material, Support, block_mesh
-from shakedown.importing.evidence.model_fit import model_doubts
+from shakedown.importing.model_fit import model_doubts
 from shakedown.importing.templates import write_import_example
 
 STEEL = Material(200e3, 0.3)

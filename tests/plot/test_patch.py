@@ -9,8 +9,8 @@ from matplotlib.quiver import Quiver
 import shakedown
 from shakedown import UsageError, plot
 from shakedown.joint.loading import loading
-from shakedown.plot.patch.colour_field import slip_of_nodes, work_of_nodes
-from shakedown.plot.patch.patch_places import places_of
+from shakedown.plot.patch_colours import slip_of_nodes, work_of_nodes
+from shakedown.plot.patch_places import places_of
 
 BARE = shakedown.example("four-node-3d")
 CORNERS = np.array([[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0], [0.0, 1.0, 5.0]])

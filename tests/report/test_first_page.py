@@ -10,12 +10,12 @@ import pytest
 import shakedown
 from shakedown import Problem
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
+from shakedown.report.answer_words import answer_in_words, margin_of_answer, proved_limit
+from shakedown.report.assessment_words import beside_one
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
 from shakedown.report.page_tables import WORST, worst_table
-from shakedown.report.words.answer_words import answer_in_words, margin_of_answer, proved_limit
-from shakedown.report.words.assessment_words import beside_one
-from shakedown.report.words.sensitivity_words import sensitivities_in_words
+from shakedown.report.sensitivity_words import sensitivities_in_words
 from shakedown.verification.verify import Verification
 from tests.report.test_page import Page
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.report.words.hint_words import hints_in_words
+from shakedown.report.hint_words import hints_in_words
 
 JOINTS = ["block-9", "block-3x3"]
 

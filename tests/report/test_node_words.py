@@ -7,8 +7,8 @@ import pytest
 
 import shakedown
 from shakedown.joint.loading import loading
+from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.node_words import label_column, node_in_words, open_in_words, slipping_nodes
-from shakedown.report.words.bound_words import bounds_in_words
 
 NAMED = dataclasses.replace(shakedown.example("two-node"), label=["4711/12", "4712/13"], units="N, mm")
 

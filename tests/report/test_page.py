@@ -15,11 +15,11 @@ from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.ground.shown_values import down, up
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
+from shakedown.report.cycle_figures import as_given_state, cycling_state
 from shakedown.report.data_page import configuration, source_rows
-from shakedown.report.figures.cycle_figures import as_given_state, cycling_state
-from shakedown.report.figures.verification_figures import _by_load_factor, _final_slip, run_pictures
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
+from shakedown.report.verification_figures import _by_load_factor, _final_slip, run_pictures
 from shakedown.verification.verify import Verification
 from tests.altered import with_limits
 

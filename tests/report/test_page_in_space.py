@@ -8,8 +8,8 @@ import pytest
 
 import shakedown
 from shakedown.report.data_page import node_load_head, node_load_rows, node_places, source_rows
-from shakedown.report.figures.patch_figures import instants, patch_pictures
 from shakedown.report.html import render
+from shakedown.report.patch_figures import instants, patch_pictures
 
 JOINT = shakedown.example("one-node-3d")
 

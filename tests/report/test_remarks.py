@@ -8,13 +8,13 @@ import pytest
 import shakedown
 from shakedown.ground.shown_values import down, up
 from shakedown.planar.collapse.single_node_cycle import single_node_cycle
+from shakedown.report.assessment_words import quickly_in_words
+from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
+from shakedown.report.friction_words import critical_in_words
+from shakedown.report.limit_words import transient_in_words
 from shakedown.report.page_tables import remarks
-from shakedown.report.words.assessment_words import quickly_in_words
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.limit_words import transient_in_words
-from shakedown.report.words.run_words import as_given_in_words
-from shakedown.report.words.subset_words import critical_in_words
+from shakedown.report.run_words import as_given_in_words
 from tests.altered import with_limits
 
 

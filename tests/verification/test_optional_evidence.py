@@ -20,7 +20,7 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "planar.universal.swing_bound.proved_swing",
     "planar.collapse.box_bound._box_bound",
     "long_term.energy_proof.box_proves",
-    "planar.friction.thresholds.wedging_threshold",
+    "planar.friction_thresholds.wedging_threshold",
     "assessment.every_limit.guarantee_curve",
     "assessment.transient_limit.transient_limit",
     "verification.plan.energy_ball",

@@ -9,7 +9,7 @@ import shakedown
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.long_term.passage import arrives_closed
 from shakedown.motion.evolve import evolve
-from shakedown.report.words.bound_words import bounds_in_words
+from shakedown.report.bound_words import bounds_in_words
 from tests.joints import joint_of_kind
 
 TWO = shakedown.example("two-node")

@@ -11,8 +11,8 @@ from shakedown.bounds.interior_point import ConicBound, conic_lower_bound, conic
 from shakedown.campaign.recorded_steps import RecordedSteps
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.subset_words import critical_in_words
+from shakedown.report.bound_words import bounds_in_words
+from shakedown.report.friction_words import critical_in_words
 from shakedown.verification import second_road as room
 from shakedown.verification.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
 from shakedown.verification.plan import planned_cases

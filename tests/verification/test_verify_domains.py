@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.report.assessment_words import certain_in_words
+from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import limits_in_words
 from shakedown.report.data_page import loading_rows
-from shakedown.report.words.assessment_words import certain_in_words
-from shakedown.report.words.bound_words import bounds_in_words
-from shakedown.report.words.limit_words import transient_in_words
-from shakedown.report.words.run_words import as_given_in_words
+from shakedown.report.limit_words import transient_in_words
+from shakedown.report.run_words import as_given_in_words
 from tests.command import document, run
 
 DOMAIN = replace(shakedown.example("two-node"), load_path="domain")

@@ -10,7 +10,7 @@ import shakedown
 from shakedown import verify
 from shakedown.assessment import common_limits
 from shakedown.bounds.interior_point import conic_upper_bound
-from shakedown.report.words.bound_words import bounds_in_words
+from shakedown.report.bound_words import bounds_in_words
 from shakedown.verification import plan
 from shakedown.verification.load_regions import OUTSIDE
 from tests.partly_open import SOME, partly_open

@@ -6,11 +6,9 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIGNS, checked, require_plane
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.planar.uniqueness.energy_limit import energy_limit
-from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
+from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, few_nodes, first_to_lose
 from shakedown.planar.uniqueness.scaled_stiffness import ScaledStiffness, held, scaled_stiffness
-from shakedown.planar.uniqueness.small_sets import few_nodes
-from shakedown.planar.uniqueness.weak_coupling import weakly_coupled
+from shakedown.planar.uniqueness.weak_coupling import energy_limit, weakly_coupled
 
 EXACT_IN_CONTACT = 8  # nodes up to which all moving sets are tried
 

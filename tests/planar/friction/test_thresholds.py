@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.planar.friction.wedging import friction_used, wedged_slip
-from shakedown.planar.uniqueness.energy_limit import energy_limit
-from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
+from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose, grown_set
 from shakedown.planar.uniqueness.scaled_stiffness import scaled_stiffness
-from shakedown.planar.uniqueness.small_sets import grown_set
-from shakedown.planar.uniqueness.weak_coupling import coupling_limit
+from shakedown.planar.uniqueness.weak_coupling import coupling_limit, energy_limit
+from shakedown.planar.wedging import friction_used, wedged_slip
 
 
 def scaled(problem):

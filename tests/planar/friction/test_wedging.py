@@ -6,8 +6,8 @@ import pytest
 import shakedown
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
-from shakedown.planar.friction.wedging import KNOWN, PROGRAMS
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
+from shakedown.planar.wedging import KNOWN, PROGRAMS
 
 
 def sparse_joint(seed: int) -> Problem:

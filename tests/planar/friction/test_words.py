@@ -6,8 +6,7 @@ import numpy as np
 
 import shakedown
 from benchmarks.problems import joint
-from shakedown.report.words.friction_words import friction_in_words
-from shakedown.report.words.subset_words import critical_in_words
+from shakedown.report.friction_words import critical_in_words, friction_in_words
 
 
 def test_one_subset_is_not_many() -> None:

@@ -11,12 +11,10 @@ import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
 from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.planar.uniqueness.energy_limit import energy_limit
 from shakedown.planar.uniqueness.in_contact import unique_in_contact
-from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose
+from shakedown.planar.uniqueness.moving_sets import MovingSet, every_set, first_to_lose, grown_set
 from shakedown.planar.uniqueness.scaled_stiffness import held, scaled_stiffness
-from shakedown.planar.uniqueness.small_sets import grown_set
-from shakedown.planar.uniqueness.weak_coupling import coupling_limit, row_coupling_ratio
+from shakedown.planar.uniqueness.weak_coupling import coupling_limit, energy_limit, row_coupling_ratio
 
 
 def exact_determinant(matrix) -> Fraction:

@@ -1,0 +1,149 @@
+"""The numbers of a problem: real and finite, and of a size that can be calculated with."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.given_numbers import real_values
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.field_table import FORCES, STIFFNESS
+
+# Beyond these, products of three numbers are no numbers any more.
+LARGEST = 1e100  # of a stiffness, force or length, in whatever units: its square is still a number
+SMALLEST = 1e-100  # of the largest entry of an array that is not zero
+NEGLIGIBLE = 1e-30  # entries so much smaller than the largest of their array are taken as zero
+LARGEST_FRICTION = 1e12
+LARGEST_LENGTH = 1e75  # of a slip, force over stiffness
+CANCELLED = 2.0**-40  # of the largest stiffness: what may be left where larger ones cancel each other
+
+
+def real_numbers(key: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A private float64 copy of a real, finite array; raises ``ProblemError`` for anything else."""
+    if np.ma.is_masked(value):
+        raise ProblemError(f"key '{key}': expected every number, found masked ones")
+    try:
+        array = real_values(value)
+    except ValueError:  # ragged nested lists
+        raise ProblemError(f"key '{key}': expected a regular array of numbers, found ragged rows") from None
+    if array.dtype.kind not in "fiu":
+        raise ProblemError(f"key '{key}': expected real numbers, found {kind(array)}")
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is reported as not finite below
+        array = np.array(array, dtype=np.float64)
+    bad = np.argwhere(~np.isfinite(array))
+    if bad.size:
+        place = "".join(f"[{i}]" for i in bad[0])
+        raise ProblemError(
+            f"key '{key}': expected finite numbers, found {array[tuple(bad[0])]} at {key}{place}"
+        )
+    return array
+
+
+def kind(array: NDArray[Any]) -> str:
+    """What an array holds instead of what is expected, in words."""
+    words = {"c": "complex numbers", "O": "Python objects", "U": "text", "S": "bytes", "b": "booleans"}
+    what = words.get(array.dtype.kind, f"dtype {array.dtype}")
+    return what if array.ndim == 0 else f"{what} of shape {array.shape}"
+
+
+def in_range(key: str, array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A finite array whose size can be calculated with; what is negligible in it becomes zero.
+
+    Raises
+    ------
+    ProblemError
+        If its largest magnitude is neither 0 nor between 1e-100 and 1e100.
+
+    Examples
+    --------
+    >>> in_range("A", np.array([2.0, 5e-324]))
+    array([2., 0.])
+    """
+    sizes = np.abs(array)
+    largest = float(sizes.max(initial=0.0))
+    if largest and not SMALLEST <= largest <= LARGEST:
+        raise ProblemError(
+            f"key '{key}': expected the largest magnitude to be 0 or between {SMALLEST:g} and {LARGEST:g}, "
+            f"found {largest:g} (choose other units)"
+        )
+    return np.where(sizes < NEGLIGIBLE * largest, 0.0, array)
+
+
+def check_ratios(arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    """Check what the arrays of a problem, by key, mean for each other.
+
+    Raises
+    ------
+    ProblemError
+        If a friction coefficient exceeds 1e12, forces over stiffness are no
+        lengths between 1e-75 and 1e75, or stiffness times the initial slip no
+        forces below 1e100.
+    """
+    friction = _largest(arrays, ("f",))
+    if friction > LARGEST_FRICTION:
+        raise ProblemError(
+            f"key 'f': expected friction coefficients up to {LARGEST_FRICTION:g}, found {friction:g}"
+        )
+    stiffness, force = _largest(arrays, STIFFNESS), _largest(arrays, FORCES)
+    length = force / stiffness if stiffness else 0.0
+    if length and not 1 / LARGEST_LENGTH <= length <= LARGEST_LENGTH:
+        raise ProblemError(
+            f"keys 'A', 'q_w', …: expected forces over stiffness between {1 / LARGEST_LENGTH:g} and "
+            f"{LARGEST_LENGTH:g}, found {length:g}"
+        )
+    check_slip("key 'initial_slip'", stiffness, _largest(arrays, ("initial_slip",)))
+
+
+def check_slip(what: str, stiffness: float, slip: float) -> None:
+    """Raise ``ProblemError`` where an initial slip is so large that its reactions are no numbers."""
+    if slip > LARGEST or stiffness * slip > LARGEST:
+        raise ProblemError(
+            f"{what}: expected slips with reactions up to {LARGEST:g}, found the slip {slip:g}"
+        )
+
+
+def _largest(arrays: Mapping[str, NDArray[np.float64]], keys: tuple[str, ...]) -> float:
+    return max((float(np.abs(arrays[key]).max(initial=0.0)) for key in keys if key in arrays), default=0.0)
+
+
+def check_definiteness(arrays: Mapping[str, FloatArray], rounding: float) -> None:
+    """Raise ``ProblemError`` unless κ, or A where there is no C, is positive semi-definite.
+
+    Entries off by ``rounding`` of themselves move an eigenvalue by as much of the largest row sum.
+    """
+    if "C" in arrays:
+        matrix = np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]])
+        expected = "keys 'A', 'B', 'C': expected kappa = [[A, B^T], [B, C]] positive semi-definite"
+    else:
+        matrix, expected = arrays["A"], "key 'A': expected a positive semi-definite matrix"
+    scale = np.abs(matrix).max()
+    if scale == 0.0:
+        return
+    eigenvalues = np.linalg.eigvalsh(matrix / scale)
+    printed = rounding * float(np.abs(matrix / scale).sum(axis=0).max())
+    if eigenvalues[0] < -max(DEFAULT.definiteness * max(eigenvalues[-1], -eigenvalues[0]), printed):
+        raise ProblemError(f"{expected}, found the eigenvalue {eigenvalues[0] * scale:.6g}")
+
+
+def symmetrised(key: str, matrix: FloatArray, rounding: float, largest: float) -> FloatArray:
+    """A block of κ, exactly symmetric; raises ``ProblemError`` where it is not so but for its rounding.
+
+    Its entries may be off by ``rounding`` of themselves, and by the round-off of the ``largest`` stiffness.
+
+    Examples
+    --------
+    >>> symmetrised("C", np.array([[1e-14, 2e-14], [0.0, 0.0]]), 0.0, largest=1.0)
+    array([[1.e-14, 1.e-14],
+           [1.e-14, 0.e+00]])
+    """
+    error = np.abs(matrix - matrix.T)
+    if error.max() > max(max(DEFAULT.symmetry, 2 * rounding) * np.abs(matrix).max(), CANCELLED * largest):
+        i, j = np.unravel_index(int(np.argmax(error)), error.shape)
+        raise ProblemError(
+            f"key '{key}': expected a symmetric matrix, found {key}[{i},{j}] = {matrix[i, j]:.9g} "
+            f"but {key}[{j},{i}] = {matrix[j, i]:.9g}"
+        )
+    return 0.5 * matrix + 0.5 * matrix.T

@@ -1,0 +1,249 @@
+"""What is certain: the three numbers of a joint, the nominal load, and what they rest on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shakedown.assessment.from_state import box_proves_more
+from shakedown.ground.evidence import present
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
+from shakedown.ground.status import Said, Status
+from shakedown.joint.units import varying_loads_in_words
+from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
+from shakedown.report.node_words import open_in_words
+
+if TYPE_CHECKING:
+    from shakedown.assessment.assess import Assessment
+    from shakedown.assessment.every_limit import Limits
+    from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.bounds.upper import UpperBound
+    from shakedown.joint.problem import Problem
+    from shakedown.planar.collapse.box_bound import BoxBound
+    from shakedown.planar.universal.universal_bound import UniversalBound
+
+BOX = "by the box of slips that it cannot leave"
+ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves
+    "Melan": "slip changes no pressure",
+    "differences": "no slip raises the differences between nodes",
+    "swing": "a potential falls with every slip",
+}
+
+
+def numbers_in_words(found: Assessment) -> list[tuple[str, str, str]]:
+    """(name, value, remark) of the three numbers of a joint; each rounded so that it stays true.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for line in numbers_in_words(shakedown.assess(shakedown.example("two-node"))):
+    ...     print(*line, sep=" | ")
+    proved from every state | λ = 0.6573734 | all nodes closed
+    proved from this state | λ = 0.7315934 | slip zero
+    impossible above | λ = 0.7391456 | with all nodes in contact
+    """
+    limits = found.details
+    over = ", transient over" * limits.universal.after_transient
+    return [
+        (
+            "proved from every state",
+            _number(found.proved_from_every_state, down),
+            f"all nodes closed{over}",
+        ),
+        ("proved from this state", _number(found.proved_from_this_state, down), _this_state(limits)),
+        ("impossible above", _number(found.impossible_above, up), _where_impossible(limits)),
+    ]
+
+
+def _where_impossible(limits: Limits) -> str:
+    """What is excluded above λ_max."""
+    if limits.open_nodes:
+        return f"not known: {_open(limits)}"
+    every = limits.upper.status == Status.UNBOUNDED
+    return "some slip is safe at every λ" if every else "with all nodes in contact"
+
+
+def _this_state(limits: Limits) -> str:
+    """The state that is asked about."""
+    opened = limits.problem.layout.slips_of(limits.open_nodes)
+    slip = np.delete(limits.energy.initial_slip, opened)
+    start = "the given slip" if slip.any() else "slip zero"
+    return "near " * (limits.distance > 0) + start + (f", {_open(limits)}" if limits.open_nodes else "")
+
+
+def _open(limits: Limits) -> str:
+    return f"{len(limits.open_nodes)} node{'s' * (len(limits.open_nodes) != 1)} open"
+
+
+def _number(value: float, rounded: Callable[[float, int], str]) -> str:
+    """A load factor as one of the three numbers: what there is none of, and what has no end, in words."""
+    if np.isnan(value):
+        return "open"
+    if np.isinf(value):
+        return "any λ" if rounded is down else "none"
+    return f"λ = {beside_one(value, rounded)}" if value > 0 or rounded is up else "none"
+
+
+def beside_one(value: float, rounded: Callable[[float, int], str], digits: int = DIGITS) -> str:
+    """A load factor, with more digits where it would else not be seen on which side of 1 it is.
+
+    Examples
+    --------
+    >>> beside_one(1.27345678, down), beside_one(1.00000004, down), beside_one(0.99996, up)
+    ('1.273456', '1.00000004', '0.99996')
+    """
+    texts = [rounded(value, more) for more in range(digits, 17)]
+    return next((text for text in texts if np.sign(float(text) - 1) == np.sign(value - 1)), texts[-1])
+
+
+def at_load_factor(
+    problem: Problem, load_factor: float, rounded: Callable[[float, int], str], digits: int = DIGITS
+) -> str:
+    """A load factor in the user's loads; by itself where the problem does not say them."""
+    factor, loads = f"λ = {beside_one(load_factor, rounded, digits)}", loads_at(problem, load_factor, rounded)
+    return f"{loads} ({factor})" if loads else factor
+
+
+def loads_at(problem: Problem, load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """The varying loads at a load factor; without its name where there is one only, empty where none is said.
+
+    Examples
+    --------
+    >>> import dataclasses, shakedown
+    >>> loads = {"load_names": ["shear"], "load_mean": [20], "load_amplitude": [20], "load_units": ["N"]}
+    >>> loads_at(dataclasses.replace(shakedown.example("two-node"), **loads), 1.2734, down)
+    '20 ± 25.46 N'
+    """
+    loads = varying_loads_in_words(problem, load_factor, "down" if rounded is down else "up")
+    varying = [load for load in problem.loads if load.amplitude != 0]
+    return loads.removeprefix(f"{varying[0].name} ") if len(varying) == 1 else loads
+
+
+def percent(load_factor: float, rounded: Callable[[float, int], str]) -> str:
+    """How far a load factor is from 1.
+
+    Examples
+    --------
+    >>> percent(1.679993, down), percent(0.73159, up)
+    ('67.99 %', '26.85 %')
+    """
+    if np.isinf(load_factor):
+        return "any,"
+    return f"{rounded(float(abs(Decimal(repr(float(load_factor))) - 1) * 100), FEW_DIGITS)} %"
+
+
+def loads_of_numbers(found: Assessment) -> list[str]:
+    """The three numbers of a joint in the user's loads; empty where these are not said."""
+    limits = (
+        (found.proved_from_every_state, down),
+        (found.proved_from_this_state, down),
+        (found.impossible_above, up),
+    )
+    known = ((value if np.isfinite(value) and value > 0 else np.nan, rounded) for value, rounded in limits)
+    return [loads_at(found.problem, value, rounded) for value, rounded in known]
+
+
+def said_as_given_in_words(found: Assessment) -> str:
+    """What becomes of the nominal load (λ = 1), where the bounds decide it.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> said_as_given_in_words(shakedown.assess(shakedown.example("block-9")))
+    'The nominal load (λ = 1): shakes down, proved from this state.'
+    """
+    given = "The nominal load (λ = 1)"
+    if found.said_as_given == Said.SHAKEDOWN and found.proved_from_every_state > 1:
+        return f"{given}: shakes down, proved from every state."
+    if found.said_as_given == Said.SHAKEDOWN:
+        return f"{given}: shakes down, proved from this state."
+    if found.said_as_given == Said.IMPOSSIBLE:
+        return f"{given}: cannot shake down with all nodes in contact."
+    return f"{given}: the bounds do not decide."
+
+
+def certain_in_words(limits: Limits) -> list[str]:
+    """What is certain, first of all: proved from this state, proved from every state, excluded.
+
+    Of a load domain it is said that this holds for every path, and where it is not clear whether the
+    joint can move as a whole, that is said.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> for line in certain_in_words(shakedown.assess(shakedown.example("two-node")).details):
+    ...     print(line)
+    From slip zero the joint is proved to shake down up to λ = 0.7315934 (by the box of slips that it
+    cannot leave; by energy up to λ_E = 0.6619611); from every initial state, closed and admissible,
+    up to λ_U = 0.6573734 (first collapse); with all nodes in contact it cannot above λ_max = 0.7391456.
+    """
+    here = _proved_from_here(limits.energy, present(limits.box), limits.problem)
+    return _certain([here, _proved_from_everywhere(limits.universal)], limits.upper, limits.problem)
+
+
+def quickly_in_words(energy: EnergyBound, upper: UpperBound, problem: Problem) -> list[str]:
+    """What is certain by λ_E and λ_max alone."""
+    return _certain([_proved_from_here(energy, None, problem)], upper, problem)
+
+
+def _certain(parts: list[str], upper: UpperBound, problem: Problem) -> list[str]:
+    if upper.status == Status.OPTIMAL and not upper.open_nodes:
+        parts.append(f"with all nodes in contact it cannot above λ_max = {up(upper.load_factor)}")
+    sentence = "; ".join(part for part in parts if part)
+    return [sentence + ".", *last_digit_in_words(problem), *([LOAD_DOMAIN] if problem.is_domain else [])]
+
+
+def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Problem) -> str:
+    closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
+    start = "the given slip" if np.any(closed) else "slip zero"
+    if energy.distance > 0:
+        start = f"every state within the energy distance {energy.distance:.4g} of {start}"
+    if energy.open_nodes:
+        start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
+    if box_proves_more(box, energy):
+        if box.status == Status.UNBOUNDED:
+            return f"From {start} the joint is proved to shake down at every load factor ({BOX})"
+        also = "" if np.isnan(energy.load_factor) else f"; by energy up to λ_E = {down(energy.load_factor)}"
+        up_to = f"λ = {down(box.load_factor)} ({BOX}{also})"
+        return f"From {start} the joint is proved to shake down up to {up_to}"
+    if energy.status == Status.UNDECIDED:
+        return f"From {start} it is open what is proved ({energy.reason})"
+    if energy.status == Status.INFEASIBLE:
+        hint = (
+            "a smaller distance may do" if energy.distance > 0 else "following its first cycles may prove one"
+        )
+        return f"From {start} no load factor is proved at once ({energy.reason}; {hint})"
+    least = energy.least_load_factor
+    begins = f" from λ = {up(least)} on" if least > 0 else ""
+    if energy.status == Status.UNBOUNDED:
+        return f"From {start} the joint is proved to shake down at every load factor{begins}"
+    return f"From {start} the joint is proved to shake down{begins} up to λ_E = {down(energy.load_factor)}"
+
+
+def _proved_from_everywhere(universal: UniversalBound) -> str:
+    if universal.status == Status.UNDECIDED:
+        return f"from every initial state it is open what is proved ({universal.reason})"
+    if np.isnan(universal.load_factor):
+        return ""
+    more = ARGUMENTS.get(universal.argument)
+    how = f"{universal.argument}: {more}" if more else universal.argument
+    if universal.load_factor == 0:
+        return f"from every initial state no load factor is proved ({universal.reason})"
+    if np.isinf(universal.load_factor):
+        return f"from every initial state, {admissible_in_words(universal)}, at every load factor ({how})"
+    number = f"λ_U = {down(universal.load_factor)}"
+    return f"from every initial state, {admissible_in_words(universal)}, up to {number} ({how})"
+
+
+def admissible_in_words(universal: UniversalBound | None) -> str:
+    """Which initial states λ_U is about."""
+    over = universal is not None and universal.after_transient
+    return "closed and admissible" + " after the transient" * over
+
+
+def proved_up_to(universal: UniversalBound | None) -> float:
+    """λ_U; 0 where there is none."""
+    return 0.0 if universal is None or np.isnan(universal.load_factor) else universal.load_factor

@@ -1,0 +1,52 @@
+"""What a user should know of the data: load domains, likely slips of the pen, what slips are relative to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from shakedown.importing.doubtful_data import doubtful_data
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.joint.units import loads_in_words as loads_in_words
+from shakedown.report.node_words import pinned_in_words
+
+if TYPE_CHECKING:
+    from shakedown.joint.problem import Problem
+
+LOAD_DOMAIN = (
+    "The load steps are the corners of a load domain. What is proved, and λ_max, is about every path of the "
+    "loads inside it, in whatever order; what is simulated, λ_T too, follows the corners in the order "
+    "given: one path of many."
+)
+ONE_PATH = (
+    "The load steps are the corners of a load domain, followed here in the order given: one path of many."
+)
+
+
+def simulated_path_in_words(problem: Problem) -> list[str]:
+    """Along which of many paths a load domain was simulated; nothing for a loop, which has one."""
+    return [ONE_PATH] if problem.is_domain else []
+
+
+def last_digit_in_words(problem: Problem) -> list[str]:
+    """That it is not clear whether the joint can move as a whole, where it is not; else nothing."""
+    doubt = rigid_slips(problem).doubt
+    return [f"All of this is about the stiffness to its last stored digit: {doubt}."] if doubt else []
+
+
+def doubts_in_words(problem: Problem) -> list[str]:
+    """What in the data throws doubt on every number."""
+    return [*last_digit_in_words(problem), *doubtful_data(problem)]
+
+
+def hints_in_words(problem: Problem) -> list[str]:
+    """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> hints_in_words(shakedown.example("two-node"))
+    []
+    """
+    relative = pinned_in_words(rigid_slips(problem).pinned, problem)
+    hints = [relative] if relative else []
+    return [*hints, *doubtful_data(problem)]

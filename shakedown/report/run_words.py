@@ -1,0 +1,108 @@
+"""What a simulation found: the nominal load, its proof and its margin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shakedown.ground.shown_values import FEW_DIGITS, down
+from shakedown.ground.status import Outcome
+from shakedown.joint.units import units_of, work_unit
+from shakedown.report.assessment_words import admissible_in_words, proved_up_to
+from shakedown.report.node_words import open_in_words, slipping_nodes
+
+if TYPE_CHECKING:
+    from shakedown.joint.problem import Problem
+    from shakedown.long_term.simulation import Simulation
+    from shakedown.planar.universal.universal_bound import UniversalBound
+    from shakedown.verification.runs import Run
+
+SEPARATION = (
+    "Separation: within the period nodes open and close, and none slips while it is closed, except "
+    "perhaps in a jump."
+)
+
+
+def as_given_in_words(
+    run: Run, unit: str = "", problem: Problem | None = None, universal: UniversalBound | None = None
+) -> str:
+    """The answer for the nominal load: what becomes of the joint at λ = 1, with the unit of slips.
+
+    With the problem its nodes are called by their labels; with the universal bound it is
+    said where shakedown is proved from every state.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> result = shakedown.verify(shakedown.example("two-node"), load_factors=[1.0], random_states=0)
+    >>> print(as_given_in_words(result.as_given))
+    At the nominal load (λ = 1), from slip zero, the joint slips in every cycle (node 1): cyclic
+    slip, simulated.
+    """
+    state = run.simulation
+    start = "slip zero" if run.initial == "zero" else "the given slip"
+    order = ", with the corners of the load domain in their order" * (
+        problem is not None and problem.is_domain
+    )
+    here = f"At the nominal load (λ = 1){order}, from {start}, the joint"
+    slipping = open_in_words(slipping_nodes(state.slip_per_cycle), problem)
+    if state.outcome == Outcome.SHAKEDOWN:
+        kept = f" with {open_in_words(state.open_nodes, problem)} open" if len(state.open_nodes) else ""
+        return f"{here} shakes down{kept}: {_certainty(state, unit, problem, universal)}."
+    if state.slides_away:
+        return f"{here} does not hold: {sliding_in_words(state)}."
+    words = {
+        Outcome.CYCLIC_SLIP: f"slips in every cycle ({slipping}): cyclic slip, simulated.",
+        Outcome.RATCHETTING: f"slips on and on in every cycle ({slipping}): ratchetting, simulated.",
+        Outcome.SEPARATION: f"is in separation, simulated: {state.reason}.",
+        Outcome.UNDECIDED: f"is undecided: {state.reason}.",
+    }
+    return f"{here} {words[state.outcome]}"
+
+
+def start_in_words(run: Run) -> str:
+    """Beside the name of an initial state: whether nodes are open in it, or it is one after the transient."""
+    if run.open_nodes:
+        return " (zone)"
+    return " (after)" * run.case.after_transient
+
+
+def sliding_in_words(run: Simulation) -> str:
+    """That the body slides away, and when, in the words of its stop."""
+    from shakedown.motion.cycle_record import SLIDES_AWAY  # compiled code stands behind it
+
+    return run.reason.replace(SLIDES_AWAY, f"{SLIDES_AWAY} (gross slip)", 1)
+
+
+def _certainty(
+    state: Simulation, unit: str, problem: Problem | None, universal: UniversalBound | None
+) -> str:
+    """How far the shakedown at λ = 1 is proved, and what the state at rest may be off by."""
+    everywhere = proved_up_to(universal) > 1
+    from_all = f"from every initial state that is {admissible_in_words(universal)}"
+    if not state.proved or state.long_term is None:
+        return f"simulated; it is proved {from_all}" if everywhere else "simulated, not proved"
+    proved = f"proved, and so it is {from_all} (λ = 1 < λ_U)" if everywhere else "proved"
+    return f"{proved}. {margin_at_rest(state, unit, problem)}"
+
+
+def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
+    """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
+    if state.long_term is not None and np.isnan(state.long_term.single_node_margin):
+        return "It keeps to a box of slips in which the limits of no node meet"
+    if state.long_term is None or np.isinf(state.long_term.single_node_margin):
+        return "From its state at rest it may be disturbed by any amount"
+    force, length = ("", unit) if problem is None else units_of(problem)
+    energy_unit = f"√({work_unit(force, length)})" if work_unit(force, length) else ""
+    one, all_nodes = (
+        f"{down(margin, FEW_DIGITS)} {name}".rstrip()
+        for margin, name in (
+            (state.long_term.single_node_margin, unit),
+            (state.long_term.energy_margin, energy_unit),
+        )
+    )
+    return (
+        f"This stays so if the slip of any one node is off from its slip at rest by {one}, the others in "
+        f"place, or slips of several nodes by {all_nodes} in the energy norm"
+    )

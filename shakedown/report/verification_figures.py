@@ -1,0 +1,246 @@
+"""Pictures of a verification: the limits on one scale, and one panel of runs per load factor."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from shakedown import plot
+from shakedown.assessment.every_limit import JointLimits
+from shakedown.ground.evidence import present
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import DIGITS, at_lambda, few
+from shakedown.joint.units import units_of
+from shakedown.motion.contact_law import scales
+from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.page_tables import limits_on_page, transient_is_proved
+from shakedown.report.patch_figures import final_slips
+from shakedown.verification.runs import Run
+from shakedown.verification.verify import Verification
+
+COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
+DASHES = ("-", "--", ":", "-.")
+SLIP_PER_CYCLE = (
+    "Slip per cycle of the node that slips most, against the cycle number. Slips too small to count "
+    "are drawn on the floor, “no slip”. A line that falls to it has shaken down, or is separation: "
+    "nodes open and close in every cycle, without slip in contact. One that ends on its way down was "
+    "followed no further: shakedown was proved there, or the run is undecided. A level line above "
+    "the floor is cyclic slip or ratchetting."
+)
+SLIP_SPACE = (
+    "Slip space: the limits of both nodes at their extreme load steps, the safe region between "
+    "them, and the paths from the initial states (circle: start, square: end)."
+)
+MANY = 40  # nodes beyond which arrows of several runs cover each other
+ALONE = ", of the one that slips farthest"
+WIDE, NARROW = (5.4, 2.1), (3.4, 2.6)  # of the scale of load factors [inch]
+
+
+def scale_picture(v: Verification) -> Picture:
+    """Every limit of the load factor on one scale, with λ = 1."""
+    upper = v.limits.upper
+    marks = limits_on_page(v)
+    known = v.limits.from_state
+    both = known.load_factor, v.limits.universal.load_factor
+    here, everywhere = (np.nan_to_num(x, posinf=np.inf) for x in both)
+    proved = (0.0, everywhere) if everywhere >= here else (known.least_load_factor, here)
+    bands = {"proved": proved}
+    if np.isfinite(upper.load_factor) and not upper.open_nodes:
+        bands["excluded"] = (upper.load_factor, np.inf)
+    shown = ", ".join(f"{name} = {few(value, DIGITS)}" for name, value in marks.items() if np.isfinite(value))
+    alt = f"Scale of the load factor with {shown or 'no limit'} and λ = 1, the nominal load"
+    state = (
+        f"with {open_in_words(upper.open_nodes, v.problem)} open" if upper.open_nodes else "from this state"
+    )
+    caption = (
+        (
+            f"Green: proved to shake down, {state} ({known.symbol}) or from every state (λ_U). "
+            if proved[1] > 0
+            else ""
+        )
+        + ("Red: no safe state with all nodes in contact. " if "excluded" in bands else "")
+        + "λ_1: first collapse. " * ("λ_1" in marks)
+        + "λ_T: up to there it shakes down from this state, simulated"
+        + ", proved there" * transient_is_proved(v)
+        + ". λ_max: largest "
+        + ("load factor with a safe state of the zone." if upper.open_nodes else "one with a safe state.")
+    )
+    draw = partial(plot.load_factor_scale, marks, bands=bands)
+    narrow = Drawing(f"{alt}, for a narrow screen", partial(draw, short=True), size=NARROW)
+    return picture(caption, Drawing(alt, draw, size=WIDE), narrow)  # the style of the page shows one of them
+
+
+def run_pictures(v: Verification) -> list[Picture]:
+    """Slip per cycle, paths in the slip plane of two nodes, final slips along the contact."""
+    groups = _by_load_factor(v.runs)
+    several = [group for group in groups if len(group.runs) > 1]
+    alone = [group for group in groups if len(group.runs) == 1]
+    shown = [*several, *_together(alone)]
+    cycles = _drawings(v, "Slip per cycle against the cycle number", _slip_per_cycle, shown)
+    pictures = [picture(SLIP_PER_CYCLE, *cycles, alike=len(cycles), one_legend=True)]
+    if v.problem.n == 2 and v.problem.directions == 1:
+        given = [group for group in alone if v.as_given in group.runs.values()]
+        what = "Limits, safe region and paths in the plane of both slips"
+        planes = _drawings(v, what, _slip_space, [*several, *given])
+        pictures.append(picture(SLIP_SPACE, *planes, alike=len(several), one_legend=True))
+    if v.problem.directions == 2:
+        pictures += _final_slips_over_patch(v, shown)
+    elif v.problem.n > 2:
+        ends = _drawings(v, "Final slip of every run along the contact", _final_slip, shown)
+        pictures.append(picture("Slip along the contact at the end of each run.", *ends, one_legend=True))
+    return pictures
+
+
+def guarantee_picture(v: Verification) -> Picture | None:
+    """First collapse λ_1(R) against the radius within which initial states keep to the safe slip."""
+    if v.curve is None or not isinstance(v.limits, JointLimits):
+        return None
+    stays = (
+        "No slip leads out of such a box, so that a joint that starts inside stays inside"
+        + (", the transient once over." if v.problem.q_transient is not None else ".")
+        if v.curve.invariant
+        else "Slip may lead out of such a box: either the coupling is too strong, or its middle is not safe "
+        "at every smaller load factor."
+    )
+    unit = f"{v.curve.unit:.4g} {units_of(v.problem)[1]}".rstrip()
+    caption = (
+        "First collapse when every other slip keeps within R of the safe slip; R = 1 is the largest safe "
+        f"slip, {unit}. {stays}"
+    )
+    alt = "First collapse λ_1(R) against the radius R of the box of initial states"
+    return picture(caption, Drawing(alt, partial(plot.guarantee, v.curve, v.limits.bounds)))
+
+
+def sensitivity_picture(v: Verification) -> Picture | None:
+    """What limits the joint: one panel for λ_max and one for λ_E, as far as they have derivatives."""
+    found = [present(each) for each in v.limits.sensitivities.values()]
+    panels = [
+        Drawing(
+            f"Change of {each.symbol} for 1 % more friction, constant load and load amplitude, node by node",
+            partial(plot.sensitivity, each, v.problem),
+            each.symbol,
+        )
+        for each in found
+        if each is not None and each.ranked().size
+    ]
+    if not panels:
+        return None
+    hollow = any(each is not None and not each.smooth for each in found)
+    caption = (
+        "By how many per cent λ_max and λ_E change with 1 % more friction, constant load or load amplitude "
+        "at one node, all else as it is: the nodes that count most. With 1 % more of all constant loads they "
+        "are 1 % larger (λ_E from slip zero), with 1 % more of all amplitudes 1 % smaller."
+        + " Hollow: what 1 % less does, with its sign turned, where that differs."
+        * hollow
+    )
+    return picture(caption, *panels, one_legend=True)
+
+
+def slip_picture(v: Verification) -> Picture | None:
+    """The largest slip range over the load factor, where a limit on it was asked for."""
+    if v.slip_limit is None:
+        return None
+    caption = (
+        "Largest slip range of a node in the long run, from this state, at every load factor simulated. "
+        "Dotted: slips grow for ever or contact is lost for good."
+    )
+    alt = "Largest slip range over the load factor, and the length that it is to stay below"
+    return picture(caption, Drawing(alt, partial(plot.slip_over_load, v.slip_limit, v.problem)))
+
+
+class Group(NamedTuple):
+    """Runs that one panel shows, by the names of their lines, and how these look."""
+
+    title: str
+    runs: dict[str, Run]
+    styles: dict[str, dict[str, Any]]
+
+
+def _by_load_factor(runs: Sequence[Run]) -> list[Group]:
+    """One panel per load factor, a colour per kind of initial state, a dash pattern per state of a kind."""
+    found = []
+    for (factor, region), group in groupby(runs, key=lambda run: (run.simulation.load_factor, run.region)):
+        named = {run.initial: run for run in group}
+        found.append(Group(f"{at_lambda(factor)}, {region}", named, {name: _style(name) for name in named}))
+    return found
+
+
+def _style(initial: str) -> dict[str, Any]:
+    """How the line of an initial state looks."""
+    word, _, index = initial.partition(" ")
+    label = word if word in ("random", "given", "ball") else initial
+    return {"color": COLOURS[word], "ls": DASHES[int(index or 0) % len(DASHES)], "label": label}
+
+
+def _together(alone: Sequence[Group]) -> Sequence[Group]:
+    """Load factors at which one state was followed, on one panel: one line each."""
+    if len(alone) < 2:
+        return alone
+    runs = {group.title: run for group in alone for run in group.runs.values()}
+    styles = {
+        title: {"color": _style(run.initial)["color"], "ls": DASHES[k % len(DASHES)]}
+        for k, (title, run) in enumerate(runs.items())
+    }
+    return [Group("one line per load factor", runs, styles)]
+
+
+def _drawings(
+    v: Verification, what: str, draw: Callable[[Verification, Group, Axes], None], groups: Sequence[Group]
+) -> list[Drawing]:
+    """One panel per group."""
+
+    def drawn(group: Group, *, ax: Axes) -> None:
+        draw(v, group, ax)
+
+    return [Drawing(f"{what}, {group.title}", partial(drawn, group), group.title) for group in groups]
+
+
+def _slip_per_cycle(v: Verification, group: Group, axes: Axes) -> None:
+    simulations = {name: run.simulation for name, run in group.runs.items()}
+    none = max(resolution(v.problem, run.load_factor)[0] for run in simulations.values())
+    plot.slip_per_cycle(simulations, v.problem, styles=group.styles, resolution=none, ax=axes)
+
+
+def _slip_space(v: Verification, group: Group, axes: Axes) -> None:
+    (load_factor, *_) = [run.simulation.load_factor for run in group.runs.values()]
+    paths = {name: run.simulation for name, run in group.runs.items() if run.simulation.history is not None}
+    plot.slip_space(v.problem, load_factor, paths, styles=group.styles, ax=axes)
+    axes.set_title("")
+
+
+def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Picture]:
+    """Arrows of all runs of a panel, over many nodes of one; no panel where nothing has slipped."""
+    found: dict[str, tuple[dict[str, FloatArray], Group]] = {}
+    for group in groups:
+        runs = {name: run.simulation for name, run in group.runs.items()}
+        none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
+        slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+        farthest = max(slips, key=lambda name: float(np.abs(slips[name]).max()))
+        if slips[farthest].any():
+            shown = {farthest: slips[farthest]} if v.problem.n > MANY else slips
+            found[group.title] = (shown, group)
+    if not found:
+        return []
+    three = len(found) % 3 == 0
+    arrows = [final_slips(v, name, slips, group.styles, three) for name, (slips, group) in found.items()]
+    of = ALONE * (v.problem.n > MANY)
+    caption = f"Slip at the end of each run{of}, at the load factors at which something has slipped."
+    return [picture(caption, *arrows)]
+
+
+def _final_slip(v: Verification, group: Group, axes: Axes) -> None:
+    runs = {name: run.simulation for name, run in group.runs.items()}
+    none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
+    slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+    plot.slip_along(slips, v.problem, what="final slip", styles=group.styles, ax=axes)
+    if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
+        safe = float(np.nanmax(np.abs(v.limits.upper.slip), initial=0.0))
+        reach = (
+            safe if safe > none else max(scales(v.problem, run.load_factor).length for run in runs.values())
+        )
+        axes.set_ylim(-reach, reach)
