@@ -1,6 +1,7 @@
 """λ_max and safe slips with two tangential directions: cited numbers, closed forms, two roads, what is proved."""
 
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from subprocess import run
@@ -12,6 +13,7 @@ from joints_in_space import embedded, in_units, random_joint, turned
 import shakedown
 from shakedown import Problem, Status
 from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.ground.errors import SolverError
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 
@@ -368,3 +370,29 @@ def test_a_small_bound_imports_little():
         "sys.exit(bool({'cvxpy', 'numba', 'matplotlib'} & set(sys.modules)))"
     )
     assert run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def springs(seed: int, ratio: float) -> Problem:
+    """Seven nodes between springs of very different stiffness, and couplings that are as different."""
+    rng = np.random.default_rng(seed)
+    n, k = 7, 14
+    A = np.diag(1.0 + ratio ** rng.random(k) * (rng.random(k) < 0.5))
+    for spring in ratio ** rng.random(3 * n):
+        ends = np.zeros(k)
+        ends[rng.choice(k, 2, replace=False)] = 1.0, -1.0
+        A += spring * np.outer(ends, ends)
+    B = rng.normal(size=(n, k)) * 1e-3 * (1e3 * ratio) ** rng.random((n, 1))
+    return Problem(A=A, B=B, f=0.4, q_w=rng.normal(size=(6, k)), p_w=rng.uniform(2.0, 4.0, size=(6, n)))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 4])
+def test_an_optimum_without_a_certificate_keeps_its_own_conditions(seed):
+    problem = springs(seed, 1e12)
+    with suppress(SolverError):
+        upper = shakedown.upper_bound(problem)
+        assert upper.status == Status.OPTIMAL
+        assert upper.certified is None
+        assert room(problem, upper.slip, upper.load_factor) > -1e-3
+        rows, y = constraints(problem), upper.multipliers
+        gap = abs(y @ rows.g - upper.load_factor) + np.abs(y @ rows.G) @ np.abs(upper.slip)
+        assert gap <= 1e-3 * (np.abs(y) @ np.abs(rows.g))

@@ -23,6 +23,7 @@ from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.room import safest
 from shakedown.bounds.discs.safe_proof import proved_unbounded
 from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, Carrying, DiscEnd, basis_of, scaled_discs
+from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -31,6 +32,8 @@ from shakedown.joint.problem import Problem
 from shakedown.programs.disc_solver import ACCURATE
 
 LOGGER = logging.getLogger("shakedown")
+INACCURATE = "the largest load factor misses its own conditions: a relative residual of {:.1e}"
+IDLE = 1e-9  # load of a node, relative to the largest, below which it is no scale of its own
 LARGE = 1000  # nodes, from where on time and memory are announced
 SECONDS, BYTES = 4e-8, 1100.0  # per node cubed, per node squared: measured on one core with 20 load steps
 
@@ -86,7 +89,7 @@ def largest_load_factor(
     Raises
     ------
     SolverError
-        If no road comes to an end.
+        If there is no end, or one that is not proved and misses its own conditions.
     """
     announce(rows)
     taken = without_frictionless(rows, tolerances)
@@ -94,7 +97,29 @@ def largest_load_factor(
         found = _limit(rows, balanced, tolerances)
     else:
         found = _of_all(taken, _without(taken, balanced, tolerances))
-    return found if certified_for is None else _certified(certified_for, rows, taken, found, tolerances)
+    if certified_for is not None:
+        found = _certified(certified_for, rows, taken, found, tolerances)
+    if found.status != Status.OPTIMAL or found.certified is not None:
+        return found
+    missed = _missed(rows, found)
+    if not missed <= tolerances.stored_digits:
+        raise SolverError(INACCURATE.format(missed))
+    return replace(found, reduced_accuracy=found.reduced_accuracy or missed > tolerances.second_road)
+
+
+def _missed(rows: DiscRows, found: DiscLimit) -> float:
+    """How far an optimum breaks its limits, relative to the loads, or is from what its multipliers prove.
+
+    What is left of the balance of multipliers counts at the slips found.
+    """
+    x, at, y, z, H = found.x, found.load_factor, found.y, found.z, rows.half_spaces
+    loads = np.maximum(np.abs(rows.c), at * np.abs(rows.e)).max(axis=1)
+    sizes = np.maximum(loads, IDLE * loads.max())
+    broken = float(np.max(-rows.room(x, at)[0] / np.where(sizes > 0, sizes, 1.0), initial=0.0))
+    balance = (rows.sums @ y).ravel() @ rows.flat - z @ H.coefficients
+    gap = abs(np.vdot(y, rows.c) + z @ H.g - at) + np.abs(balance) @ np.abs(x)
+    terms = np.vdot(np.abs(y), np.abs(rows.c)) + np.abs(z) @ np.abs(H.g)
+    return max(found.residual, broken, float(gap / (terms if terms > 0 else 1.0)))
 
 
 def announce(rows: DiscRows) -> None:
