@@ -17,7 +17,7 @@ SAME = 1e-8  # of a derivative, relative to its terms: what different optima may
 
 
 @dataclass(frozen=True)
-class Optimum:
+class OneSidedOptimum:
     """The rows that are reached at an optimum of max λ, to first order: W x' + d λ' ≤ what a parameter gains.
 
     With the envelope theorem λ' is the gain weighted with the multipliers. Where there are several

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.assessment.one_sided import Optimum
+from shakedown.assessment.one_sided import OneSidedOptimum
 from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slopes
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.energy.energy_rows import EnergyRows
@@ -184,7 +184,7 @@ def sensitivities(
 class _Reached:
     """An optimum, what changes the room of the rows that it reaches, and their gain from friction."""
 
-    optimum: Optimum
+    optimum: OneSidedOptimum
     rates: RowRates
     pressure: FloatArray  # (k, 2), at the optimum
     turn: FloatArray  # (k, N), over its unknowns
@@ -222,7 +222,7 @@ def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolera
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
     y = bound.multipliers[chosen]
-    optimum = Optimum(
+    optimum = OneSidedOptimum(
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
@@ -253,7 +253,7 @@ def _of_energy(zone: Zone, bound: EnergyBound, one_sided: bool, tolerances: Tole
     s, y = rows.spread[chosen], bound.multipliers[chosen]
     widening = np.append(spread_slopes(zone.joint, metric, rows.spread[: 2 * zone.joint.n]), 0.0)
     needs = widening[np.where(rates.rubs, rates.row, -1)]
-    optimum = Optimum(
+    optimum = OneSidedOptimum(
         W=rows.G[chosen] @ metric.inverse + s[:, None] * ray,
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),

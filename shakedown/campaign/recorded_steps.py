@@ -93,7 +93,7 @@ class RecordedSteps:
             self.record()
         return result
 
-    def found(self, fits: Callable[[Any], bool] | None = None) -> "Found[Any] | None":
+    def found(self, fits: Callable[[Any], bool] | None = None) -> "RecordedAnswer[Any] | None":
         """What the next step has found before; None where it is to be done."""
         found = self._recorded(self._name)
         if found is None or not (fits is None or fits(found.result)):
@@ -178,7 +178,7 @@ class RecordedSteps:
         except (ProblemError, TypeError, ValueError):
             self._journal.drop(group)
 
-    def _recorded(self, name: str) -> "Found[Any] | None":
+    def _recorded(self, name: str) -> "RecordedAnswer[Any] | None":
         """What a step has found before, where that is recorded and can be read."""
         place = self._places.get(name)
         if place is None or self._journal is None:
@@ -187,12 +187,12 @@ class RecordedSteps:
             if self._read[0] != place.group:
                 content = unpacked(self._journal.piece(place.group), "results")["results"]
                 self._read = place.group, content.tobytes()
-            return Found(restored(self._read[1][place.start : place.end], self.problem))
+            return RecordedAnswer(restored(self._read[1][place.start : place.end], self.problem))
         except ProblemError:
             return None
 
 
-class Found(NamedTuple, Generic[T]):
+class RecordedAnswer(NamedTuple, Generic[T]):
     """What a step has found before, be it None."""
 
     result: T

@@ -15,7 +15,7 @@ LANDMARKS = 8  # nodes whose distances from all others stand for places that are
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class DissectionPiece:
     """Nodes that are eliminated together, after the pieces that they keep apart.
 
     Attributes
@@ -30,7 +30,7 @@ class Piece:
     children: tuple[int, ...]
 
 
-def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> list[Piece]:
+def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> list[DissectionPiece]:
     """Cut a graph in two again and again; every cut comes after both of its sides.
 
     Each part is cut across its longest side through the middle of its nodes. The cut is
@@ -50,7 +50,7 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
     >>> [len(piece.nodes) for piece in pieces], pieces[-1].nodes
     ([48, 50, 1, 49, 50, 1, 1], array([99]))
     """
-    found: list[Piece] = []
+    found: list[DissectionPiece] = []
     where = _by_distances(graph) if places is None else places
     mark = np.zeros(graph.shape[0], dtype=np.int8)
 
@@ -77,7 +77,7 @@ def dissection(graph: sparse.csr_array, places: FloatArray | None = None) -> lis
         return side[(touching > 0) & (np.diff(rows.indptr) > 0)]
 
     def _add(nodes: IntArray, children: tuple[int, ...]) -> int:
-        found.append(Piece(np.sort(nodes), children))
+        found.append(DissectionPiece(np.sort(nodes), children))
         return len(found) - 1
 
     cut(np.arange(graph.shape[0]))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.linalg.blas import dsyrk
 
-from shakedown.condensation.fronts import BYTES, Elimination
+from shakedown.condensation.fronts import BYTES, FrontElimination
 from shakedown.ground.errors import ProblemError
 
 MATRICES = 8  # κ, the blocks of the problem and what the bounds make of them: of its size, at one time
@@ -16,7 +16,7 @@ LARGEST = 0.9  # share of the machine's memory that may be used
 SAMPLE, TRIES = 400, 8  # size of the product that tells how fast the machine is; the fastest of some counts
 
 
-def announced(plan: Elimination, announce: Callable[[str], None] | None) -> None:
+def announced(plan: FrontElimination, announce: Callable[[str], None] | None) -> None:
     """Say what the elimination takes, if it takes long.
 
     Raises

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import ArpackError, SuperLU, splu
 from shakedown.condensation.contact_frame import ContactFrame
 from shakedown.condensation.dissection import dissection
 from shakedown.condensation.expense import announced
-from shakedown.condensation.fronts import Factors, elimination, factorised
+from shakedown.condensation.fronts import FrontFactors, elimination, factorised
 from shakedown.condensation.load_case import LoadCase
 from shakedown.condensation.loose_motion import Places, loose_motion
 from shakedown.ground.errors import ProblemError
@@ -47,7 +47,7 @@ class Interior:
     T_h: sparse.csr_array
     free: NDArray[np.intp]
     held: NDArray[np.intp]
-    lu: SuperLU | Factors | None
+    lu: SuperLU | FrontFactors | None
 
     def schur(self) -> tuple[FloatArray, float]:
         """κ, not yet made symmetric, and the largest relative force that is left on the interior.
@@ -55,7 +55,7 @@ class Interior:
         Of a large solid as many unit displacements are looked at as right sides are solved for at a time;
         by as much as κ differs from their reactions counts too.
         """
-        if isinstance(self.lu, Factors):
+        if isinstance(self.lu, FrontFactors):
             return self.lu.schur, self._left_over(self.lu)
         K_cc = (self.T_c.T @ self.K @ self.T_c).toarray()
         if self.lu is None:
@@ -70,7 +70,7 @@ class Interior:
             K_cc[:, block] -= K_ic.T @ u
         return K_cc, residual / max(float(np.abs(K_cc).max()), np.finfo(float).tiny)
 
-    def _left_over(self, factors: Factors) -> float:
+    def _left_over(self, factors: FrontFactors) -> float:
         size = self.T_c.shape[1]
         chosen = np.unique(np.linspace(0, size - 1, min(_COLUMNS, size)).astype(int))
         moved = self.T_c[:, chosen]
@@ -145,7 +145,7 @@ def _by_fronts(
     dofs: NDArray[np.intp],
     places: Places | None,
     announce: Callable[[str], None] | None,
-) -> Factors | None:
+) -> FrontFactors | None:
     """Factors of the interior, the first rows of Tᵀ K T; None where it is not clearly positive definite."""
     K, count = sparse.csr_array(T.T @ matrix @ T), len(dofs)
     nodes, index = np.unique(dofs[:, 0], return_inverse=True)

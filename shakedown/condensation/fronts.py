@@ -16,7 +16,7 @@ from scipy.linalg import LinAlgError
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 
-from shakedown.condensation.dissection import IntArray, Piece
+from shakedown.condensation.dissection import DissectionPiece, IntArray
 from shakedown.ground.float_array import FloatArray
 
 BYTES = 8  # of a number
@@ -48,7 +48,7 @@ class Front:
 
 
 @dataclass(frozen=True, eq=False)
-class Elimination:
+class FrontElimination:
     """The plan: which unknowns are eliminated when, and what that takes.
 
     Attributes
@@ -88,18 +88,18 @@ class Elimination:
 
 
 @dataclass(eq=False)
-class Factors:
+class FrontFactors:
     """Factors of the eliminated unknowns, and the Schur complement of the others.
 
     Attributes
     ----------
-    plan : Elimination
+    plan : FrontElimination
         The order.
     schur : (k, k)
         Schur complement of the kept unknowns, in the order given.
     """
 
-    plan: Elimination
+    plan: FrontElimination
     schur: FloatArray
     _parts: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
@@ -125,7 +125,9 @@ class Factors:
         return x[: self.plan.count][places].reshape(right.shape)
 
 
-def elimination(K: sparse.csr_array, pieces: Sequence[Piece], unknowns: Sequence[IntArray]) -> Elimination:
+def elimination(
+    K: sparse.csr_array, pieces: Sequence[DissectionPiece], unknowns: Sequence[IntArray]
+) -> FrontElimination:
     """Plan the elimination of all unknowns of the pieces; those of no piece are kept.
 
     Parameters
@@ -150,10 +152,10 @@ def elimination(K: sparse.csr_array, pieces: Sequence[Piece], unknowns: Sequence
         later = np.unique(np.concatenate(coupled))
         fronts.append(Front(start, stop, later[later >= stop], piece.children))
         start = stop
-    return Elimination(order, count, fronts)
+    return FrontElimination(order, count, fronts)
 
 
-def factorised(K: sparse.csr_array, plan: Elimination) -> Factors:
+def factorised(K: sparse.csr_array, plan: FrontElimination) -> FrontFactors:
     """Eliminate as planned.
 
     Raises
@@ -164,7 +166,7 @@ def factorised(K: sparse.csr_array, plan: Elimination) -> Factors:
     permuted = sparse.csc_array(K[plan.order][:, plan.order])
     permuted.sort_indices()
     last = slice(plan.count, None)
-    factors = Factors(plan, np.asfortranarray(permuted[last, last].toarray()))
+    factors = FrontFactors(plan, np.asfortranarray(permuted[last, last].toarray()))
     rests: dict[int, FloatArray] = {}
     roots = set(range(len(plan.fronts))) - {c for front in plan.fronts for c in front.children}
     for number, front in enumerate(plan.fronts):

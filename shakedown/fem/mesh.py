@@ -18,7 +18,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
 
 
-class Kind(NamedTuple):
+class ElementKind(NamedTuple):
     """A cell of meshio as scikit-fem has it: mesh, order of the corners, what its facets are called."""
 
     mesh: type[Mesh]
@@ -29,10 +29,10 @@ class Kind(NamedTuple):
 
 CORNERS = {"line": 2, "triangle": 3, "quad": 4}
 KINDS = {  # solids first: of these the others are boundaries
-    "hexahedron": Kind(MeshHex, [0, 4, 3, 1, 7, 5, 2, 6], "quad", True),
-    "tetra": Kind(MeshTet, [0, 1, 2, 3], "triangle", True),
-    "triangle": Kind(MeshTri, [0, 1, 2], "line", False),
-    "quad": Kind(MeshQuad, [0, 1, 2, 3], "line", False),
+    "hexahedron": ElementKind(MeshHex, [0, 4, 3, 1, 7, 5, 2, 6], "quad", True),
+    "tetra": ElementKind(MeshTet, [0, 1, 2, 3], "triangle", True),
+    "triangle": ElementKind(MeshTri, [0, 1, 2], "line", False),
+    "quad": ElementKind(MeshQuad, [0, 1, 2, 3], "line", False),
 }
 
 

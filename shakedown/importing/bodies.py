@@ -21,7 +21,7 @@ _ORDER = ("first", "second")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Body(Result):
+class ModelBody(Result):
     """One connected part of the model.
 
     Attributes
@@ -49,7 +49,7 @@ class Body(Result):
 
 def bodies_of(
     stiffness: Stiffness, held: NDArray[np.bool_], contact: NDArray[np.intp], mesh: Mesh | None
-) -> tuple[Body, ...]:
+) -> tuple[ModelBody, ...]:
     """The bodies, those of the contact first.
 
     Parameters
@@ -71,7 +71,7 @@ def bodies_of(
         rows = np.flatnonzero(part == own)
         name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
         free = free_motions(stiffness, rows, held, places, axial=mesh is not None and mesh.axisymmetric)
-        bodies.append(Body(name, np.unique(stiffness.dofs[rows, 0]), free, met.count(own)))
+        bodies.append(ModelBody(name, np.unique(stiffness.dofs[rows, 0]), free, met.count(own)))
     return tuple(bodies)
 
 

@@ -10,7 +10,7 @@ from shakedown.ground.errors import ProblemError, found_in
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.model_section import Model
 from shakedown.readers.mesh import IN_PLANE
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 _STEEP = np.sqrt(0.5)  # cosine between an axis and the normal from which on the axis is the normal's
 Axes = tuple[int, ...]  # two directions that span a plane, or all three
@@ -45,7 +45,7 @@ class ContactDirections:
 
 
 def contact_directions(
-    table: Table, model: Model, first: NDArray[np.intp], *, assume_plane: bool = True
+    table: TomlTable, model: Model, first: NDArray[np.intp], *, assume_plane: bool = True
 ) -> ContactDirections:
     """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
 
@@ -104,7 +104,7 @@ def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
     return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= IN_PLANE).all())
 
 
-def _axes(table: Table, model: Model) -> Axes | None:
+def _axes(table: TomlTable, model: Model) -> Axes | None:
     """What the configuration or an axisymmetric model says of the plane; None where that is nothing."""
     number = table.integer("directions")
     if number not in (None, 1, 2):
@@ -152,7 +152,7 @@ def _check_axisymmetric(axes: list[int], number: int | None, model: Model, where
         )
 
 
-def _given(table: Table, n: int) -> FloatArray | None:
+def _given(table: TomlTable, n: int) -> FloatArray | None:
     """Normals as the configuration gives them, (2,), (3,), (n, 2) or (n, 3)."""
     normal, normals = _vectors(table, "normal"), _vectors(table, "normals")
     named = {"normal": normal, "normals": normals, "surface": table.content.get("surface")}
@@ -177,7 +177,7 @@ def _given(table: Table, n: int) -> FloatArray | None:
     return found
 
 
-def _vectors(table: Table, key: str) -> FloatArray | None:
+def _vectors(table: TomlTable, key: str) -> FloatArray | None:
     """Vectors of two or three components: one, or, where the key is a plural, one per node."""
     value, many = table.content.get(key), key.endswith("s")
     first = value[0] if many and isinstance(value, list) and value else value
@@ -186,7 +186,7 @@ def _vectors(table: Table, key: str) -> FloatArray | None:
     return None if given is None else np.array(given, dtype=float)
 
 
-def _along(table: Table, vectors: FloatArray, axes: Axes) -> FloatArray:
+def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
     """Normals along the axes, of vectors along them or along x, y, z."""
     key = "normal" if vectors.ndim == 1 else "normals"
     if len(axes) == 3:
@@ -211,19 +211,21 @@ def _along(table: Table, vectors: FloatArray, axes: Axes) -> FloatArray:
     return vectors[..., [axis - 1 for axis in axes]]
 
 
-def _of_faces(table: Table, model: Model, first: NDArray[np.intp], axes: Axes) -> FloatArray:
+def _of_faces(table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes) -> FloatArray:
     """Normals from the faces of the model, or of its surface of a name."""
     if model.mesh is None or not model.mesh.elements:
         raise ProblemError(
             f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that has "
             "elements, found none"
         )
-    twin = Table(dict(table.content), table.where)
+    twin = TomlTable(dict(table.content), table.where)
     with found_in(table.where):
         return model.mesh.normals(first, axes, twin.text("surface", required=False))
 
 
-def _tangent(table: Table, model: Model, first: NDArray[np.intp], normals: FloatArray) -> FloatArray | None:
+def _tangent(
+    table: TomlTable, model: Model, first: NDArray[np.intp], normals: FloatArray
+) -> FloatArray | None:
     """Towards which the first tangents lead: as given, (3,) or (n, 3), or by a system of the deck."""
     if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
         return _by_system(str(table.text("tangent")), table.where, model, first, normals)

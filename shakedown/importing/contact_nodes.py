@@ -10,12 +10,12 @@ from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
 from shakedown.importing.model_section import Model
 from shakedown.readers.mesh import Mesh
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 _NEAR = 0.25  # of the smallest spacing: a partner must lie nearer, so that no other can be meant
 
 
-def contact_nodes(table: Table, model: Model) -> tuple[NDArray[np.intp], bool]:
+def contact_nodes(table: TomlTable, model: Model) -> tuple[NDArray[np.intp], bool]:
     """Contact nodes (n,) or pairs (n, 2), and whether sets named them.
 
     Raises

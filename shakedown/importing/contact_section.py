@@ -16,7 +16,7 @@ from shakedown.importing.initial_gap import initial_gap
 from shakedown.importing.model_section import Model
 from shakedown.readers.input_files import InputFiles
 from shakedown.readers.text import quoted
-from shakedown.readers.toml_table import Table, is_number, shown
+from shakedown.readers.toml_table import TomlTable, is_number, shown
 
 Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
 
@@ -111,7 +111,7 @@ class ContactSection:
 
 
 def contact_section(
-    table: Table, model: Model, files: InputFiles, *, assume_plane: bool = True
+    table: TomlTable, model: Model, files: InputFiles, *, assume_plane: bool = True
 ) -> ContactSection:
     """Take the section from its table; ``assume_plane`` as :func:`contact_directions` takes it.
 
@@ -155,17 +155,17 @@ def contact_section(
     return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
 
 
-def _integers(table: Table, key: str) -> NDArray[np.intp] | None:
+def _integers(table: TomlTable, key: str) -> NDArray[np.intp] | None:
     values = table.array(key, int, (None,), required=False)
     return None if values is None else np.array(values, dtype=np.intp)
 
 
-def _positions(table: Table, axes: Axes) -> FloatArray | None:
+def _positions(table: TomlTable, axes: Axes) -> FloatArray | None:
     values = table.array("x", float, (None,) if len(axes) == 2 else (None, 2), required=False)
     return None if values is None else np.array(values, dtype=float)
 
 
-def _areas(table: Table, model: Model, first: NDArray[np.intp]) -> FloatArray | None:
+def _areas(table: TomlTable, model: Model, first: NDArray[np.intp]) -> FloatArray | None:
     """Areas of the nodes of the first body, where the model has their faces."""
     given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
     if not thickness > 0:
@@ -237,7 +237,7 @@ def _on_patch(contact: ContactSection) -> ContactSection:
     return replace(contact, x=patch_positions(contact.coordinates, unit, contact.tangent))
 
 
-def taken_friction(root: Table) -> Friction:
+def taken_friction(root: TomlTable) -> Friction:
     """The key ``friction``, before the contact nodes are known."""
     value = root.content.get("friction")
     if isinstance(value, dict):

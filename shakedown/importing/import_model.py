@@ -47,7 +47,7 @@ from shakedown.readers.circumference import circumference_notes
 from shakedown.readers.input_files import InputFiles, sha256
 from shakedown.readers.mesh import CALCULIX, SOLIDS, Mesh
 from shakedown.readers.stiffness import Stiffness
-from shakedown.readers.toml_table import Table, change_number, read_toml
+from shakedown.readers.toml_table import TomlTable, change_number, read_toml
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -459,9 +459,9 @@ def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple
     return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
 
 
-def _superelement(stiffness: Table) -> int | None:
+def _superelement(stiffness: TomlTable) -> int | None:
     """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
-    return Table(dict(stiffness.content), stiffness.where).integer("superelement")
+    return TomlTable(dict(stiffness.content), stiffness.where).integer("superelement")
 
 
 def _unplaced(contact: ContactSection) -> tuple[str, ...]:

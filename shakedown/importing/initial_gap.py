@@ -12,7 +12,7 @@ from shakedown.readers.input_files import InputFiles
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.table import read_table
 from shakedown.readers.text import quoted
-from shakedown.readers.toml_table import Table, is_number, shown
+from shakedown.readers.toml_table import TomlTable, is_number, shown
 
 COORDINATES = "coordinates"  # the word for a gap between the nodes as the deck places them
 
@@ -98,7 +98,7 @@ class InitialGap:
         return np.asarray((apart * normals).sum(axis=1) / np.linalg.norm(normals, axis=1))
 
 
-def initial_gap(table: Table, model: Model, files: InputFiles) -> InitialGap:
+def initial_gap(table: TomlTable, model: Model, files: InputFiles) -> InitialGap:
     """Take the key ``gap`` of ``[contact]``: a number, a list, a word or a table; absent it is 0."""
     where, value = table.where, table.content.get("gap", 0.0)
     if isinstance(value, list):
@@ -124,7 +124,7 @@ def initial_gap(table: Table, model: Model, files: InputFiles) -> InitialGap:
     return gap
 
 
-def _of_table(source: Table, kind: str, gap: InitialGap, model: Model, files: InputFiles) -> InitialGap:
+def _of_table(source: TomlTable, kind: str, gap: InitialGap, model: Model, files: InputFiles) -> InitialGap:
     if kind == "points":
         points = np.array(source.array("points", float, (None, 2)), dtype=float)
         return replace(gap, points=_ascending(points, source.where))

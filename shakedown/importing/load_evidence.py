@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shakedown.condensation.condense import Condensation
 from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
-from shakedown.importing.bodies import Body, known_places
+from shakedown.importing.bodies import ModelBody, known_places
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_evidence import ModelEvidence
 from shakedown.joint.result import Result
@@ -120,7 +120,7 @@ class Resultants:
             if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > _LEFT_OVER * size:
                 yield self._part(f"supports, {body.name}", carried)
 
-    def _on_body(self, body: Body, spread: FloatArray) -> FloatArray:
+    def _on_body(self, body: ModelBody, spread: FloatArray) -> FloatArray:
         """What the contact does to a body while it is welded."""
         first, *second = self.contact.labels.reshape(len(spread), -1).T
         total = np.zeros(6)

@@ -20,7 +20,7 @@ from shakedown.readers.abaqus_substructure import read_substructure_load
 from shakedown.readers.circumference import HOOP
 from shakedown.readers.nastran_op4 import is_op4, read_op4_columns
 from shakedown.readers.text import quoted, read_lines
-from shakedown.readers.toml_table import Table, is_number, shown
+from shakedown.readers.toml_table import TomlTable, is_number, shown
 
 UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
 
@@ -35,7 +35,7 @@ class LoadSection:
     doubts: tuple[str, ...] = ()
 
 
-def load_section(table: Table, context: ImportContext) -> LoadSection:
+def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
     """Take one load case from its table."""
     size = len(context.stiffness.dofs)
     force, moved = _forces(table, context), context.model.values(table, "displacements")
@@ -70,7 +70,7 @@ def load_section(table: Table, context: ImportContext) -> LoadSection:
     return LoadSection(case, rows, None if opened is None else opened[1], doubts)
 
 
-def vary_loads(root: Table, changes: Mapping[str, float]) -> dict[str, float]:
+def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
     """Set constant load cases that are called by their names to values in their units; the other changes.
 
     Raises
@@ -135,7 +135,7 @@ def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _forces(table: Table, context: ImportContext) -> FloatArray | None:
+def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
     """Forces on all rows, from a list or from a file."""
     force = np.zeros(len(context.stiffness.dofs))
     if not isinstance(table.content.get("forces"), dict):
@@ -185,7 +185,7 @@ def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> Float
     return values[:, (column or 1) - 1]
 
 
-def _check_circumference(table: Table, context: ImportContext) -> None:
+def _check_circumference(table: TomlTable, context: ImportContext) -> None:
     """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
     given = [key for key in ("reactions", "thermal") if table.has(key)]
     if given and context.model.axisymmetric and not context.checked:
@@ -202,13 +202,13 @@ def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
     return spread
 
 
-def held_keys(supports: Table, loads: Sequence[Table], model: Model) -> set[tuple[int, int]]:
+def held_keys(supports: TomlTable, loads: Sequence[TomlTable], model: Model) -> set[tuple[int, int]]:
     """(node, direction) that ``[supports]`` or a prescribed displacement holds; the tables are left whole."""
     held = set(model.values(supports.copy(), "fixed", valued=False) or ())
     return held.union(*(model.values(load.copy(), "displacements") or () for load in loads))
 
 
-def held_rows(supports: Table, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
+def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
     """``[supports]`` and prescribed displacements: rows that do not move freely."""
     fixed = context.model.values(supports, "fixed", valued=False)
     supports.done()

@@ -14,7 +14,7 @@ from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
-from shakedown.importing.bodies import Body, bodies_of, contact_patches, rigid_residual
+from shakedown.importing.bodies import ModelBody, bodies_of, contact_patches, rigid_residual
 from shakedown.importing.contact_faces import contact_doubts
 from shakedown.importing.contact_section import ContactSection
 from shakedown.importing.model_fit import model_doubts
@@ -40,7 +40,7 @@ class ModelEvidence(Result):
     ----------
     held : (N,)
         Which rows of the matrix are held: by the configuration, or marked so in the matrix.
-    bodies : tuple of Body
+    bodies : tuple of ModelBody
         The connected parts of the model, with the rigid motions that nothing but the contact resists.
     patches : (n,)
         Which patch of the contact every node belongs to, from 0.
@@ -53,7 +53,7 @@ class ModelEvidence(Result):
     """
 
     held: NDArray[np.bool_]
-    bodies: tuple[Body, ...]
+    bodies: tuple[ModelBody, ...]
     patches: NDArray[np.intp]
     pairs: PairDistances | None
     rigid_residual: float

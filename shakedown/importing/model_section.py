@@ -15,7 +15,7 @@ from shakedown.readers.input_files import InputFiles
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.nastran_bulk import is_bulk_data, read_grids
 from shakedown.readers.text import quoted, read_lines
-from shakedown.readers.toml_table import Table, shown
+from shakedown.readers.toml_table import TomlTable, shown
 
 Values = dict[tuple[int, int], float]  # {(node, direction): value}
 _LARGEST_LABEL = 2**62
@@ -58,7 +58,7 @@ class Model:
         with found_in(where):
             return self.mesh.nodes(name)
 
-    def values(self, table: Table, key: str, *, valued: bool = True) -> Values | None:
+    def values(self, table: TomlTable, key: str, *, valued: bool = True) -> Values | None:
         """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.
 
         Raises
@@ -105,7 +105,7 @@ def _is_label(item: Any) -> bool:
     return abs(item) < _LARGEST_LABEL and item == int(item)
 
 
-def model_section(table: Table, files: InputFiles, superelement: int | None = None) -> Model:
+def model_section(table: TomlTable, files: InputFiles, superelement: int | None = None) -> Model:
     """Read the section; an absent one is a model of which nothing is known.
 
     ``superelement`` picks one of a Nastran file with several, as in ``[stiffness]``.

@@ -13,10 +13,10 @@ from shakedown.readers.input_files import InputFiles
 from shakedown.readers.mesh import Mesh
 from shakedown.readers.nodal_vectors import NodalVectors, What, combined, in_model_directions
 from shakedown.readers.reactions_table import read_nodal_vectors
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 
-def run_of(source: Table, what: What, files: InputFiles, mesh: Mesh | None) -> NodalVectors:
+def run_of(source: TomlTable, what: What, files: InputFiles, mesh: Mesh | None) -> NodalVectors:
     """The step of a file that a table names, or the sum of some steps, each times a factor; along x, y, z.
 
     Keys: ``file``; ``step`` (from 1) or ``steps`` = [[step, factor], …]; ``scale``.
@@ -53,7 +53,7 @@ def _along_axes(run: NodalVectors, mesh: Mesh | None, where: str) -> NodalVector
 
 
 def clamped_run(
-    table: Table, contact: ContactSection, files: InputFiles, mesh: Mesh | None
+    table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
 ) -> tuple[FloatArray | None, Values | None]:
     """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
     if not isinstance(table.content.get("reactions"), dict):
@@ -77,7 +77,7 @@ def clamped_run(
     return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
 
 
-def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
+def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
     """``thermal``: minus the reactions of a run in which every node was held, on all rows.
 
     Raises
@@ -94,7 +94,7 @@ def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
             f"{table.where}: key 'thermal': expected a matrix of all nodes, found a superelement; run the "
             "load with the contact nodes held and give their 'reactions', or with the contact open ('open')"
         )
-    twin = Table(dict(source.content), source.where)
+    twin = TomlTable(dict(source.content), source.where)
     run = run_of(source, "reactions", context.files, context.model.mesh)
     source.done()
     if run.by_calculix:
@@ -120,7 +120,7 @@ def thermal_forces(table: Table, context: ImportContext) -> FloatArray | None:
     return force
 
 
-def _check_held(source: Table, files: InputFiles, mesh: Mesh | None) -> None:
+def _check_held(source: TomlTable, files: InputFiles, mesh: Mesh | None) -> None:
     """That the displacements beside the reactions are all zero."""
     where = source.where
     try:
@@ -139,7 +139,7 @@ def _check_held(source: Table, files: InputFiles, mesh: Mesh | None) -> None:
 
 
 def opened_run(
-    table: Table, contact: ContactSection, files: InputFiles, mesh: Mesh | None
+    table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
 ) -> tuple[FloatArray, FloatArray] | None:
     """``open``: displacements of the contact nodes with the contact open (of pairs u₁ − u₂), rounding."""
     if not table.has("open"):
@@ -171,7 +171,7 @@ def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values |
     return f"{there[0]} alone" if there else "neither"
 
 
-def static_run(table: Table, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
+def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
     """``[check]``: the largest difference from an independent static run, NaN where there is none.
 
     Raises

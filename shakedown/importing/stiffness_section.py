@@ -22,7 +22,7 @@ from shakedown.readers.row_map import Rows
 from shakedown.readers.sniff import read_stiffness, stiffness_format
 from shakedown.readers.stiffness import Stiffness
 from shakedown.readers.text import read_lines
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 _BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
 
@@ -51,7 +51,9 @@ class ImportContext:
             return self.stiffness.rows(list(values))
 
 
-def stiffness_section(table: Table, contact: ContactSection, model: Model, files: InputFiles) -> Stiffness:
+def stiffness_section(
+    table: TomlTable, contact: ContactSection, model: Model, files: InputFiles
+) -> Stiffness:
     """Read the section; a superelement is checked to be condensed.
 
     Raises

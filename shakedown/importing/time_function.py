@@ -9,7 +9,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.readers.input_files import InputFiles
 from shakedown.readers.table import NumberTable, read_table
 from shakedown.readers.text import listed
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 MOST_STEPS = 1_000_000  # load steps of one period
 MISSED = 0.01  # of the range: peaks between the load steps that go further by less are not said
@@ -33,7 +33,7 @@ class TimeFunction(NamedTuple):
     doubts: tuple[str, ...] = ()
 
 
-def time_function(table: Table, steps: int | None, files: InputFiles) -> TimeFunction:
+def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
     """The key ``history`` of a load, at the load steps t = k/m of one period.
 
     A number is a constant; a list holds the factors themselves; a table holds
@@ -57,7 +57,7 @@ def time_function(table: Table, steps: int | None, files: InputFiles) -> TimeFun
     Examples
     --------
     >>> from pathlib import Path
-    >>> load = Table({"history": {"constant": 1.0, "harmonics": [{"order": 1, "sin": 0.5}]}}, "load 1")
+    >>> load = TomlTable({"history": {"constant": 1.0, "harmonics": [{"order": 1, "sin": 0.5}]}}, "load 1")
     >>> time_function(load, 4, InputFiles(Path("."))).factors
     array([1. , 1.5, 1. , 0.5])
     """
@@ -70,7 +70,7 @@ def time_function(table: Table, steps: int | None, files: InputFiles) -> TimeFun
     return TimeFunction(np.array(table.number("history")))
 
 
-def _function(table: Table, steps: int | None, files: InputFiles) -> TimeFunction:
+def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
     kinds = [key for key in ("harmonics", "points", "file") if table.has(key)]
     if len(kinds) != 1:
         raise ProblemError(f"{table.where}: expected one of harmonics, points and file, found {len(kinds)}")
@@ -84,7 +84,7 @@ def _function(table: Table, steps: int | None, files: InputFiles) -> TimeFunctio
     return found
 
 
-def _steps(table: Table, steps: int | None) -> FloatArray:
+def _steps(table: TomlTable, steps: int | None) -> FloatArray:
     """t = k/m at the load steps."""
     if steps is None or not 1 <= steps <= MOST_STEPS:
         raise ProblemError(
@@ -94,7 +94,7 @@ def _steps(table: Table, steps: int | None) -> FloatArray:
     return np.arange(steps) / steps
 
 
-def _harmonics(table: Table, t: FloatArray) -> TimeFunction:
+def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
     constant, terms = table.number("constant", 0.0) or 0.0, list[tuple[int, float, float]]()
     for term in table.tables("harmonics"):
         order = term.integer("order") if term.has("order") else 1
@@ -141,7 +141,7 @@ def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
     )
 
 
-def _points(table: Table, t: FloatArray) -> TimeFunction:
+def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
     points = np.array(table.array("points", float, (None, 2)), dtype=float)
     times = points[:, 0]
     down = np.flatnonzero(np.diff(times) < 0)
@@ -157,7 +157,7 @@ def _points(table: Table, t: FloatArray) -> TimeFunction:
     return TimeFunction(sampled, _missed(sampled, points[:, 1]))
 
 
-def _from_file(table: Table, steps: int | None, files: InputFiles) -> TimeFunction:
+def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
     name, column, time = str(table.text("file")), table.key_of_column("column"), table.key_of_column("time")
     delimiter, decimal = table.text("delimiter", required=False), table.text("decimal", required=False)
     period, scale = table.number("period"), table.number("scale", 1.0) or 0.0

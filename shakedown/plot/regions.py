@@ -61,7 +61,7 @@ MARGIN = 0.04  # of the axes: nearer to their edge no contour line has its numbe
 Colour = tuple[float, float, float]
 
 
-class Edges(Protocol):
+class Boundary(Protocol):
     """Load factors at which one region ends and the next begins, one per point; NaN without a joint."""
 
     @property
@@ -109,7 +109,7 @@ class Diagram(Protocol):
         """What became of it, load factors on the last axis."""
 
     @property
-    def boundaries(self) -> Edges:
+    def boundaries(self) -> Boundary:
         """Where the regions meet."""
 
     def load_factors(self, name: str) -> FloatArray:

@@ -13,7 +13,7 @@ MOST_BYTES = 16 << 20  # of a configuration
 _LARGEST_LABEL = 2**62
 
 
-def read_toml(path: str | os.PathLike[str]) -> "Table":
+def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
     """The root table of a TOML file.
 
     Raises
@@ -30,10 +30,10 @@ def read_toml(path: str | os.PathLike[str]) -> "Table":
         raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
         raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
-    return Table(content, name)
+    return TomlTable(content, name)
 
 
-def change_number(root: "Table", key: str, value: float) -> None:
+def change_number(root: "TomlTable", key: str, value: float) -> None:
     """Put a number in the place of another one, or at a key that a table lacks.
 
     Parameters
@@ -79,12 +79,12 @@ def _inside(place: Any, part: str, where: str) -> Any:
     raise ProblemError(f"{where}: expected a table or a list before {quoted(part)}, found {shown(place)}")
 
 
-class Table:
+class TomlTable:
     """One table; every key is taken once, and what is left over at the end is an error.
 
     Examples
     --------
-    >>> table = Table({"file": "k.mtx", "axis": [1, 2]}, "[stiffness]")
+    >>> table = TomlTable({"file": "k.mtx", "axis": [1, 2]}, "[stiffness]")
     >>> table.text("file"), table.array("axis", int, (2,))
     ('k.mtx', [1, 2])
     >>> table.done()
@@ -95,9 +95,9 @@ class Table:
         self.where = where
         self.known: list[str] = []
 
-    def copy(self) -> "Table":
+    def copy(self) -> "TomlTable":
         """The table as it stands now, to be taken apart by itself."""
-        return Table(self.content, self.where)
+        return TomlTable(self.content, self.where)
 
     def take(self, key: str, expected: str, *, required: bool) -> Any:
         """The raw value of a key, or None where it is absent and not required."""
@@ -165,19 +165,19 @@ class Table:
             raise self._wrong(key, f"a list of lists of {width} each", value)
         return value
 
-    def table(self, key: str, *, required: bool = True) -> "Table":
+    def table(self, key: str, *, required: bool = True) -> "TomlTable":
         """A table; an empty one where it is absent and not required."""
         value = self.take(key, "a table", required=required)
         if value is not None and not isinstance(value, dict):
             raise self._wrong(key, "a table", value)
-        return Table(value or {}, f"{self.where}: {key}")
+        return TomlTable(value or {}, f"{self.where}: {key}")
 
-    def tables(self, key: str, *, required: bool = True) -> list["Table"]:
+    def tables(self, key: str, *, required: bool = True) -> list["TomlTable"]:
         """A list of tables."""
         value = self.take(key, "one table or more", required=required)
         if value is not None and not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
             raise self._wrong(key, "a list of tables", value)
-        return [Table(v, f"{self.where}: {key} {k}") for k, v in enumerate(value or [], start=1)]
+        return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value or [], start=1)]
 
     def has(self, key: str) -> bool:
         """Whether a key is there and has not been taken."""

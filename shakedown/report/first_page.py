@@ -12,7 +12,7 @@ from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
-from shakedown.report.page_tables import Table, transient_is_proved
+from shakedown.report.page_tables import PageTable, transient_is_proved
 from shakedown.verification.verify import Verification
 
 HOW = {
@@ -42,9 +42,9 @@ def large_numbers(v: Verification) -> list[LargeNumber]:
     ]
 
 
-def rest_table(v: Verification) -> Table:
+def rest_table(v: Verification) -> PageTable:
     """The largest of what nodes go through at λ = 1, and the other limits, rounded down."""
-    return Table(["", "value", "where, and what it is"], [*_node_rows(v), *_limit_rows(v)], words=(0, 2))
+    return PageTable(["", "value", "where, and what it is"], [*_node_rows(v), *_limit_rows(v)], words=(0, 2))
 
 
 def _node_rows(v: Verification) -> list[list[str]]:

@@ -42,7 +42,7 @@ from shakedown.report.json_documents import as_text
 from shakedown.report.limit_words import transient_in_words
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
-    Table,
+    PageTable,
     bounds_table,
     nodes_note,
     nodes_table,
@@ -173,12 +173,12 @@ def _context(v: Verification) -> dict[str, Any]:
         "rest": rest_table(v),
         "scale": scale_picture(v),
         "problem_pictures": problem_pictures(problem),
-        "stiffness": Table(
+        "stiffness": PageTable(
             ["checked", "found", "result"], stiffness_rows(problem, _coupling_ratio(v)), (0, 1, 2)
         ),
-        "loading": Table(["loading", ""], loading_rows(problem), (0, 1)),
-        "loads": Table(node_load_head(problem), node_load_rows(problem), (), printed_nodes(v)),
-        "sources": Table(["source", ""], source_rows(problem), (0, 1)),
+        "loading": PageTable(["loading", ""], loading_rows(problem), (0, 1)),
+        "loads": PageTable(node_load_head(problem), node_load_rows(problem), (), printed_nodes(v)),
+        "sources": PageTable(["source", ""], source_rows(problem), (0, 1)),
         "configuration": configuration(problem),
         "notes": v.notes,
         "bounds": bounds_table(v),

@@ -27,7 +27,7 @@ FEW_NODES = 24  # up to so many a table is printed whole
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """A table: head, rows, the columns that are words, and the rows that are printed where not all are."""
 
     head: Sequence[str]
@@ -36,7 +36,7 @@ class Table:
     printed: frozenset[int] | None = None
 
 
-def bounds_table(v: Verification) -> Table:
+def bounds_table(v: Verification) -> PageTable:
     """Every limit of the load factor; λ_1 and λ_max by both solvers."""
     upper, transient = v.limits.upper.load_factor, v.transient
     scale = upper if np.isfinite(upper) else 0.0  # a bound may be zero
@@ -62,7 +62,7 @@ def bounds_table(v: Verification) -> Table:
     for name, one, two in pairs:
         rounded = up if name.startswith("λ_max") else down
         rows.append([name, _bound(one, rounded), _bound(two, rounded), _difference(one, two, scale)])
-    return Table(["", "load factor", "independent solver (Clarabel)", "relative difference"], rows)
+    return PageTable(["", "load factor", "independent solver (Clarabel)", "relative difference"], rows)
 
 
 def _box_row(v: Verification) -> list[tuple[str, str]]:
@@ -128,7 +128,7 @@ def transient_is_proved(v: Verification) -> bool:
     return v.transient is not None and v.transient.proved == v.transient.load_factor
 
 
-def runs_table(v: Verification) -> Table:
+def runs_table(v: Verification) -> PageTable:
     """Every simulation, with what was predicted for it."""
     force, length = units_of(v.problem)
     head = [
@@ -136,7 +136,7 @@ def runs_table(v: Verification) -> Table:
         with_unit("slip per period", length), with_unit("dissipation per cycle", work_unit(force, length)),
         "law residual", "time",
     ]  # fmt: skip
-    return Table(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
+    return PageTable(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
 
 
 def _run_row(problem: Problem, run: Run) -> list[str]:
@@ -170,7 +170,7 @@ def remarks(run: Simulation) -> str:
     return f" ({'; '.join(found)})" if found else ""
 
 
-def nodes_table(v: Verification) -> Table:
+def nodes_table(v: Verification) -> PageTable:
     """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
     problem, limits = v.problem, v.limits
     force, length = units_of(problem)
@@ -192,7 +192,7 @@ def nodes_table(v: Verification) -> Table:
     work = with_unit("friction work per period at λ = 1", work_unit(force, length))
     columns[work] = [number(each, 4) for each in works]
     words = [k for k, name in enumerate(columns) if name in ("FE label", "limits reached at λ_max")]
-    return Table(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
+    return PageTable(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
 
 
 def _limits_reached(problem: Problem, upper: UpperBound) -> list[str]:
@@ -221,7 +221,7 @@ def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
     return np.array(without_round_off(slip, resolution(v.problem, 1.0)[0]))
 
 
-def worst_table(v: Verification) -> Table:
+def worst_table(v: Verification) -> PageTable:
     """What the worst nodes go through in the long run under the nominal load."""
     problem, nodes = v.problem, v.nodes
     force, length = units_of(problem)
@@ -250,7 +250,7 @@ def worst_table(v: Verification) -> Table:
         ]
         for j in worst_nodes(v)
     ]
-    return Table(head, rows, words=tuple(range(1, 2 + len(labels))))
+    return PageTable(head, rows, words=tuple(range(1, 2 + len(labels))))
 
 
 def nodes_note(v: Verification) -> str:

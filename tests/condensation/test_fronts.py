@@ -9,7 +9,7 @@ from shakedown import ProblemError
 from shakedown.condensation import expense, factorised_interior
 from shakedown.condensation.condense import condensed_stiffness
 from shakedown.condensation.dissection import LEAF, dissection
-from shakedown.condensation.fronts import Factors, elimination, factorised
+from shakedown.condensation.fronts import FrontFactors, elimination, factorised
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 
 KEPT = 12
@@ -133,7 +133,7 @@ def test_what_was_found_is_checked_and_expense_is_said(monkeypatch):
     said = []
     monkeypatch.setattr(expense, "WORTH_SAYING", 0.0)
     found = condensed_stiffness(K, dofs, [0], [0, 0, 1], announce=said.append)
-    assert isinstance(found._model.lu, Factors)
+    assert isinstance(found._model.lu, FrontFactors)
     assert found.residual < 1e-14
     np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
     assert said[0].startswith("condensing 597 rows to 1 contact nodes takes about")

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from shakedown.files.npz import KEYS
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 ROOT = Path(__file__).parents[2]
 TAKING = {
     name
-    for name, method in inspect.getmembers(Table, inspect.isfunction)
+    for name, method in inspect.getmembers(TomlTable, inspect.isfunction)
     if "key" in inspect.signature(method).parameters
 }
 

@@ -20,7 +20,7 @@ from shakedown.importing.templates import import_template, import_template_names
 from shakedown.importing.time_function import time_function
 from shakedown.joint.loading import with_initial_gap
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 
 @pytest.fixture
@@ -283,7 +283,7 @@ def test_relative_displacements_are_stated_and_checked(tmp_path, deck, word):
 def sampled(folder, text, steps=4, **words):
     """A history out of a file."""
     (folder / "h.csv").write_text(text)
-    table = Table({"history": {"file": "h.csv", **words}}, "load 1")
+    table = TomlTable({"history": {"file": "h.csv", **words}}, "load 1")
     return time_function(table, steps, InputFiles(folder)).factors
 
 
@@ -325,7 +325,7 @@ def test_an_unclear_history_is_refused(tmp_path, text, words, message):
 def test_points_at_no_time_are_refused():
     for points in ([[float("nan"), 1.0]], [[0.0, float("inf")]]):
         with pytest.raises(ProblemError, match="a list of n x 2 numbers"):
-            time_function(Table({"history": {"points": points}}, "load 1"), 4, InputFiles(Path()))
+            time_function(TomlTable({"history": {"points": points}}, "load 1"), 4, InputFiles(Path()))
 
 
 @pytest.mark.parametrize("kind", import_template_names())

@@ -19,7 +19,7 @@ from shakedown.fem import ElasticBody, Material, Support, block_mesh
 from shakedown.importing.import_model import import_problem
 from shakedown.importing.time_function import time_function
 from shakedown.readers.input_files import InputFiles
-from shakedown.readers.toml_table import Table
+from shakedown.readers.toml_table import TomlTable
 
 
 def test_the_calculix_reference_comes_back_to_round_off():
@@ -437,7 +437,7 @@ history = 1
 
 
 def history_of(value, folder=Path(), steps=4):
-    table = Table({"history": value}, "load 1")
+    table = TomlTable({"history": value}, "load 1")
     return time_function(table, steps, InputFiles(folder)).factors
 
 

@@ -7,6 +7,7 @@ where one of those has changed, the code on disk is of no use either.
 
 import re
 import sys
+from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from importlib.util import resolve_name
@@ -27,16 +28,29 @@ def stamped(compiled: Any) -> Any:
         return compiled
     index: Any = getattr(on_disk, "_cache_file", None)
     below = stamp(compiled.py_func.__module__)
-    if below is None or not hasattr(index, "_source_stamp"):
+    if below is None or not hasattr(index, "_source_stamp") or not hasattr(index, "_load_index"):
         on_disk.disable()
     else:
         index._source_stamp = (index._source_stamp, below)
+        index._load_index = _nothing_of_other_versions(index._load_index)
     return compiled
+
+
+def _nothing_of_other_versions(load: Callable[[], Any]) -> Callable[[], Any]:
+    """What is on disk; nothing where it was put there by a version that had a type which this one has not."""
+
+    def loaded() -> Any:
+        try:
+            return load()
+        except (AttributeError, ImportError):
+            return {}
+
+    return loaded
 
 
 def stamp(module: str) -> str | None:
     """A number for the sources of a module and of the modules below it; None if one cannot be read."""
-    found = rooms_below(module)
+    found = modules_below(module)
     sources = [_source(name) for name in found]
     if None in sources:
         return None
@@ -46,7 +60,7 @@ def stamp(module: str) -> str | None:
     return whole.hexdigest()
 
 
-def rooms_below(module: str) -> list[str]:
+def modules_below(module: str) -> list[str]:
     """The module and all modules of its package that it, or one of them, imports at its top, by name."""
     seen, waiting = set[str](), [module]
     while waiting:

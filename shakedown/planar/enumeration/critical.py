@@ -23,7 +23,7 @@ from shakedown.planar.enumeration.findings import (
     BATCH,
     NONE,
     Candidate,
-    Piece,
+    SubtreeFindings,
     batch_piece,
     in_batches,
     joined,
@@ -237,7 +237,7 @@ class Wanted(NamedTuple):
     tolerances: Tolerances
 
 
-def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Piece]:
+def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[SubtreeFindings]:
     """All subsets: a few by batches, many by the compiled tree."""
     cut, feasible_below, tolerances = wanted
     scaled = scaled_rows(rows)
@@ -252,7 +252,7 @@ def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[Pi
     yield from pieces(tree, threads)
 
 
-def _report(problem: Problem, rows: Constraints, found: Piece, values: bool) -> CriticalLoadFactors:
+def _report(problem: Problem, rows: Constraints, found: SubtreeFindings, values: bool) -> CriticalLoadFactors:
     listed = sorted(found.degenerate_rows)[:LISTED]
     return CriticalLoadFactors(
         total=_count(rows),

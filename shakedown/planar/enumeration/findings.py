@@ -17,7 +17,7 @@ BATCH = 4096  # subsets that are solved at one time
 
 
 @dataclass(frozen=True)
-class Piece:
+class SubtreeFindings:
     """What part of the tree gave.
 
     Attributes
@@ -52,11 +52,11 @@ def in_batches(subsets: Iterator[tuple[int, ...]]) -> Iterator[list[tuple[int, .
     return iter(lambda: list(islice(subsets, BATCH)), [])
 
 
-def batch_piece(batch: Batch, cut: float, listed: int) -> Piece:
+def batch_piece(batch: Batch, cut: float, listed: int) -> SubtreeFindings:
     """The report on subsets that were solved in a batch."""
     singular = np.flatnonzero(~batch.regular)
     kept = batch.load_factor[batch.regular & (batch.load_factor > cut)] if cut < inf else np.empty(0)
-    return Piece(
+    return SubtreeFindings(
         regular=int(batch.regular.sum()),
         degenerate=singular.size,
         degenerate_rows=[tuple(batch.subsets[i].tolist()) for i in singular[:listed]],
@@ -74,9 +74,9 @@ def _smallest(batch: Batch, admitted: NDArray[np.bool_]) -> Candidate:
     return float(batch.load_factor[i]), tuple(batch.subsets[i].tolist())
 
 
-def joined(parts: list[Piece]) -> Piece:
+def joined(parts: list[SubtreeFindings]) -> SubtreeFindings:
     """Several pieces as one."""
-    return Piece(
+    return SubtreeFindings(
         regular=sum(part.regular for part in parts),
         degenerate=sum(part.degenerate for part in parts),
         degenerate_rows=[subset for part in parts for subset in part.degenerate_rows],

@@ -18,11 +18,11 @@ from shakedown.planar.enumeration.walk_state import (
     STORED,
     SUSPECTS,
     VIOLATED,
-    Elimination,
     IntArray,
     Limits,
-    Search,
     Suspects,
+    WalkElimination,
+    WalkSearch,
     Whole,
 )
 
@@ -169,7 +169,7 @@ def _two_slips(reduced: FloatArray, path: IntArray, value: float, x: FloatArray)
 
 
 @linked(fastmath={"contract"})
-def _looks_safe(search: Search, state: Elimination, counters: IntArray, deepest: int) -> bool:
+def _looks_safe(search: WalkSearch, state: WalkElimination, counters: IntArray, deepest: int) -> bool:
     """Put back the eliminated slips and look for a violated row, first where one was found last time.
 
     ``x`` starts with the last unknowns, those that depths beyond ``deepest`` leave.

@@ -12,10 +12,25 @@ from numpy.typing import NDArray
 
 from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.planar.enumeration.findings import BATCH, NONE, Piece, batch_piece, in_batches, joined
+from shakedown.planar.enumeration.findings import (
+    BATCH,
+    NONE,
+    SubtreeFindings,
+    batch_piece,
+    in_batches,
+    joined,
+)
 from shakedown.planar.enumeration.intersection import ScaledRows, solve_subsets
 from shakedown.planar.enumeration.tree_kernel import elimination, walk
-from shakedown.planar.enumeration.walk_state import REGULAR, STORED, SUSPECTS, Found, Search, Suspects, Whole
+from shakedown.planar.enumeration.walk_state import (
+    REGULAR,
+    STORED,
+    SUSPECTS,
+    Suspects,
+    WalkFindings,
+    WalkSearch,
+    Whole,
+)
 
 TASK = 1 << 20  # subsets of one task: a tenth of a second, so that progress is seen and interrupts heard
 SAMPLE = 10_000  # subsets timed to foretell how long all of them would take
@@ -49,12 +64,12 @@ class Tree:
     listed: int = 1000
     tolerances: Tolerances = DEFAULT
 
-    def solved(self, subsets: NDArray[np.intp]) -> Piece:
+    def solved(self, subsets: NDArray[np.intp]) -> SubtreeFindings:
         """Some subsets, solved as a batch."""
         return batch_piece(solve_subsets(subsets, self.rows, self.tolerances), self.cut, self.listed)
 
 
-def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
+def pieces(tree: Tree, threads: int | None = None) -> Iterator[SubtreeFindings]:
     """Walk the whole tree; the pieces come in order, and each is complete.
 
     Parameters
@@ -65,7 +80,7 @@ def pieces(tree: Tree, threads: int | None = None) -> Iterator[Piece]:
         Number of threads; all cores by default.
     """
     workers = threads or all_cores()
-    waiting: deque[Future[Piece]] = deque()
+    waiting: deque[Future[SubtreeFindings]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         try:
             for prefix, size in tasks(tree):
@@ -120,13 +135,13 @@ def completions(tree: Tree, prefix: tuple[int, ...]) -> int:
     return comb(count - child_range(tree, prefix)[0], columns - len(prefix))
 
 
-def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> Piece:
+def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> SubtreeFindings:
     """Walk one subtree; examine what the walk set aside."""
     unit = tree.rows.column_scale[-1]
     found, suspects = _walked(tree, prefix, size)
     best, safest = (tuple(subset) for subset in found.subsets.tolist())
     count = int(found.counters[SUSPECTS])
-    piece = Piece(
+    piece = SubtreeFindings(
         regular=int(found.counters[REGULAR]),
         degenerate=0,
         degenerate_rows=[],
@@ -137,16 +152,16 @@ def walk_piece(tree: Tree, prefix: tuple[int, ...], size: int) -> Piece:
     return joined([piece, *_examined_all(tree, suspects.prefixes[:count], suspects.lengths[:count])])
 
 
-def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[Found, Suspects]:
+def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[WalkFindings, Suspects]:
     """Walk one subtree; a second time, with room for all of them, where there are many suspects."""
     rows, unit = tree.rows, tree.rows.column_scale[-1]
     columns = rows.matrix.shape[1]
     augmented = np.column_stack([rows.matrix, rows.right])
-    search = Search(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
+    search = WalkSearch(augmented, tree.one_pair, tree.tolerances.feasibility, tree.cut / unit)
     given, room = np.array(prefix, dtype=np.int64), SUSPECTS_EXPECTED
     for _ in range(2):
         counters = np.zeros(4, dtype=np.int64)
-        found = Found(
+        found = WalkFindings(
             values=np.empty(size if tree.cut < inf else 0),
             record=np.array([inf, tree.feasible_below / unit]),
             subsets=np.zeros((2, columns), dtype=np.int64),
@@ -162,7 +177,9 @@ def _walked(tree: Tree, prefix: tuple[int, ...], size: int) -> tuple[Found, Susp
     return found, suspects
 
 
-def _examined_all(tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.int64]) -> Iterator[Piece]:
+def _examined_all(
+    tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.int64]
+) -> Iterator[SubtreeFindings]:
     """Whole suspect subsets in batches, shorter suspect prefixes one by one."""
     whole = suspects[lengths == suspects.shape[1]]
     for start in range(0, len(whole), BATCH):
@@ -172,12 +189,12 @@ def _examined_all(tree: Tree, suspects: NDArray[np.int64], lengths: NDArray[np.i
             yield _examined(tree, tuple(prefix[:length].tolist()))
 
 
-def _examined(tree: Tree, prefix: tuple[int, ...]) -> Piece:
+def _examined(tree: Tree, prefix: tuple[int, ...]) -> SubtreeFindings:
     """A suspect prefix: singular as it stands, or else all its completions solved one by one."""
     spectrum = np.linalg.svd(tree.rows.matrix[list(prefix)], compute_uv=False)
     if spectrum[-1] <= tree.tolerances.degeneracy * spectrum[0]:
         listed = list(islice(_extensions(tree, prefix), tree.listed))
-        return Piece(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
+        return SubtreeFindings(0, completions(tree, prefix), listed, NONE, NONE, np.empty(0))
     return joined([tree.solved(np.array(chunk)) for chunk in in_batches(_extensions(tree, prefix))])
 
 

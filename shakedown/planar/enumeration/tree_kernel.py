@@ -16,10 +16,10 @@ from numba import njit
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.code_stamp import stamped
 from shakedown.planar.enumeration.leaf_kernel import ABSENT, SUSPECT, leaves, linked, set_aside, triples
-from shakedown.planar.enumeration.walk_state import Elimination, IntArray, Limits, Whole
+from shakedown.planar.enumeration.walk_state import IntArray, Limits, WalkElimination, Whole
 
 
-def elimination(rows: FloatArray, prefix: IntArray) -> Elimination:
+def elimination(rows: FloatArray, prefix: IntArray) -> WalkElimination:
     """Nothing chosen but the prefix, nothing eliminated."""
     R, N = rows.shape[0], rows.shape[1] - 1
     work = np.empty((N, N + 1, R))
@@ -28,7 +28,7 @@ def elimination(rows: FloatArray, prefix: IntArray) -> Elimination:
     path[: prefix.size] = prefix
     last, pivots = np.zeros((2, N), dtype=np.int64)
     room = np.empty(N), np.empty((N, N + 1))
-    return Elimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *room)
+    return WalkElimination(work, path, last, pivots, np.zeros(N + 1, dtype=np.bool_), np.zeros(N + 1), *room)
 
 
 @stamped

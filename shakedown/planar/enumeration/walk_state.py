@@ -13,7 +13,7 @@ IntArray = NDArray[np.int64]
 REGULAR, SUSPECTS, STORED, VIOLATED = range(4)
 
 
-class Search(NamedTuple):
+class WalkSearch(NamedTuple):
     """What is asked of every subset.
 
     Attributes
@@ -35,7 +35,7 @@ class Search(NamedTuple):
     cut: float
 
 
-class Elimination(NamedTuple):
+class WalkElimination(NamedTuple):
     """Where the walk stands: the rows chosen, and what they leave of all the others.
 
     Attributes
@@ -72,7 +72,7 @@ class Suspects(NamedTuple):
     counters: IntArray
 
 
-class Found(NamedTuple):
+class WalkFindings(NamedTuple):
     """What the walk has found.
 
     Attributes
@@ -97,9 +97,9 @@ class Found(NamedTuple):
 class Whole(NamedTuple):
     """All that belongs to one walk."""
 
-    search: Search
-    state: Elimination
-    found: Found
+    search: WalkSearch
+    state: WalkElimination
+    found: WalkFindings
     suspects: Suspects
 
 

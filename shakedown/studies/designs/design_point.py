@@ -40,7 +40,7 @@ RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what ca
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
 
 
-class Limit(NamedTuple):
+class DesignLimit(NamedTuple):
     """One limit of the load factor.
 
     Attributes
@@ -106,7 +106,7 @@ class DesignPoint(Result):
     """
 
     values: tuple[float, ...]
-    limits: dict[str, Limit] = field(default_factory=dict)
+    limits: dict[str, DesignLimit] = field(default_factory=dict)
     guarantee: str = ""
     open_nodes: tuple[int, ...] = ()
     reason: str = ""
@@ -153,8 +153,8 @@ class DesignPoint(Result):
             raise ProblemError(f"expected a recorded point, found a damaged one ({error})") from None
 
 
-def _recorded_limit(load_factor: float, status: str, remark: str, low: float, high: float) -> Limit:
-    return Limit(float(load_factor), Status(status), str(remark), float(low), float(high))
+def _recorded_limit(load_factor: float, status: str, remark: str, low: float, high: float) -> DesignLimit:
+    return DesignLimit(float(load_factor), Status(status), str(remark), float(low), float(high))
 
 
 class Question(NamedTuple):
@@ -225,26 +225,26 @@ def design_point(
     )
 
 
-def _limit(name: str, found: Mapping[str, Any]) -> Limit:
+def _limit(name: str, found: Mapping[str, Any]) -> DesignLimit:
     """A limit with how it was found; what it rests on was found before."""
     if name == "universal" and not (found["lower"] or found[name]):
-        return Limit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
+        return DesignLimit(nan, Status.UNDECIDED, "the first collapse, which is not exceeded, is not known")
     if name == "transient" and (found[name] is None or isinstance(found["upper"], Missing)):
-        return Limit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
+        return DesignLimit(nan, Status.UNDECIDED, "no finite λ_max to scan up to")
     result = found[name]
     if isinstance(result, Missing):
-        return Limit(nan, Status.UNDECIDED, result.reason)
+        return DesignLimit(nan, Status.UNDECIDED, result.reason)
     if isinstance(result, UpperBound):
         return _upper(result)
     if isinstance(result, TransientLimit):
         return _transient(result)
     if isinstance(result, EnergyBound) and result.least_load_factor > 0:
         begins = f"proved only from λ = {up(result.least_load_factor)} on"
-        return Limit(result.load_factor, Status.UNDECIDED, begins)
-    return Limit(result.load_factor, result.status, result.reason)
+        return DesignLimit(result.load_factor, Status.UNDECIDED, begins)
+    return DesignLimit(result.load_factor, result.status, result.reason)
 
 
-def _upper(upper: UpperBound) -> Limit:
+def _upper(upper: UpperBound) -> DesignLimit:
     remarks = [upper.reason] if upper.reason else []
     if upper.open_nodes:
         remarks.append(
@@ -252,18 +252,18 @@ def _upper(upper: UpperBound) -> Limit:
         )
     if upper.least_load_factor > 0:
         remarks.append(f"safe slips exist only from λ = {up(upper.least_load_factor)} on")
-    return Limit(upper.load_factor, upper.status, "; ".join(remarks))
+    return DesignLimit(upper.load_factor, upper.status, "; ".join(remarks))
 
 
-def _transient(found: TransientLimit) -> Limit:
+def _transient(found: TransientLimit) -> DesignLimit:
     proved, cycling = found.interval
     if isnan(found.load_factor):
-        return Limit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
+        return DesignLimit(nan, Status.INFEASIBLE, "no load factor scanned shakes down", proved, cycling)
     if isinf(found.high):
         remark = f"every load factor scanned shakes down, up to {down(found.low)}"
-        return Limit(nan, Status.UNDECIDED, remark, proved, cycling)
+        return DesignLimit(nan, Status.UNDECIDED, remark, proved, cycling)
     remark = "" if found.monotone else "outcomes are not monotone in λ"
-    return Limit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
+    return DesignLimit(found.load_factor, Status.OPTIMAL, remark, proved, cycling)
 
 
 def _outcome(problem: Problem, load_factor: float, question: Question, tolerances: Tolerances) -> Outcome:
@@ -281,7 +281,7 @@ def _slips(joint: Limits, below: float) -> SlipAllowed:
 class _Known(NamedTuple):
     """What is held against each other."""
 
-    limits: dict[str, Limit]
+    limits: dict[str, DesignLimit]
     guarantee: str
     open_nodes: tuple[int, ...]
     history: TransientLimit | None

@@ -15,7 +15,7 @@ from shakedown.joint.result import Result
 from shakedown.studies.maps.final_states import FinalStates, final_states
 from shakedown.studies.maps.limit_cycles import LimitCycle, limit_cycles
 from shakedown.studies.maps.map_file import Columns
-from shakedown.studies.maps.map_pieces import Search
+from shakedown.studies.maps.map_pieces import MapSearch
 from shakedown.studies.maps.samplers import Sampler, Sampling
 from shakedown.studies.maps.slip_plane import SlipPlane, admissible, slip_plane
 from shakedown.studies.maps.slip_scatter import Scatter, slip_scatter
@@ -79,7 +79,7 @@ class InitialStateMap(Result):
     """
 
     sampling: Sampling
-    search: Search
+    search: MapSearch
     initial_slip: FloatArray
     final_slip: FloatArray
     outcome: NDArray[np.str_]
@@ -253,7 +253,7 @@ class InitialStateMap(Result):
 
 
 def basin_map(
-    chosen: Sampling, search: Search, columns: Columns, slip_below: float | None = None
+    chosen: Sampling, search: MapSearch, columns: Columns, slip_below: float | None = None
 ) -> InitialStateMap:
     """The map that the long-term states of all states of a sampling make."""
     own = {key: columns[key] for key in InitialStateMap.__dataclass_fields__ if key in columns}

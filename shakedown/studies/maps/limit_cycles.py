@@ -19,7 +19,7 @@ from shakedown.motion.contact_law import path_resolution, scales
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.maps.map_file import Columns
-from shakedown.studies.maps.map_pieces import Search
+from shakedown.studies.maps.map_pieces import MapSearch
 from shakedown.studies.maps.slip_scatter import AT_ONCE, slip_scatter
 
 Rows = NDArray[np.intp]  # numbers of states
@@ -106,7 +106,7 @@ class _Seen:
     problem: Problem
     load_factor: float
     columns: Columns
-    search: Search
+    search: MapSearch
 
     @property
     def still(self) -> float:
@@ -132,7 +132,7 @@ class _Seen:
 
 
 def limit_cycles(
-    problem: Problem, load_factor: float, columns: Columns, search: Search
+    problem: Problem, load_factor: float, columns: Columns, search: MapSearch
 ) -> tuple[LimitCycle, ...]:
     """The distinct limit cycles of a map, the most frequent first.
 

@@ -42,7 +42,7 @@ DTYPES = {
 
 
 @dataclass(frozen=True)
-class Search:
+class MapSearch:
     """How long the long-term state of one initial state is searched for (:func:`long_term_state`)."""
 
     max_cycles: int = 1000
@@ -60,7 +60,7 @@ class MapPieces:
     """From the number of a piece to its long-term states; load factor by load factor, state by state."""
 
     samplings: tuple[Sampling, ...]
-    search: Search
+    search: MapSearch
     slips: tuple[FloatArray, ...] = ()  # of all states at each load factor, where they are drawn already
     slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
 

@@ -25,7 +25,7 @@ from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.studies.maps.basin_map import InitialStateMap, basin_map
 from shakedown.studies.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
-from shakedown.studies.maps.map_pieces import MapPieces, Search
+from shakedown.studies.maps.map_pieces import MapPieces, MapSearch
 from shakedown.studies.maps.samplers import Sampler, require_ball, sampling
 from shakedown.studies.maps.several_maps import InitialStateMaps, MissingMap
 
@@ -189,7 +189,7 @@ def initial_state_map(
     )
     chosen = tuple(one for one in wanted if not one.missing_ball) or (require_ball(wanted[0]),)
     work = MapPieces(
-        chosen, Search(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
+        chosen, MapSearch(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
     )
     if workers is None and work.little:
         workers = 1

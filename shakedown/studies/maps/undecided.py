@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.studies.maps.map_pieces import Search
+from shakedown.studies.maps.map_pieces import MapSearch
 
 LOOKED_AT = 8  # undecided states, at most
 WHEN = re.compile(r" (at time \S+ cycles|on the way to the first period)")
@@ -40,7 +40,7 @@ class UndecidedReason(Result):
 
 
 def undecided_reasons(
-    problem: Problem, load_factor: float, slips: FloatArray, rows: NDArray[np.intp], search: Search
+    problem: Problem, load_factor: float, slips: FloatArray, rows: NDArray[np.intp], search: MapSearch
 ) -> tuple[UndecidedReason, ...]:
     """Reasons why these states are undecided, the most frequent first.
 

@@ -63,6 +63,22 @@ def test_a_change_in_any_room_below_compiles_anew(package):
     assert (kept.count(".nbi"), kept.count(".nbc")) == (1, 1)
 
 
+def test_code_for_types_of_another_version_compiles_anew(package):
+    """As after an upgrade in place: what is on disk names a class that is gone."""
+    (package / "above.py").write_text(
+        "from typing import NamedTuple\n\nfrom shakedown.motion.kernels.named_state import entered\n\n\n"
+        "class Pair(NamedTuple):\n    x: float\n\n\n@entered\ndef called(x):\n    return summed(Pair(x))\n\n\n"
+        "@entered\ndef summed(pair):\n    return pair.x + 1.0\n"
+    )
+    run_anew()
+    summed = importlib.import_module("linked_rooms.above").summed
+    assert summed(importlib.import_module("linked_rooms.above").Pair(3.0)) == 4.0
+    change(package / "above.py", "Pair", "Couple")
+    forget()
+    above = importlib.import_module("linked_rooms.above")
+    assert above.summed(above.Couple(3.0)) == 4.0
+
+
 def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
     monkeypatch.setattr(code_stamp, "stamp", lambda module: None)
     assert run_anew() == (7.0, False)
@@ -71,7 +87,7 @@ def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
 
 def test_a_kernel_stands_on_the_rooms_whose_code_is_linked_into_it():
     importlib.import_module("shakedown.long_term.settling.settle")
-    below = code_stamp.rooms_below("shakedown.long_term.settling.settle")
+    below = code_stamp.modules_below("shakedown.long_term.settling.settle")
     kernels = ("active_set", "contact_status", "event_loop", "named_state", "quiet_steps", "rate_problem")
     assert {f"shakedown.motion.kernels.{room}" for room in kernels} <= set(below)
     assert "shakedown.motion.kernels.gauss_seidel" not in below

@@ -13,7 +13,7 @@ from shakedown.campaign.journal import Journal
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.importing.templates import write_import_example
-from shakedown.studies.designs.design_point import Limit, _contradictions, _Known
+from shakedown.studies.designs.design_point import DesignLimit, _contradictions, _Known
 from shakedown.studies.designs.diagram import Region
 from shakedown.studies.designs.parameters import with_parameter
 
@@ -96,7 +96,7 @@ def test_what_is_proved_from_this_state_is_the_larger_of_ball_and_box():
 
 def test_a_box_bound_that_cannot_be_right_is_a_contradiction():
     def limits(**found):
-        return {name: Limit(value, Status.OPTIMAL) for name, value in found.items()}
+        return {name: DesignLimit(value, Status.OPTIMAL) for name, value in found.items()}
 
     history = shakedown.transient_limit(TWO, largest=1.0, steps=16)
     known = _Known(limits(box=0.75, upper=0.74), "", (), history, transient=True)
