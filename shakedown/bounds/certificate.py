@@ -16,7 +16,13 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, constraints, rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.exact.exact_program import ExactProgram, ExactVertex, exact_vertex, proves_at_most
+from shakedown.programs.exact.exact_program import (
+    ExactProgram,
+    ExactVertex,
+    Work,
+    exact_vertex,
+    proves_at_most,
+)
 from shakedown.programs.exact.integer_algebra import enclosure
 from shakedown.programs.exact.verified_vertex import verified_vertex
 from shakedown.programs.program import Solution
@@ -24,10 +30,12 @@ from shakedown.programs.vertex import without_round_off
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate
 LOWER_CERTIFIED_UP_TO = 40  # nodes: one program per node, about a second
+LOWER_WORK = 5e5  # of its pivots together: where the coupling is round-off every node takes dozens of them
 
 ROUNDED = 8  # how many units in the last place of the data are allowed for
 
 NO_VERTEX = "exact arithmetic found no vertex near the solution in floating-point numbers"
+NO_END = "exact arithmetic was left before its end, so long is the way from floats to an exact vertex"
 ROUND_OFF = "the exact answer depends on round-off in the stored stiffness"
 
 
@@ -146,7 +154,8 @@ def certified_lower(
         return first, Missing(doubt)
     rows = exact_rows(problem)
     program = _collapse_program(rows, first)
-    best = exact_vertex(program, *_start(program, outcomes[first]))
+    work = Work(LOWER_WORK)
+    best = exact_vertex(program, *_start(program, outcomes[first]), work)
     if best is None or best.status != Status.OPTIMAL:
         return first, Missing(NO_VERTEX)
     node = first
@@ -155,7 +164,7 @@ def certified_lower(
             break
         if j == first:
             continue
-        earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best)
+        earlier = _collapses_earlier(_collapse_program(rows, j), outcomes[j], best, work)
         if isinstance(earlier, Missing):
             return first, earlier
         if earlier is not None:
@@ -166,15 +175,15 @@ def certified_lower(
 
 
 def _collapses_earlier(
-    program: ExactProgram, outcome: Solution, best: ExactVertex
+    program: ExactProgram, outcome: Solution, best: ExactVertex, work: Work
 ) -> ExactVertex | Missing | None:
     """Where a node collapses at a smaller load factor than the best one; None where it is proved not to."""
     start, value = _start(program, outcome), (-best.x[-1], best.x_scale)
     if outcome.status == Status.OPTIMAL and proves_at_most(program, *start, value):
         return None
-    end = exact_vertex(program, *start)
+    end = exact_vertex(program, *start, work)
     if end is None or end.status == Status.UNBOUNDED:
-        return Missing(NO_VERTEX)
+        return Missing(NO_END if work.spent else NO_VERTEX)
     if end.status == Status.OPTIMAL and end.x[-1] * best.x_scale < best.x[-1] * end.x_scale:
         return end
     return None

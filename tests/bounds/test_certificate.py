@@ -107,3 +107,15 @@ def test_nearly_parallel_rows_are_decided_exactly(tilt: float) -> None:
     bounds, (_, largest) = shakedown.shakedown_bounds(problem), exact_bounds(problem)
     low, high = bounds.upper.certified
     assert Fraction(low) <= largest <= Fraction(high)
+
+
+def test_a_certificate_that_takes_too_many_pivots_is_left():
+    """Where the coupling is round-off all nodes lose their ranges next to λ_max, by slips without end."""
+    n, rng, t = 21, np.random.default_rng(0), 2 * np.pi * np.arange(12)[:, None] / 12
+    A = 2.1 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    q_w = np.cos(t) * rng.normal(size=n) + np.sin(t) * rng.normal(size=n)
+    alone = Problem(A=A, B=np.zeros((n, n)), f=0.4, q_w=q_w, p_w=4 + np.cos(2 * t) * rng.normal(size=n))
+    lower = shakedown.lower_bound(replace(alone, B=1e-16 * rng.normal(size=(n, n))), certify=True)
+    assert lower.certified is None
+    assert "before its end" in lower.uncertified
+    assert lower.load_factor == pytest.approx(shakedown.lower_bound(alone).load_factor, rel=1e-12)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING
 
 from shakedown.ground.status import Status
@@ -71,7 +73,29 @@ class ExactVertex:
         return replace(self, x=[x.get(j, 0) for j in range(count)])
 
 
-def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> ExactVertex | None:
+class Work:
+    """What the pivots of several programs may cost together, in multiplications of their systems.
+
+    Whatever is left, a phase of one program takes no more than ``MAX_PIVOTS`` and ``MAX_WORK``.
+    """
+
+    def __init__(self, left: float = inf) -> None:
+        self.left, self.spent = left, False
+
+    def pivots(self, size: int) -> Iterator[None]:
+        """One after the other, as long as there is work left."""
+        each = max(size, 1) ** 3
+        for _ in range(min(MAX_PIVOTS, max(MAX_WORK // each, 1))):
+            self.spent = self.left < each
+            if self.spent:
+                return
+            self.left -= each
+            yield
+
+
+def exact_vertex(
+    program: ExactProgram, active: list[int], free: list[int], work: Work | None = None
+) -> ExactVertex | None:
     """Check the vertex where the active rows meet; move on from it where it is not the best.
 
     Parameters
@@ -83,6 +107,8 @@ def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> E
     free
         The columns they determine; the others are zero, which is right as long as the
         multipliers balance them as well, and is changed where they do not.
+    work
+        What pivots may cost, where several programs share it.
 
     Returns
     -------
@@ -96,9 +122,9 @@ def exact_vertex(program: ExactProgram, active: list[int], free: list[int]) -> E
     >>> end.status.value, end.x, end.y
     ('optimal', [2, 3], {0: 1, 1: 1})
     """
-    active, free = list(active), sorted(free)
+    active, free, work = list(active), sorted(free), work or Work()
     while len(active) == len(free):  # ends: every round sets a further column free
-        end = _simplex(program.columns(free), active)
+        end = _simplex(program.columns(free), active, work)
         if end is None:
             return None
         loose = _unbalanced(program, free, end)
@@ -143,7 +169,7 @@ def _completion(program: ExactProgram, active: list[int], free: list[int]) -> li
     return []
 
 
-def _simplex(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
+def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
     """The basis; where it is not the best, dual pivots until every row holds, then primal pivots."""
     columns = range(len(program.cost))
     start = _weights(program, basis, program.cost)
@@ -156,17 +182,12 @@ def _simplex(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
             return _optimum(basis, at, start)
     else:  # any cost of which the basis is the best vertex will do to get feasible
         cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
-    return _dual_pivots(program, cost, basis) or _primal_pivots(program, basis)
+    return _dual_pivots(program, cost, basis, work) or _primal_pivots(program, basis, work)
 
 
-def _most_pivots(size: int) -> int:
-    """How many systems of a size are solved before the answer is left to floats."""
-    return min(MAX_PIVOTS, max(MAX_WORK // max(size, 1) ** 3, 1))
-
-
-def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> ExactVertex | None:
+def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int], work: Work) -> ExactVertex | None:
     """Change ``basis`` in place until every row holds; an infeasible program ends with its certificate."""
-    for _ in range(_most_pivots(len(basis))):
+    for _ in work.pivots(len(basis)):
         at, weights = _point(program, basis), _weights(program, basis, cost)
         if at is None or weights is None:
             return None
@@ -185,9 +206,9 @@ def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int]) -> Ex
     return None
 
 
-def _primal_pivots(program: ExactProgram, basis: list[int]) -> ExactVertex | None:
+def _primal_pivots(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
     """Change ``basis``, all of whose rows hold, in place until every multiplier is ≥ 0."""
-    for _ in range(_most_pivots(len(basis))):
+    for _ in work.pivots(len(basis)):
         at, weights = _point(program, basis), _weights(program, basis, program.cost)
         if at is None or weights is None:
             return None
