@@ -18,7 +18,7 @@ from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, Sta
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import beginning
 from shakedown.motion.kernels import event_loop as kernel
-from shakedown.motion.kernels.active_set import active_set, count_from, counts, factorize
+from shakedown.motion.kernels.active_set import active_set, factorize
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.kernels.moving_state import (
     LOAD_STEP,
@@ -27,7 +27,6 @@ from shakedown.motion.kernels.moving_state import (
     begin,
     course,
     follow_derivative,
-    measure,
     motion_at_rest,
     resume,
     room_for,
@@ -127,7 +126,7 @@ class Evolution:
         for first, way in self._courses.items():
             way.path[: -problem.m] = self._before if first else self.load[-1:]
             way.path[-problem.m :] = self.load
-            measure(way, *self.precision)
+            way.set(**self.precision._asdict())
         self.done = 0  # cycles
         self.state = start.state
 
@@ -167,7 +166,7 @@ class Evolution:
     def interim(self) -> Interim:
         """Where it stands, for :meth:`go_on`: the equations of the moving nodes depend on the way there."""
         act = self.active
-        size, sign, updates = counts(act)
+        size, sign, updates = act.size, act.sign, act.updates
         places = act.state.copy(), act.place.copy(), act.col[:size].copy(), act.coef[:size].copy()
         return self.done, self.motion.u.copy(), *places, act.inverse[:size, :size].copy(), sign, updates
 
@@ -176,7 +175,7 @@ class Evolution:
         act, size = self.active, len(interim[-3])
         done, self.motion.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = interim[:6]
         act.inverse[:size, :size], sign, updates = interim[6:]
-        count_from(act, size, sign, updates)
+        act.set(size=size, sign=sign, updates=updates)
         self.held = True
         self.enter_cycle(done)
 

@@ -26,10 +26,10 @@ from shakedown.motion.contact_law import Scales, law_violation
 from shakedown.motion.kernels import event_loop as kernel
 from shakedown.motion.kernels.active_set import ActiveSet, active_set, factorize, solve
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import Precision, course, motion_at_rest, room_for
+from shakedown.motion.kernels.moving_state import Precision, begin, course, motion_at_rest, room_for
 from shakedown.motion.kernels.rate_problem import rates
 from shakedown.motion.kernels.rate_search import enumerate_states
-from shakedown.motion.kernels.run import progress, run_along
+from shakedown.motion.kernels.run import run_along
 
 MAX_STEPS = 2000
 FAR = 1e6  # motion, relative to the length scale and the slips before, from which on there is no end to it
@@ -172,22 +172,22 @@ class ViscousMotion(Relaxation):
         self.velocity = np.zeros_like(u)
         self.friction_work = 0.0
         self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
+        self.at_rest = active_set(kappa, f)
+        parts = active_set(kappa.copy(), f), rates(len(f)), motion_at_rest(len(f)), room_for(0, len(f))
+        self.run = run_along(*parts, course(np.stack([load, load]), 0, True, precision))
 
     def _step(self, dt: float) -> bool:
         """One implicit step; False, and nothing changed, where it is too long."""
-        n = len(self.f)
         stiffer = self.kappa + np.diag(self.damping / dt)
-        act, mo = active_set(stiffer, self.f), motion_at_rest(n)
-        mo.u[:] = self.u
-        act.state[:] = self.contact
+        run, act, mo, path = self.run, self.run.active, self.run.motion, self.run.course.path
+        act.kappa[:], act.state[:], mo.u[:] = stiffer, self.contact, self.u
         if factorize(act) <= 0:
             return False
-        path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
-        rate, room = rates(n), room_for(0, n)
-        run = run_along(act, rate, mo, room, course(path, 0, True, self.precision))
+        path[:] = self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u
+        begin(mo)
         status = kernel.follow(run, 1, kernel.EFFORT)
         while status == kernel.PAUSED or (
-            status == kernel.NO_RATES and enumerate_states(act, rate, self.precision.rate)
+            status == kernel.NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
         ):
             status = kernel.follow(run, 1, kernel.EFFORT)
         if status != kernel.DONE:
@@ -200,18 +200,17 @@ class ViscousMotion(Relaxation):
             return False
         self.u, self.velocity, self.contact = mo.u.copy(), velocity, act.state.copy()
         self.reaction = path[1] + stiffer @ mo.u
-        self.friction_work += progress(run).dissipation
+        self.friction_work += mo.dissipation
         self.work += mo.work
         self.slip += mo.slip
         return True
 
     def _rest(self) -> Rest | None:
         """The equilibrium of the present contact states, if the motion has come near it and it is one."""
-        act = active_set(self.kappa, self.f)
-        act.state[:] = self.contact
-        if factorize(act) <= 0:
+        self.at_rest.state[:] = self.contact
+        if factorize(self.at_rest) <= 0:
             return None
-        u = equilibrium(act, self.u, self.load)
+        u = equilibrium(self.at_rest, self.u, self.load)
         if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
             return None
         layout = Layout(len(self.f))

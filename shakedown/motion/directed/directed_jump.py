@@ -21,7 +21,6 @@ from shakedown.motion.directed.sliding import (
     SLIP,
     Measures,
     curve_room,
-    measure_sliding,
     reached,
     sliding,
 )
@@ -119,7 +118,7 @@ class DirectedJump(Relaxation):
     def _followed(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
         """The end of an implicit step along the path of its static problem; None where there is none."""
         mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
-        measure_sliding(mo, *self.measures)
+        mo.set(**self.measures._asdict())
         mo.u[:], mo.contact[:] = self.u, self.contact
         status = kernel.PAUSED
         while status == kernel.PAUSED:

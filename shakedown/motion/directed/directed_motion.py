@@ -28,7 +28,6 @@ from shakedown.motion.directed.sliding import (
     begin_sliding,
     curve_room,
     lead,
-    measure_sliding,
     reached,
     resume_sliding,
     sliding,
@@ -149,7 +148,7 @@ class DirectedMotion:
         self._first = np.vstack([start.load, transient, self.load])
         self._later = np.vstack([self.load[-1:], self.load])
         self.sliding = sliding(self.kappa, problem.f, self._later, -1, problem.C is not None)
-        measure_sliding(self.sliding, *self.measures)
+        self.sliding.set(**self.measures._asdict())
         self.pieces: list[_Piece] = []
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump

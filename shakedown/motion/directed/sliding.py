@@ -16,9 +16,8 @@ from shakedown.motion.kernels.named_state import (
     NamedState,
     Reals,
     Shorts,
-    entered,
     fields,
-    keeping,
+    made,
 )
 
 SLIP = 1  # as STICK and OPEN of motion.kernels.contact_status: the direction is that of the reaction
@@ -281,41 +280,20 @@ CURVE_RECORD = CurveRecordType(fields(CurveRecord))
 
 def curve_room(rows: int, n: int) -> CurveRecord:
     """Room for so many steps of n nodes."""
-    arrays = {
-        "time": np.zeros(rows),
-        "duration": np.zeros(rows),
-        "u": np.zeros((rows, 3 * n)),
-        "curve": np.zeros((rows, DEGREE, 3 * n)),
-        "contact": np.zeros((rows, n), dtype=np.int64),
-        "node": np.zeros(rows, dtype=np.int64),
-        "kind": np.zeros(rows, dtype=np.int64),
-    }
-    return keeping(_curve_record(*arrays.values()), arrays)
-
-
-@entered
-def _curve_record(time, duration, u, curve, contact, node, kind):  # type: ignore[no-untyped-def]
-    rec = structref.new(CURVE_RECORD)
-    rec.time, rec.duration, rec.u, rec.curve = time.ctypes, duration.ctypes, u.ctypes, curve.ctypes
-    rec.contact, rec.node, rec.kind, rec.rows, rec.room = (
-        contact.ctypes,
-        node.ctypes,
-        kind.ctypes,
-        0,
-        len(time),
-    )
-    return rec
+    shapes = {"u": (rows, 3 * n), "curve": (rows, DEGREE, 3 * n), "contact": (rows, n)}
+    record = made(CURVE_RECORD, shapes | dict.fromkeys(("time", "duration", "node", "kind"), rows))
+    record.set(room=rows)
+    return record
 
 
 OF_PLACES = ("u", "out", "welded", "base", "rate", "next_rate", "next_out", "held", "scratch")  # (N,)
 OF_SLIPS = ("direction", "load_q", "q", "stage_q", "unit", "normal", "slip")  # (2n,)
 OF_NODES = (
-    "slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate", "correction", "drive",
+    "slipped", "work", "f", "load_p", "p", "size", "speed", "room_rate", "correction", "drive", "contact",
+    "node", "before", "resting", "apex", "opened", "closed", "candidate", "arrived", "chosen", "active",
+    "wanted", "at_zero",
 )  # (n,)  # fmt: skip
-FLAGS = (
-    "resting", "apex", "opened", "closed", "candidate", "arrived", "chosen", "active", "wanted", "at_zero",
-)  # (n,)  # fmt: skip
-NUMBERS = ("contact", "node", "before")  # (n,)
+OF_STAGES = ("k", "k_q", "mu", "heat")  # (STAGES, 2n) or (STAGES, n)
 
 
 def sliding(
@@ -326,118 +304,42 @@ def sliding(
     kappa is (3n, 3n), friction (n,), path the welded reactions (steps + 1, 3n); ``first`` is the number
     of the first load step.
     """
-    n, square = len(friction), {"kappa": np.array(kappa, dtype=float, order="C")}
-    square |= {"exchanged": square["kappa"].copy(), "path": np.ascontiguousarray(path, dtype=float)}
-    square |= {"A": np.zeros((2 * n, 2 * n)), "B": np.zeros((n, 2 * n))}
-    square |= {"M": np.zeros((n, n)), "limits": np.zeros((n, n))}
-    square |= {"stages": np.zeros((4, STAGES, 2 * n)), "curve": np.zeros((DEGREE, 2 * n))}
-    given = {"friction": np.array(friction, dtype=float), "bend": np.zeros(3 * DEGREE)}
-    most = 3 * MOST_FAST
-    given |= {"angle": np.zeros(most), "reactions": np.zeros(3 * 2 * n), "turn": np.zeros(most)}
-    given |= {"bends": np.zeros(most * MOST_FAST), "equations": np.zeros(most * most)}
-    whole = {"free": np.zeros(3 * n, dtype=np.uint8), "fast": np.zeros(MOST_FAST, dtype=np.int64)}
-    whole |= {"routines": solver_routines()}
-    short = {"order": n, "sizes": 4, "turn_order": most}
-    orders = {name: np.zeros(size, dtype=np.int32) for name, size in short.items()}
-    tables = [
-        np.zeros((len(names), size)) for names, size in ((OF_PLACES, 3 * n), (OF_SLIPS, 2 * n), (OF_NODES, n))
-    ]
-    tables += [np.zeros((len(FLAGS), n), dtype=np.uint8), np.zeros((len(NUMBERS), n), dtype=np.int64)]
-    made = _sliding(
-        *square.values(), *given.values(), *whole.values(), *orders.values(), *tables, first, separable
+    n, most = len(friction), 3 * MOST_FAST
+    by_kind = ((OF_PLACES, 3 * n), (OF_SLIPS, 2 * n), (OF_NODES, n), (OF_STAGES, STAGES * 2 * n))
+    shapes = {name: size for names, size in by_kind for name in names}
+    shapes |= {"A": 4 * n * n, "B": 2 * n * n, "M": n * n, "limits": n * n, "curve": DEGREE * 2 * n}
+    shapes |= {"bend": 3 * DEGREE, "fast": MOST_FAST, "angle": most, "reactions": 3 * 2 * n}
+    shapes |= {"bends": most * MOST_FAST, "equations": most * most, "turn": most, "turn_order": most}
+    sl = made(
+        SLIDING,
+        shapes | {"free": 3 * n, "order": n, "sizes": 4},
+        kappa=np.array(kappa, dtype=float, order="C"),
+        exchanged=np.array(kappa, dtype=float, order="C"),
+        friction=np.array(friction, dtype=float),
+        routines=solver_routines(),
     )
-    rows = {
-        name: row
-        for names, table in zip((OF_PLACES, OF_SLIPS, OF_NODES, FLAGS, NUMBERS), tables, strict=True)
-        for name, row in zip(names, table, strict=True)
-    }
-    return keeping(made, square | given | whole | orders | rows)
-
-
-@entered
-def _sliding(  # type: ignore[no-untyped-def]
-    kappa, exchanged, path, A, B, M, limits, stages, curve, friction, bend, angle, reactions, turn, bends,
-    equations, free, fast, routines, order, sizes, turn_order, places, slips, nodes, flags, numbers, first,
-    separable,
-):  # fmt: skip
-    sl = structref.new(SLIDING)
-    sl.kappa, sl.exchanged, sl.path, sl.A, sl.B = (
-        kappa.ctypes,
-        exchanged.ctypes,
-        path.ctypes,
-        A.ctypes,
-        B.ctypes,
-    )
-    sl.M, sl.limits, sl.curve, sl.friction = M.ctypes, limits.ctypes, curve.ctypes, friction.ctypes
-    sl.bend, sl.free = bend.ctypes, free.ctypes
-    sl.k, sl.k_q, sl.mu, sl.heat = stages[0].ctypes, stages[1].ctypes, stages[2].ctypes, stages[3].ctypes
-    sl.u, sl.out, sl.welded = places[0].ctypes, places[1].ctypes, places[2].ctypes
-    sl.base, sl.rate, sl.next_rate = places[3].ctypes, places[4].ctypes, places[5].ctypes
-    sl.next_out, sl.held, sl.scratch = places[6].ctypes, places[7].ctypes, places[8].ctypes
-    sl.direction, sl.load_q, sl.q = slips[0].ctypes, slips[1].ctypes, slips[2].ctypes
-    sl.stage_q, sl.unit, sl.normal, sl.slip = (
-        slips[3].ctypes,
-        slips[4].ctypes,
-        slips[5].ctypes,
-        slips[6].ctypes,
-    )
-    sl.slipped, sl.work, sl.f, sl.load_p = nodes[0].ctypes, nodes[1].ctypes, nodes[2].ctypes, nodes[3].ctypes
-    sl.p, sl.size, sl.speed, sl.room_rate = nodes[4].ctypes, nodes[5].ctypes, nodes[6].ctypes, nodes[7].ctypes
-    sl.correction, sl.drive, sl.factored, sl.load_size = nodes[8].ctypes, nodes[9].ctypes, False, 0.0
-    sl.angle, sl.reactions, sl.bends = angle.ctypes, reactions.ctypes, bends.ctypes
-    sl.equations, sl.turn, sl.fast, sl.turn_order = (
-        equations.ctypes,
-        turn.ctypes,
-        fast.ctypes,
-        turn_order.ctypes,
-    )
-    sl.order, sl.sizes, sl.routines = order.ctypes, sizes.ctypes, routines.ctypes
-    sl.resting, sl.apex, sl.opened, sl.closed = (
-        flags[0].ctypes,
-        flags[1].ctypes,
-        flags[2].ctypes,
-        flags[3].ctypes,
-    )
-    sl.candidate, sl.arrived, sl.chosen = flags[4].ctypes, flags[5].ctypes, flags[6].ctypes
-    sl.active, sl.wanted, sl.at_zero = flags[7].ctypes, flags[8].ctypes, flags[9].ctypes
-    sl.contact, sl.node, sl.before = numbers[0].ctypes, numbers[1].ctypes, numbers[2].ctypes
-    sl.n, sl.steps, sl.first, sl.separable = len(friction), len(path) - 1, first, separable
+    sl.set(n=n, separable=separable)
+    sl.hold(path=np.ascontiguousarray(path, dtype=float))
+    sl.set(steps=len(path) - 1, first=first)
     begin_sliding(sl)
     return sl
 
 
-@entered
 def begin_sliding(sl: Sliding) -> None:
     """Put the state at the start of its course and count from zero."""
-    sl.passes, sl.step, sl.time, sl.h, sl.kind, sl.event_node, sl.concerned = (
-        0,
-        0,
-        0.0,
-        1.0,
-        LOAD_STEP,
-        -1,
-        -1,
-    )
-    sl.came_kind, sl.came_node, sl.method, sl.capped = LOAD_STEP, -1, EXPLICIT, False
-    sl.long, sl.wait, sl.patience = 1.0, 0, 20
-    sl.apex_ahead = np.inf
-    sl.events, sl.crowd, sl.error, sl.taken, sl.entered = 0, 0, 0.0, 0, False
-    sl.signature, sl.last_states = np.uint64(0), np.uint64(0)
-    for i in range(sl.n):
-        sl.slipped[i], sl.work[i] = 0.0, 0.0
-        sl.opened[i], sl.closed[i] = 0, 0
-
-
-@entered
-def _lead(sl, path, first):  # type: ignore[no-untyped-def]
-    sl.path, sl.steps, sl.first = path.ctypes, len(path) - 1, first
+    sl.set(passes=0, step=0, time=0.0, h=1.0, kind=LOAD_STEP, event_node=-1, concerned=-1)
+    sl.set(came_kind=LOAD_STEP, came_node=-1, method=EXPLICIT, capped=False)
+    sl.set(long=1.0, wait=0, patience=20, apex_ahead=np.inf)
+    sl.set(events=0, crowd=0, error=0.0, taken=0, entered=False, signature=0, last_states=0)
+    for counted in (sl.slipped, sl.work, sl.opened, sl.closed):
+        counted[:] = 0
 
 
 def lead(sl: Sliding, path: FloatArray, first: int) -> None:
     """Lead the state along these welded reactions (steps + 1, 3n) from now on."""
-    kept = np.ascontiguousarray(path, dtype=float)
-    _lead(sl, kept, first)
-    vars(sl)["path"] = kept
+    if sl.path is not path:
+        sl.hold(path=path)
+        sl.set(steps=len(path) - 1, first=first)
 
 
 class Measures(NamedTuple):
@@ -466,11 +368,10 @@ class Measures(NamedTuple):
     accuracy: float
 
 
-@entered
-def measure_sliding(sl, force, length, rate_zero, near, force_scale, length_scale, accuracy):  # type: ignore[no-untyped-def]
-    """Set what counts as zero (:class:`Measures`)."""
-    sl.force, sl.length, sl.rate_zero, sl.near = force, length, rate_zero, near
-    sl.force_scale, sl.length_scale, sl.accuracy = force_scale, length_scale, accuracy
+def resume_sliding(sl: Sliding, time: float, kind: int = JUMPS) -> None:
+    """Go on after a jump, or what else has changed the state, from this share of the load step on."""
+    sl.set(time=time, kind=kind, event_node=-1, entered=False, came_kind=kind, came_node=-1)
+    sl.set(events=sl.events + 1)
 
 
 class Reached(NamedTuple):
@@ -488,20 +389,12 @@ class Reached(NamedTuple):
     events: int
     taken: int
     error: float
-    signature: int | np.uint64
+    signature: int
 
 
-@entered
 def reached(sl: Sliding, rec: CurveRecord) -> Reached:
     """Where a motion has got to."""
+    at = sl.content
     return Reached(
-        sl.passes, sl.step, sl.time, sl.concerned, rec.rows, sl.events, sl.taken, sl.error, sl.signature
+        at.passes, at.step, at.time, at.concerned, rec.rows, at.events, at.taken, at.error, at.signature
     )
-
-
-@entered
-def resume_sliding(sl: Sliding, time: float, kind: int = JUMPS) -> None:
-    """Go on after a jump, or what else has changed the state, from this share of the load step on."""
-    sl.time, sl.kind, sl.event_node, sl.entered = time, kind, -1, False
-    sl.came_kind, sl.came_node = kind, -1
-    sl.events += 1

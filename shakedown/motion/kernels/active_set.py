@@ -35,7 +35,7 @@ from shakedown.motion.kernels.named_state import (
     entered,
     fields,
     inner,
-    keeping,
+    made,
     summing,
 )
 
@@ -102,42 +102,16 @@ ACTIVE_SET = ActiveSetType(fields(ActiveSet))
 def active_set(kappa: FloatArray, f: FloatArray) -> ActiveSet:
     """All nodes stuck."""
     n = len(f)
-    arrays = {
-        "kappa": np.ascontiguousarray(kappa, dtype=float),
-        "f": np.array(f, dtype=float),
-        "state": np.zeros(n, dtype=np.int64),
-        "col": np.zeros(2 * n, dtype=np.int64),
-        "coef": np.zeros(2 * n),
-        "place": np.full(2 * n, -1, dtype=np.int64),
-        "inverse": np.zeros((2 * n, 2 * n)),
-        "row": np.zeros(2 * n),
-        "column": np.zeros(2 * n),
-    }
-    return keeping(_active_set(*arrays.values()), arrays)
-
-
-@entered
-def _active_set(  # type: ignore[no-untyped-def]
-    kappa, f, state, col, coef, place, inverse, row, column
-):
-    act = structref.new(ACTIVE_SET)
-    act.kappa, act.f, act.state = kappa.ctypes, f.ctypes, state.ctypes
-    act.col, act.coef, act.place = col.ctypes, coef.ctypes, place.ctypes
-    act.inverse, act.row, act.column = inverse.ctypes, row.ctypes, column.ctypes
-    act.n, act.size, act.sign, act.updates, act.effort, act.allowed = len(f), 0, 1, 0, 0, 0
+    shapes = {"state": n, "inverse": (2 * n, 2 * n)}
+    act = made(
+        ACTIVE_SET,
+        shapes | dict.fromkeys(("col", "coef", "row", "column"), 2 * n),
+        kappa=np.ascontiguousarray(kappa, dtype=float),
+        f=np.array(f, dtype=float),
+        place=np.full(2 * n, -1, dtype=np.int64),
+    )
+    act.set(n=n, sign=1)
     return act
-
-
-@entered
-def counts(act: ActiveSet) -> tuple[int, int, int]:
-    """Number of equations, sign of the determinant of their matrix, changes of its inverse."""
-    return act.size, act.sign, act.updates
-
-
-@entered
-def count_from(act: ActiveSet, size: int, sign: int, updates: int) -> None:
-    """Go on with these, the inverse being given."""
-    act.size, act.sign, act.updates = size, sign, updates
 
 
 @inner

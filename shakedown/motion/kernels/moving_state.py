@@ -15,7 +15,7 @@ from shakedown.motion.kernels.named_state import (
     Reals,
     entered,
     fields,
-    keeping,
+    made,
 )
 
 LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
@@ -173,51 +173,24 @@ COURSE, MOTION, RECORD = CourseType(fields(Course)), MotionType(fields(Motion)),
 
 def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
     """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
-    path = np.ascontiguousarray(path, dtype=float)
-    return keeping(_course(path, first, separable, *precision), {"path": path})
-
-
-@entered
-def _course(path, first, separable, force, length, rate, settled):  # type: ignore[no-untyped-def]
-    new = structref.new(COURSE)
-    new.path, new.steps, new.first, new.separable = path.ctypes, len(path) - 1, first, separable
-    new.force, new.length, new.rate, new.settled = force, length, rate, settled
+    new = made(COURSE, {}, path=np.ascontiguousarray(path, dtype=float))
+    new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
     return new
-
-
-@entered
-def measure(course: Course, force: float, length: float, rate: float, settled: float) -> None:
-    """Set what counts as zero (:class:`Precision`)."""
-    course.force, course.length, course.rate, course.settled = force, length, rate, settled
 
 
 def motion_at_rest(n: int) -> Motion:
     """A state at rest at the origin, its derivative not followed."""
-    arrays = {
-        "u": np.zeros(2 * n),
-        "r": np.zeros(2 * n),
-        "elastic": np.zeros(2 * n),
-        "slip": np.zeros(n),
-        "work": np.zeros(n),
-        "opened": np.zeros(n, dtype=np.uint8),
-        "closed": np.zeros(n, dtype=np.uint8),
-    }
-    return keeping(_motion(*arrays.values(), *without_tangent(n)), arrays)
+    shapes = {"u": 2 * n, "r": 2 * n, "elastic": 2 * n, "slip": n, "work": n, "opened": n, "closed": n}
+    mo = made(MOTION, shapes)
+    mo.set(n=n)
+    begin(mo)
+    follow_derivative(mo, *without_tangent(n))
+    return mo
 
 
 def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
     """Derivative of a state with respect to nothing, and of the time of its last event."""
     return np.zeros((2 * n, 0)), np.zeros(0)
-
-
-@entered
-def _motion(u, r, elastic, slip, work, opened, closed, tangent, delay):  # type: ignore[no-untyped-def]
-    mo = structref.new(MOTION)
-    mo.u, mo.r, mo.elastic, mo.slip, mo.n = u.ctypes, r.ctypes, elastic.ctypes, slip.ctypes, len(slip)
-    mo.work, mo.opened, mo.closed = work.ctypes, opened.ctypes, closed.ctypes
-    begin(mo)
-    follow_derivative(mo, tangent, delay)
-    return mo
 
 
 @entered
@@ -232,38 +205,20 @@ def begin(mo: Motion) -> None:
         mo.opened[i], mo.closed[i] = 0, 0
 
 
-@entered
-def follow_derivative(mo, tangent, delay):  # type: ignore[no-untyped-def]
-    """Follow this derivative (2n, t), and that of the time of the last event, in place from here on.
-
-    The caller keeps them until the next call.
-    """
-    mo.tangent, mo.delay, mo.parameters = tangent.ctypes, delay.ctypes, len(delay)
+def follow_derivative(mo: Motion, tangent: FloatArray, delay: FloatArray) -> None:
+    """Follow this derivative (2n, t), and that of the time of the last event, in place from here on."""
+    mo.hold(tangent=tangent, delay=delay)
+    mo.set(parameters=len(delay))
 
 
-@entered
 def resume(mo: Motion, time: float) -> None:
     """Go on after a jump, from this share of the load step on."""
-    mo.time, mo.node, mo.kind, mo.delayed, mo.signed = time, -1, JUMPS, False, False
-    mo.events += 1
+    mo.set(time=time, node=-1, kind=JUMPS, delayed=False, signed=False, events=mo.events + 1)
 
 
 def room_for(rows: int, n: int) -> Record:
     """Room for so many states of n nodes."""
-    arrays = {
-        "time": np.zeros(rows),
-        "u": np.zeros((rows, 2 * n)),
-        "r": np.zeros((rows, 2 * n)),
-        "state": np.zeros((rows, n), dtype=np.int64),
-        "node": np.zeros(rows, dtype=np.int64),
-        "kind": np.zeros(rows, dtype=np.int64),
-    }
-    return keeping(_record(*arrays.values()), arrays)
-
-
-@entered
-def _record(time, u, r, state, node, kind):  # type: ignore[no-untyped-def]
-    rec = structref.new(RECORD)
-    rec.time, rec.u, rec.r, rec.state = time.ctypes, u.ctypes, r.ctypes, state.ctypes
-    rec.node, rec.kind, rec.rows, rec.room = node.ctypes, kind.ctypes, 0, len(time)
-    return rec
+    shapes = {"time": rows, "u": (rows, 2 * n), "r": (rows, 2 * n), "state": (rows, n), "node": rows}
+    record = made(RECORD, shapes | {"kind": rows})
+    record.set(room=rows)
+    return record

@@ -28,7 +28,6 @@ as zero up to round-off (relative to the largest rate), so that a limit
 touched tangentially is no slip.
 """
 
-import numpy as np
 from numba import types
 from numba.experimental import structref
 
@@ -44,7 +43,7 @@ from shakedown.motion.kernels.active_set import (
     largest_residual,
 )
 from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
-from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, entered, fields, inner, keeping
+from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, fields, inner, made
 
 REFINED = 1e-13  # residual of the rates, relative to the largest, above which they are refined
 WORN = -1  # in place of a number of nodes: the inverse must be set up afresh
@@ -93,26 +92,8 @@ RATES = RatesType(fields(Rates))
 
 def rates(n: int) -> Rates:
     """Room for the rates of n nodes."""
-    arrays = {
-        "place": np.zeros(n, dtype=np.int64),
-        "wanted": np.zeros(n, dtype=np.int64),
-        "before": np.zeros(n, dtype=np.int64),
-        "motion": np.zeros(2 * n),
-        "reaction": np.zeros(2 * n),
-        "welded": np.zeros(2 * n),
-        "change": np.zeros(2 * n),
-    }
-    return keeping(_rates(*arrays.values()), arrays)
-
-
-@entered
-def _rates(place, wanted, before, motion, reaction, welded, change):  # type: ignore[no-untyped-def]
-    rate = structref.new(RATES)
-    rate.place, rate.wanted, rate.before = place.ctypes, wanted.ctypes, before.ctypes
-    rate.motion, rate.reaction = motion.ctypes, reaction.ctypes
-    rate.welded, rate.change = welded.ctypes, change.ctypes
-    rate.searches = 0
-    return rate
+    of_nodes, of_places = ("place", "wanted", "before"), ("motion", "reaction", "welded", "change")
+    return made(RATES, dict.fromkeys(of_nodes, n) | dict.fromkeys(of_places, 2 * n))
 
 
 @inner

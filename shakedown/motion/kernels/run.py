@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import types
 from numba.experimental import structref
 
@@ -39,7 +38,7 @@ class Progress(NamedTuple):
     rows: int
     events: int
     dissipation: float
-    signature: int | np.uint64
+    signature: int
 
 
 @structref.register
@@ -76,10 +75,7 @@ def _run(active, rates, motion, record, course):  # type: ignore[no-untyped-def]
     return run
 
 
-@entered
 def progress(run: Run) -> Progress:
     """Where a run has got to."""
-    mo = run.motion
-    return Progress(
-        mo.passes, mo.step, mo.time, mo.concerned, run.record.rows, mo.events, mo.dissipation, mo.signature
-    )
+    mo, rows = run.motion.content, run.record.content.rows
+    return Progress(mo.passes, mo.step, mo.time, mo.concerned, rows, mo.events, mo.dissipation, mo.signature)
