@@ -3,12 +3,15 @@
 Less sharp than the simplex; it is here to be compared with.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, nan
+from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
+from scipy.linalg import qr
 
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.evidence import Missing, sought
@@ -16,12 +19,13 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, checked, node_numbers, require_plane
-from shakedown.joint.constraints import GAP, Constraints, constraints, step_loads
+from shakedown.joint.constraints import CONE, DISC, GAP, Constraints, constraints, step_loads
 from shakedown.joint.contact_zone import ROUND_OFF, contact_zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.programs.conic import Way, by_clarabel, by_cvxpy
-from shakedown.programs.program import Program
+from shakedown.programs.conic import Way, by_clarabel, by_cvxpy, interior_points
+from shakedown.programs.program import Program, Solution
+from shakedown.programs.scaling import Scales
 
 # As accurate as can be, in numbers near 1 already; with shorter steps where that stalls.
 WAYS = (Way(1e-11, 0.99, rescaled=False, reduced=1e-8), Way(1e-9, 0.9, rescaled=False, reduced=1e-8))
@@ -92,11 +96,7 @@ def conic_upper_bound(
     zone = contact_zone(problem, open_nodes, tolerances=tolerances)
     if problem.directions > 1:
         rows = _without_round_off(zone.constraints)
-        most = load_factor_program(rows, towards=-1.0, tolerances=tolerances)
-        bound = extreme_load_factor(most, solver)
-        if bound.status == Status.UNBOUNDED:  # as far as anything is safe
-            start = extreme_load_factor(most.with_signs(cost=-1.0), solver)
-            bound = bound if start.status == Status.OPTIMAL else start
+        bound = _bound_over_discs(rows, solver, tolerances)
         return replace(bound, slip=zone.slips(rows.slips(bound.slip)))
     if zone.open_nodes:
         bound = _bound_in_zone(zone.constraints, solver, tolerances)
@@ -124,6 +124,81 @@ def _without_round_off(rows: Constraints) -> Constraints:
     size = np.maximum(np.abs(rows.g), np.abs(rows.d))
     of_cones = np.repeat(np.maximum.reduceat(size, rows.heads), rows.cones)
     return replace(rows, g=np.where(np.abs(rows.g) <= ROUND_OFF * of_cones, 0.0, rows.g))
+
+
+def _bound_over_discs(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
+    """λ_max of a joint in space; as far as anything is safe where that has no end."""
+
+    def end(towards: float) -> ConicBound:
+        if solver is not None:
+            return extreme_load_factor(load_factor_program(rows, towards, tolerances), solver)
+        told = _sparse(rows, towards, tolerances)
+        return _first_end([partial(told.end, way) for way in WAYS], rows.n, "CLARABEL")
+
+    bound = end(-1.0)
+    start = end(+1.0) if bound.status == Status.UNBOUNDED else bound
+    return bound if start.status == Status.OPTIMAL else start
+
+
+class _SparseDiscs(NamedTuple):
+    """An extreme λ over (z, λ) in numbers near 1, z = G v once for every node, as Clarabel takes it."""
+
+    matrix: sparse.csc_matrix
+    right: FloatArray
+    cost: FloatArray
+    kinds: tuple[int, int, tuple[int, ...]]
+    scales: Scales
+    slips: FloatArray  # those of every z, (dn, z)
+
+    def end(self, way: Way) -> ConicBound:
+        """The end of the program; raises ``SolverError`` where it comes to none."""
+        status, x, _, reduced = interior_points(self.matrix, self.right, self.cost, self.kinds, way)
+        if status != Status.OPTIMAL:
+            return _nothing(status, len(self.slips), "CLARABEL")
+        unit = float(self.scales.x[-1])
+        return ConicBound(status, float(x[-1]) * unit, -1, self.slips @ x[:-1], "CLARABEL", reduced, unit)
+
+
+def _sparse(rows: Constraints, towards: float, tolerances: Tolerances) -> _SparseDiscs:
+    """The discs of a node at all load steps over one z_i = G_i v; what no slip changes of z is zero.
+
+    So every disc has three numbers of z, and one dense row for every node is left: Nᵀ z = 0 with N
+    orthonormal, which keeps the accuracy that slips of a stiff joint would lose.
+    """
+    discs = int((rows.side == DISC).sum()) // CONE
+    node = rows.node[: CONE * discs : CONE]
+    new = np.append(True, np.diff(node) != 0)
+    triple, others = np.arange(CONE), np.arange(CONE * discs, len(rows.g))
+    first, own = np.flatnonzero(new), np.cumsum(new) - 1
+    chosen = np.append((CONE * first[:, None] + triple).ravel(), others)
+    place = np.append((CONE * own[:, None] + triple).ravel(), CONE * len(first) + np.arange(len(others)))
+    d, g = np.zeros((2, len(chosen)))  # the largest of the loads of a node, for its scale
+    np.maximum.at(d, place, np.abs(rows.d))
+    np.maximum.at(g, place, np.repeat(np.maximum.reduceat(np.abs(rows.g), rows.heads), rows.cones))
+    parts = {name: getattr(rows, name)[chosen] for name in ("G", "node", "side", "step")}
+    once = replace(rows, d=d, g=g, **parts)
+    program = load_factor_program(once, towards, tolerances)
+    scales = program.scales
+    row, column, count = scales.row[place], scales.column, len(chosen)
+    basis, triangle, order = qr(program.matrix[:, :-1] * scales.row[:, None] * column[:-1], pivoting=True)
+    pivots = np.abs(np.diag(triangle))
+    rank = int((pivots > count * np.finfo(float).eps * pivots[0]).sum())
+    slips = np.zeros((rows.n, count))
+    slips[order[:rank]] = np.linalg.solve(triangle[:rank, :rank], basis[:, :rank].T)
+    loads = sparse.csc_matrix((rows.d * row * column[-1])[:, None])
+    limits = sparse.hstack([sparse.csr_matrix((np.ones(len(place)), (np.arange(len(place)), place))), loads])
+    limits = sparse.csr_matrix(limits)[np.append(others, np.arange(CONE * discs))]
+    zero = np.zeros((count - rank + 1, count + 1))
+    zero[:-1, :-1], zero[-1, -1] = basis[:, rank:].T, -1.0  # the last one is λ ≥ 0
+    right = (rows.g * row / scales.size)[np.append(others, np.arange(CONE * discs))]
+    return _SparseDiscs(
+        sparse.csc_matrix(sparse.vstack([sparse.csr_matrix(zero), limits])),
+        np.append(np.zeros(len(zero)), right),
+        np.append(np.zeros(count), towards),
+        (count - rank, 1 + len(others), (CONE,) * discs),
+        scales,
+        slips * scales.x[:-1, None],
+    )
 
 
 def _bound_in_zone(rows: Constraints, solver: str | None, tolerances: Tolerances) -> ConicBound:
@@ -213,16 +288,24 @@ def extreme_load_factor(program: Program, solver: str | None = None) -> ConicBou
     ways = [partial(by_clarabel, way=way) for way in WAYS]
     if solver is not None:
         ways = [partial(by_cvxpy, solver=solver, accuracy=WAYS[0].accuracy)]
+
+    def end(way: Callable[[Program], Solution]) -> ConicBound:
+        found = way(program)
+        if not found.optimal:
+            return _nothing(found.status, size, name)
+        unit, reduced = float(program.scales.x[-1]), found.reduced_accuracy
+        return ConicBound(found.status, float(found.x[-1]), -1, found.x[:-1], name, reduced, unit)
+
+    return _first_end([partial(end, way) for way in ways], size, name)
+
+
+def _first_end(ways: Sequence[Callable[[], ConicBound]], size: int, solver: str) -> ConicBound:
+    """The end that the first way comes to; undecided where none comes to one."""
     for way in ways:
-        end = sought(way, program)
-        if isinstance(end, Missing):
-            continue
-        if not end.optimal:
-            return _nothing(end.status, size, name)
-        reduced = end.reduced_accuracy or way is not ways[0]
-        unit = float(program.scales.x[-1])
-        return ConicBound(end.status, float(end.x[-1]), -1, end.x[:-1], name, reduced, unit)
-    return _nothing(Status.UNDECIDED, size, name)
+        end = sought(way)
+        if not isinstance(end, Missing):
+            return replace(end, reduced_accuracy=end.reduced_accuracy or way is not ways[0])
+    return _nothing(Status.UNDECIDED, size, solver)
 
 
 def _nothing(status: Status, n: int, solver: str) -> ConicBound:

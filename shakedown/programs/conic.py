@@ -1,6 +1,7 @@
 """Programs with cones by interior points: Clarabel called directly, or any solver that cvxpy knows."""
 
 import warnings
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -49,25 +50,45 @@ def by_clarabel(program: Program, way: Way) -> Solution:
         If it ends without an answer.
     """
     form = _conic_form(program)
+    matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
+    status, x, z, reduced = interior_points(matrix, form.right, form.cost, (*form.counts, program.cones), way)
+    return form.end(status, x, z, reduced)
+
+
+def interior_points(
+    matrix: sparse.csc_matrix,
+    right: FloatArray,
+    cost: FloatArray,
+    kinds: tuple[int, int, Sequence[int]],
+    way: Way,
+) -> tuple[Status, FloatArray, FloatArray, bool]:
+    """Minimise costᵀ x by Clarabel: the status, x, multipliers, whether it is of reduced accuracy.
+
+    Of right − M x as many rows are zero, then ≥ 0, then in cones of such sizes, as ``kinds`` says.
+
+    Raises
+    ------
+    SolverError
+        If it ends without an answer.
+    """
     settings = clarabel.DefaultSettings()
     settings.verbose = settings.presolve_enable = False
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = way.accuracy
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = way.reduced
     settings.equilibrate_enable, settings.max_step_fraction = way.rescaled, way.step
-    columns, (equal, less) = len(form.cost), form.counts
+    equal, less, sizes = kinds
     cones = [clarabel.ZeroConeT(equal)] * bool(equal) + [clarabel.NonnegativeConeT(less)] * bool(less)
-    for count in program.cones:  # Clarabel 0.10 knows none of one row
+    for count in sizes:  # Clarabel 0.10 knows none of one row
         cones.append(clarabel.SecondOrderConeT(count) if count > 1 else clarabel.NonnegativeConeT(1))
-    matrix = sparse.csc_matrix(columnwise(form.matrix), shape=form.matrix.shape)
-    end = clarabel.DefaultSolver(_no_square(columns), form.cost, matrix, form.right, cones, settings).solve()
+    end = clarabel.DefaultSolver(_no_square(len(cost)), cost, matrix, right, cones, settings).solve()
     status, word = _ENDS.get(str(end.status)), str(end.status)
     if way.stalled and word in ("InsufficientProgress", "MaxIterations"):
         status = Status.OPTIMAL if max(end.r_prim, end.r_dual) <= way.reduced else None
     if status is None:
-        raise SolverError(f"the cone program of shape {program.matrix.shape} ended as '{word}'")
+        raise SolverError(f"the cone program of shape {matrix.shape} ended as '{word}'")
     reduced = word not in ("Solved", "PrimalInfeasible", "DualInfeasible")
-    return form.end(status, np.array(end.x), np.array(end.z), reduced)
+    return status, np.array(end.x), np.array(end.z), reduced
 
 
 @cache

@@ -10,6 +10,7 @@ import pytest
 import shakedown
 from benchmarks.problems import joint
 from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
+from shakedown.joint.constraints import constraints
 
 UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
 
@@ -90,3 +91,12 @@ def test_a_small_force_too_much_is_seen() -> None:
         # v enters neither limit: (A − f B) v = 0 in the backward one, where q⁰ alone decides
         problem = shakedown.Problem(**{**data, "q_w": [[1.0 + excess], [1.0 + excess]]})
         assert conic_lower_bound(problem).status == shakedown.lower_bound(problem).status == status
+
+
+def test_discs_are_as_sharp_where_friction_alone_holds_a_body() -> None:
+    """In slips, whose rigid part nothing tells, Clarabel left 9e-8 of λ_max."""
+    flange = shakedown.example("bolted-flange")
+    first, second = shakedown.upper_bound(flange, certify=False), conic_upper_bound(flange)
+    assert second.load_factor == pytest.approx(first.load_factor, rel=1e-8)
+    limits = constraints(flange)
+    assert limits.relative_excess(second.slip, second.load_factor).max() < 1e-8  # of every load step
