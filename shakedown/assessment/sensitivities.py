@@ -221,14 +221,15 @@ def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolera
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)
-    y = bound.multipliers[chosen]
+    y, slack = bound.multipliers[chosen], np.maximum(-rows.excess(slip, bound.load_factor), 0.0)
+    slack[chosen] = 0.0  # what round-off leaves there would be taken for the size of the others
     optimum = OneSidedOptimum(
         W=rows.coefficients[chosen],
         d=rows.d[chosen],
         multipliers=y / (y @ rows.d[chosen]),
         tip=np.zeros(len(chosen)),
         rows=rows.coefficients,
-        slack=np.maximum(-rows.excess(slip, bound.load_factor), 0.0),
+        slack=slack,
         ray=None,
         tolerances=tolerances,
         programs=one_sided,

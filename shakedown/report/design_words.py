@@ -133,7 +133,7 @@ def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> 
     >>> import shakedown
     >>> for sentence in cycle_in_words(shakedown.smallest_cycle(shakedown.example("three-node"), rounds=2)):
     ...     print(sentence)
-    The load factor up to which the joint shakes down from every state lies between λ_U = 0.3095999
+    The load factor up to which the joint shakes down from every state lies between λ_U = 0.309...
     (proved) and λ_cycle = 2.444211 (a cycle was found).
     It lies at 78.9% of the first collapse λ_1 = 3.096, which is no guarantee here.
     In that cycle node 0 slips and returns to where it was every cycle.

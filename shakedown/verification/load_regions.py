@@ -63,8 +63,10 @@ def region_of(load_factor: float, limits: Limits) -> str:
     first, below = predicted_below(limits)
     if upper.open_nodes and not load_factor < first:
         return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
-    if upper.status == Status.INFEASIBLE or load_factor > upper.load_factor:
+    if upper.status == Status.INFEASIBLE:
         return ABOVE
     if load_factor < upper.least_load_factor:
         return UNSAFE
-    return below if load_factor < first else BETWEEN
+    if load_factor < first:  # whatever round-off leaves of λ_max
+        return below
+    return ABOVE if load_factor > upper.load_factor else BETWEEN

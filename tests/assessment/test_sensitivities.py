@@ -138,6 +138,15 @@ def test_at_degenerate_optima_each_side_has_its_own(bound, uncoupled):
             assert np.all(known.friction.elasticity[:, 1] <= known.friction.elasticity[:, 0] + 1e-9)
 
 
+def test_what_round_off_leaves_of_the_best_slip_does_not_count():
+    rng = np.random.default_rng(5)
+    pair = twice([joint_of_kind(rng, "loose") for _ in range(2)][-1])
+    bound = upper(pair)
+    for _ in range(12):
+        blurred = replace(bound, slip=bound.slip * (1.0 + 2e-16 * rng.normal(size=bound.slip.shape)))
+        assert np.isfinite(sensitivities(pair, blurred).friction.elasticity).all()
+
+
 def test_a_start_at_the_best_slip_is_the_tip_of_the_cone():
     rng, kinked = np.random.default_rng(2), 0
     for _ in range(12):

@@ -5,7 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from code_blocks import Page, blocks, not_run
+from code_blocks import Page, blocks, not_run, same
 
 import shakedown
 
@@ -70,6 +70,13 @@ def test_output_with_numbers_is_run(page):
 def test_output_that_is_not_run_is_found(tmp_path, text, found):
     (tmp_path / "page.md").write_text(text, encoding="utf-8")
     assert len(not_run(tmp_path / "page.md")) == found
+
+
+def test_a_limit_next_to_a_step_may_be_rounded_to_either_side():
+    assert same("λ_U = 0.3095999 (proved)", "λ_U  = 0.3096 (proved)")
+    assert not same("λ_U = 0.3095999 (proved)", "λ_U = 0.3095989 (proved)")
+    assert not same("λ_U = 0.3095999 (proved)", "λ_U = 0.3096 (evidence)")
+    assert not same("λ_U = 0.3095999", "λ_U = 0.3096 0")
 
 
 def test_blocks_are_found():
