@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 from contextlib import suppress
 from importlib import import_module
@@ -16,6 +17,8 @@ import pytest
 from compiled_once import one_compiler_at_a_time
 from markupsafe import Markup
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # by a shell that starts the tests in the background:
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # commands that are interrupted would never end
 gc.set_threshold(50_000, 20, 20)  # as the command line does: at 700 the search for garbage takes its share
 hypothesis.settings.register_profile("shakedown", deadline=None, derandomize=True, max_examples=25)
 hypothesis.settings.load_profile("shakedown")

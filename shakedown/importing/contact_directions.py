@@ -167,9 +167,13 @@ def _given(table: TomlTable, n: int) -> FloatArray | None:
             f"{table.where}: key 'normals': expected one for each of {n} nodes, found {len(normals)}"
         )
     found = normals if normal is None else normal
-    if found is not None and not (long := np.linalg.norm(np.atleast_2d(found), axis=1) > 0).all():
+    if found is None:
+        return None
+    with np.errstate(over="ignore"):  # of a length that is refused
+        length = np.linalg.norm(np.atleast_2d(found), axis=1)
+    if not (long := (length > 0) & (length < np.inf)).all():
         raise ProblemError(
-            f"{table.where}: {keys[0]}: expected vectors of length > 0, found "
+            f"{table.where}: {keys[0]}: expected vectors of finite length > 0, found "
             f"{np.atleast_2d(found)[~long][0].tolist()}"
             + f" at node {int(np.argmin(long))}"
             * (normal is None)

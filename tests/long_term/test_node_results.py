@@ -253,7 +253,7 @@ def test_labels_places_and_areas_are_those_of_the_joint():
     assert np.isnan(nodes.tau_delta).all()
 
 
-@pytest.mark.parametrize("coefficient", [-1.0, np.nan, "much"])
+@pytest.mark.parametrize("coefficient", [-1.0, np.nan, "much", 1e308])
 def test_a_wear_coefficient_that_is_none_is_refused(coefficient):
     state = shakedown.long_term_state(shakedown.example("two-node"), 0.9)
     with pytest.raises(shakedown.UsageError, match="wear coefficient"):

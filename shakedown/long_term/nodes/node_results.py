@@ -61,7 +61,7 @@ def node_results(
     Raises
     ------
     UsageError
-        If there is no such state, or the coefficient is negative.
+        If there is no such state, or the coefficient is negative or so large that wear overflows.
 
     Examples
     --------
@@ -77,7 +77,12 @@ def node_results(
     problem, history = settled.problem, settled.history.refined()
     force, length = units_of(problem)
     nothing = np.full(problem.n, np.nan)
+    area = nothing if problem.node_area is None else problem.node_area
     known = settled.period > 0
+    with np.errstate(over="ignore"):  # what is too large is refused
+        worn = k * pressed_slip(settled) if known else nothing
+        if np.isinf([worn, worn / np.where(area > 0, area, 1.0)]).any():
+            raise UsageError(f"wear coefficient: expected one of finite wear, found {wear_coefficient!r}")
     return NodeResults(
         load_factor=settled.load_factor,
         outcome=settled.outcome,
@@ -87,7 +92,7 @@ def node_results(
         length_unit=length,
         label=problem.label or tuple(map(str, range(problem.n))),
         coordinates=coordinates_of(problem),
-        area=nothing if problem.node_area is None else problem.node_area,
+        area=area,
         status=statuses(settled, tolerances),
         slip_range=slip_ranges(settled, tolerances),
         slip_range_of_directions=_direction_ranges(settled, tolerances) if known else None,
@@ -98,7 +103,7 @@ def node_results(
         q_max_of_directions=_largest(problem, history.q) if known else None,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
-        wear_volume=k * pressed_slip(settled) if known else nothing,
+        wear_volume=worn,
     )
 
 
