@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import null_space
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.result import Result
@@ -19,6 +20,7 @@ LEAST_SPARE = 1e-3  # smallest weight of a row, so that every program has a solu
 SPARE = 1e-12  # violation of the rows, in numbers near 1, that round-off leaves
 CLOSE = 1e-9  # relative gap at which the search ends
 KNOWN = 1e-6  # relative gap up to which the threshold counts as known
+HIDDEN = "round-off hides whether a wedged state exists"
 NOT_SEARCHED = f"a wedged state is looked for up to {LARGEST_PROBLEM} nodes only"
 
 
@@ -83,7 +85,8 @@ def wedging_threshold(stiffness: ScaledStiffness, safe: float) -> Wedging:
     search = Bracket(stiffness, safe)
     search.close()
     if search.slip is None:
-        return Wedging(np.inf, np.inf, none, search.programs)
+        reason = "" if search.low >= search.largest else HIDDEN
+        return Wedging(np.inf if not reason else search.low / unit, np.inf, none, search.programs, reason)
     slip = search.slip / np.abs(search.slip).max()
     gap = "" if search.closed else f"the search ended after {search.programs} programs with an interval"
     return Wedging(min(search.low, search.high) / unit, search.high / unit, slip, search.programs, gap)
@@ -107,13 +110,17 @@ class Bracket:
         The wedged state at ``high``; None before one is found.
     programs
         Linear programs solved.
+    largest
+        Up to where a wedged state is looked for.
     """
 
     def __init__(self, stiffness: ScaledStiffness, safe: float) -> None:
         self.stiffness, self.low, self.high = stiffness, safe, np.inf
         self.slip: FloatArray | None = None
         self.programs, self.spare = 0, np.ones(stiffness.n)
+        self.ways = slips_held_by_friction(stiffness)
         self.least = CLOSE * np.abs(stiffness.A).max() / np.abs(stiffness.weighted).max()
+        self.largest = LARGEST * self.least / CLOSE
 
     @property
     def closed(self) -> bool:
@@ -122,8 +129,7 @@ class Bracket:
 
     def close(self) -> None:
         """Find a wedged state for large friction, then ever smaller friction for one."""
-        largest = LARGEST * self.least / CLOSE
-        if self.low < largest and self._lowered(largest):
+        if self.low < self.largest and self._lowered(self.largest):
             self._raise_low(self._lower_high())
 
     def _lower_high(self) -> float:
@@ -149,7 +155,7 @@ class Bracket:
     def _lowered(self, factor: float) -> bool:
         """Whether there is a wedged state at a factor; draws the bracket together."""
         self.programs += 1
-        slip, violation = wedged_slip(self.stiffness, factor, self.spare)
+        slip, violation = wedged_slip(self.stiffness, factor, self.spare, self.ways)
         if violation > SPARE:
             self.low = max(self.low, factor)
             return False
@@ -173,22 +179,35 @@ def friction_used(stiffness: ScaledStiffness, slip: FloatArray) -> float:
     return float(ratios.max())
 
 
-def wedged_slip(stiffness: ScaledStiffness, factor: float, weights: FloatArray) -> tuple[FloatArray, float]:
+def slips_held_by_friction(stiffness: ScaledStiffness) -> FloatArray:
+    """The slips v, as columns, with (A v)_i = 0 wherever no slip gives node i a friction limit: (φ B)_i = 0.
+
+    As a row of a program |(A v)_i| ≤ 0 would be left to its tolerance.
+    """
+    unlimited = ~stiffness.weighted.any(axis=1)
+    return np.asarray(null_space(stiffness.A[unlimited])) if unlimited.any() else np.eye(stiffness.n)
+
+
+def wedged_slip(
+    stiffness: ScaledStiffness, factor: float, weights: FloatArray, ways: FloatArray
+) -> tuple[FloatArray, float]:
     """The v with Σ B v = 1 that violates |A v| ≤ t φ B v least, and by how much (negative: to spare).
 
-    What is to spare is measured by weights, one per row. With the pressures φ B v of a
-    witness it is what its friction can fall by, which makes the next one overshoot most.
+    v is a sum of the columns ``ways``. What is to spare is measured by weights, one per row. With the
+    pressures φ B v of a witness it is what its friction can fall by, which makes the next one overshoot most.
     All stiffnesses are divided by their size, so that v and the violation are numbers near 1.
     """
-    n, A, B = stiffness.n, stiffness.A, factor * stiffness.weighted
-    size = np.maximum(np.abs(A).max(axis=1), np.abs(B).max(axis=1))
+    limited = stiffness.weighted.any(axis=1)
+    free = ways.copy()
+    free[list(stiffness.pinned)] = 0.0  # no friction limit knows the rigid slips
+    A, B = stiffness.A[limited] @ free, factor * stiffness.weighted[limited] @ free
+    size = np.maximum(np.abs(A).max(axis=1, initial=0.0), np.abs(B).max(axis=1, initial=0.0))
     size = np.where(size > 0, size, 1.0)[:, None]
-    A, B, row = A / size, B / size, -weights[:, None]
-    pressure = stiffness.B.sum(axis=0) / np.abs(stiffness.B).max()
+    A, B, row = A / size, B / size, -weights[limited, None]
+    pressure = stiffness.B.sum(axis=0) @ free / np.abs(stiffness.B).max()
     matrix = np.vstack([np.hstack([A - B, row]), np.hstack([-A - B, row]), [[*pressure, 0.0]]])
-    matrix[:, list(stiffness.pinned)] = 0.0  # no friction limit knows the rigid slips
     left, right = (np.append(np.full(len(matrix) - 1, end), 1.0) for end in (-INF, 0.0))
-    found = solve(Program(matrix, right, cost=np.append(np.zeros(n), 1.0), left=left))
+    found = solve(Program(matrix, right, cost=np.append(np.zeros(ways.shape[1]), 1.0), left=left))
     if not found.optimal:  # no slip presses the nodes together at all
-        return np.full(n, np.nan), np.inf
-    return found.x[:-1], float(found.x[-1])
+        return np.full(stiffness.n, np.nan), np.inf
+    return ways @ found.x[:-1], float(found.x[-1])

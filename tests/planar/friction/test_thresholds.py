@@ -147,7 +147,7 @@ def test_wedging_witness_is_a_wedged_state_and_none_exists_below(seed):
     assert np.any(v != 0)
     unit = stiffness.friction_unit
     assert friction_used(stiffness, v) <= f * unit * (1 + 1e-9)
-    assert wedged_slip(stiffness, 0.999 * f * unit, np.ones(problem.n))[1] > 1e-9
+    assert wedged_slip(stiffness, 0.999 * f * unit, np.ones(problem.n), np.eye(problem.n))[1] > 1e-9
     assert wedged.low >= f * (1 - 1e-8)
 
 

@@ -63,6 +63,20 @@ def test_sparse_and_integer_joints_end_with_a_bracket() -> None:
     assert known >= 21  # of 24
 
 
+def test_a_node_whose_pressure_no_slip_changes_bears_none() -> None:
+    """(A v)_2 = 0 leaves a plane of slips, which is scanned; as an inequality of a program it hid the threshold."""
+    A = np.array([[0.959, -0.1595, -0.105], [-0.1595, 0.957, -0.0775], [-0.105, -0.0775, 0.926]])
+    B = np.array([[-0.362, 0.032, 0.009], [0.054, -0.305, 0.032], [0.0, 0.0, 0.0]])
+    plane = np.linalg.svd(A[2:])[2][1:]
+    angles = np.linspace(0.0, 2 * np.pi, 200_001)
+    q, p = (matrix[:2] @ plane.T @ [np.cos(angles), np.sin(angles)] for matrix in (A, B))
+    needed = np.max(np.abs(q) / np.where(p > 0, p, np.nan), axis=0)
+    problem = Problem(A=A, B=B, f=0.3, q_w=np.zeros((1, 3)), p_w=np.ones((1, 3)))
+    wedged = shakedown.friction_thresholds(problem).wedging
+    assert wedged.value == pytest.approx(np.nanmin(needed), rel=1e-4)
+    assert not wedged.reason
+
+
 def test_no_wedging_below_the_threshold_of_uniqueness() -> None:
     for seed in range(10):
         limits = shakedown.friction_thresholds(joint(seed, 1 + seed % 5, coupling=0.7))
