@@ -76,7 +76,7 @@ def details_text(found: shakedown.Assessment, curve: shakedown.GuaranteeCurve | 
     """What is certain, every limit, what they mean, and a table of the nodes."""
     limits, problem = found.details, found.problem
     lines = [paragraph(sentence) for sentence in certain_in_words(limits)]
-    lines += [paragraph(hint) for hint in hints_in_words(problem)]
+    lines += [paragraph(hint) for hint in hints_in_words(problem, limits.open_nodes)]
     if problem.initial_slip is not None and not limits.energy.initial_slip.any():
         lines += [paragraph("The file has initial slips: --initial given proves from the first of them.")]
     from shakedown.assessment.space_limits import SpaceLimits  # loads what computes

@@ -166,7 +166,7 @@ def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
     """What is certain, every limit and every run."""
     limits = result.limits
     lines = ["", *(paragraph(sentence) for sentence in certain_in_words(limits))]
-    lines += [paragraph(hint) for hint in hints_in_words(problem)]
+    lines += [paragraph(hint) for hint in hints_in_words(problem, limits.open_nodes)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
     lines += [paragraph(sentence) for sentence in limits_in_sentences(limits)]
     lines += [paragraph(sentence) for sentence in thresholds_in_sentences(limits)]

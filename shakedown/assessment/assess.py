@@ -87,7 +87,8 @@ class Assessment(Result):
         """λ_max: above it the joint cannot shake down with all nodes in contact.
 
         inf where a safe slip exists at every load factor, and where the nodes of ``details.open_nodes`` are
-        open: of other zones nothing is said. 0 where no slip is safe at any load factor.
+        open: of other zones nothing is said. 0 where no slip is safe at any load factor, NaN where a search
+        found none and left out zones.
         """
         upper = self.details.upper
         if upper.open_nodes:

@@ -126,11 +126,11 @@ class CommonLimits(Result):
 
     @property
     def pinned(self) -> tuple[int, ...]:
-        """The slips, by number, that are set to zero where the joint, closed everywhere, can move as a whole.
+        """The slips, by number, that are set to zero where the joint can move as a whole.
 
-        With one tangential direction they are the nodes that slips are given relative to.
+        Of closed nodes: with one tangential direction they are the nodes that slips are given relative to.
         """
-        return constraints(self.problem).pinned
+        return self.upper.pinned if self.open_nodes else constraints(self.problem).pinned
 
     @property
     def why_missing(self) -> dict[str, str]:

@@ -12,7 +12,7 @@ from shakedown.assessment.row_rates import SIDES, RowRates, rates_of, spread_slo
 from shakedown.bounds.energy.energy_bound import EnergyBound
 from shakedown.bounds.energy.energy_rows import EnergyRows
 from shakedown.bounds.energy.zone_rows import zone_rows
-from shakedown.bounds.upper import UpperBound, rows_of
+from shakedown.bounds.upper import UpperBound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import plain
@@ -217,7 +217,7 @@ class _Reached:
 
 def _of_upper(zone: Zone, bound: UpperBound, one_sided: bool, tolerances: Tolerances) -> _Reached:
     before = len(bound.multipliers) > len(zone.constraints.g)
-    rows, slip = rows_of(zone, before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
+    rows, slip = zone.rows(before), bound.slip[zone.problem.layout.slips_of(zone.closed_nodes)]
     excess = rows.relative_excess(slip, bound.load_factor)
     chosen = np.flatnonzero((excess >= -tolerances.feasibility) | (bound.multipliers > 0))
     rates = rates_of(zone, bound.load_factor, before=before).among(chosen)

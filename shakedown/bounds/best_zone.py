@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain, combinations
 from math import inf
 from typing import Literal
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.discs.zone_limits import wishes, zone_limit
+from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -17,14 +19,13 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
 from shakedown.joint.constraints import Constraints, by_side
 from shakedown.joint.contact_zone import Zone, contact_zone
-from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.programs.solver import solve
 
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
-BALANCED = 1e-10  # force left over, relative: more means that rigid motions drown the solution
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
 MOST_ZONES = 100  # with two tangential directions: then the best one so far is the answer
+EVERY_ZONE_UP_TO = 6  # nodes: of so few every zone is tried
 SEVERAL = (8, 4, 2)  # so many changes at once
 
 
@@ -39,15 +40,18 @@ class ZoneSearch:
     load_factor
         Its λ_max; −inf where no zone visited has a safe slip at any load factor.
     opened
-        The nodes that the mean load opens.
+        The nodes that the mean load opens, sliding without friction.
     visited
         Number of zones that were solved; with two tangential directions at most 100.
+    left_out
+        Whether there are zones that were not: then one of them may have a safe slip where none was found.
     """
 
     zone: Zone
     load_factor: float
     opened: tuple[int, ...]
     visited: int
+    left_out: bool
 
 
 @dataclass(frozen=True)
@@ -84,11 +88,13 @@ Visitor = Callable[[tuple[int, ...]], _Visit]
 def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSearch:
     """Search the contact zone with the largest λ_max, a few nodes at a time.
 
-    It begins with the nodes that the mean load opens, without slip and without
-    friction, and with no open node at all. Of a zone's linear program a gap with a
+    It begins with the nodes that the mean load opens, sliding without friction or stuck, and with no open
+    node at all. Of a zone's linear program a gap with a
     multiplier wants its node closed, and a node with both limits active (its pressure
     is gone) wants to open; changes are made while λ_max grows. Where the mean load
-    opens no node and the joint has a safe slip, that is the answer at once.
+    opens no node and the joint has a safe slip, that is the answer at once; else up to six nodes
+    every zone is tried. The state without friction is safe under the mean load: what friction alone
+    holds has none, every other joint a zone with a safe slip.
 
     Parameters
     ----------
@@ -101,31 +107,38 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     --------
     >>> import shakedown
     >>> search = best_zone(shakedown.example("receding-block"))
-    >>> search.zone.open_nodes, search.opened
-    ((0, 1, 2, 3, 4, 28, 29, 30, 31, 32), ())
+    >>> search.zone.open_nodes == search.opened
+    True
+    >>> search.opened
+    (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
     """
     require_problem(problem)
     visited: dict[tuple[int, ...], _Visit] = {}
 
     def visit(nodes: tuple[int, ...]) -> _Visit:
-        if nodes not in visited and problem.directions > 1 and len(visited) >= MOST_ZONES:
-            return _Visit(
-                nodes, None, -inf, np.zeros(0), np.zeros(0), -inf
-            )  # as good as nothing: the search ends
-        if nodes not in visited:
-            visited[nodes] = _visit(problem, nodes, tolerances)
+        if nodes in visited:
+            return visited[nodes]
+        if problem.directions > 1 and len(visited) >= MOST_ZONES:  # as good as nothing: the search ends
+            return _Visit(nodes, None, -inf, np.zeros(0), np.zeros(0), -inf)
+        climbing = problem.directions == 1 or all(one.load_factor == -inf for one in visited.values())
+        visited[nodes] = _visit(problem, nodes, climbing, tolerances)
         return visited[nodes]
 
-    opened = () if problem.C is None else opened_by_mean_load(problem)
-    best = visit(())
-    if problem.C is not None and (opened or best.load_factor == -inf):
-        for start in dict.fromkeys([opened, opened_by_mean_load(problem, friction=False), ()]):
-            if problem.directions > 1 and best.load_factor > -inf:
-                break  # another start costs many cone programs, and rarely leads elsewhere
-            found = _climb(visit, start, tolerances)
-            best = found if found.rank > best.rank else best
+    opened = opened_by_mean_load(problem, friction=False)
+    starts = list(dict.fromkeys([opened, opened_by_mean_load(problem), ()]))
+    best = max(map(visit, starts), key=lambda found: found.rank)
+    most = 1 if problem.C is None else 2**problem.n - 1
+    if most > 1 and (len(starts) > 1 or best.load_factor == -inf):
+        if problem.n <= EVERY_ZONE_UP_TO:
+            sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
+            found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
+        else:  # in space a climb takes many cone programs: only from the best start
+            several = problem.directions == 1
+            found = [_climb(visit, start, tolerances) for start in (starts if several else [best.nodes])]
+        best = max(found, key=lambda each: each.rank)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
-    return ZoneSearch(zone, best.load_factor, opened, len(visited))
+    seen = sum(len(nodes) < problem.n for nodes in visited)
+    return ZoneSearch(zone, best.load_factor, opened, len(visited), seen < most)
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
@@ -146,52 +159,15 @@ def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _V
         best = better
 
 
-def opened_by_mean_load(problem: Problem, *, friction: bool = True) -> tuple[int, ...]:
-    """The nodes that open under the mean load, closed ones not slipping, or sliding without friction.
-
-    From all nodes closed, the node under the largest tension opens; nodes that would
-    close again do. Every set is tried once at most.
-    """
-    n, kappa, layout, loop = problem.n, problem.kappa, problem.layout, loading(problem)
-    r_w = layout.joined(loop.q0, loop.p0)
-    is_open, seen = np.zeros(n, dtype=bool), set()
-    while is_open.tobytes() not in seen:
-        seen.add(is_open.tobytes())
-        free = np.flatnonzero(layout.joined(is_open | (not friction), is_open))
-        u = layout.zeros()
-        u[free] = _equilibrium(kappa[np.ix_(free, free)], -r_w[free])
-        p_w, normal = r_w[layout.gaps], kappa[layout.gaps]
-        p = p_w + normal @ u
-        noise = 8 * n * np.finfo(float).eps * (np.abs(p_w) + np.abs(normal) @ np.abs(u))
-        pulled = ~is_open & (p < -noise)
-        if pulled.any():
-            is_open[np.argmin(np.where(pulled, p, inf))] = True
-        else:
-            is_open &= u[layout.gaps] >= 0
-    return tuple(int(i) for i in np.flatnonzero(is_open))
-
-
-def _equilibrium(stiffness: FloatArray, force: FloatArray) -> FloatArray:
-    """Displacements under a force; the smallest ones where a rigid motion leaves them open."""
-    try:
-        u = np.linalg.solve(stiffness, force)
-    except np.linalg.LinAlgError:
-        u = np.full(len(force), inf)
-    with np.errstate(invalid="ignore"):
-        left = np.abs(stiffness @ u - force).max(initial=0.0)
-    if left <= BALANCED * np.abs(force).max(initial=0.0):
-        return np.asarray(u)
-    return np.asarray(np.linalg.lstsq(stiffness, force, rcond=None)[0])
-
-
-def _visit(problem: Problem, nodes: tuple[int, ...], tolerances: Tolerances) -> _Visit:
+def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
+    """One zone; ``compared``: with others without a safe slip, if it has none itself."""
     nothing = np.zeros(0)
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
         return _Visit(nodes, None, -inf, nothing, nothing, -inf)
     if problem.directions > 1:
-        found = zone_limit(zone_rows(zone), tolerances)
+        found = zone_limit(zone_rows(zone), compared, tolerances)
         return _Visit(nodes, zone, found.load_factor, found.x, found.multipliers, found.margin)
     rows = zone.constraints
     end = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
@@ -248,10 +224,14 @@ def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> ND
 
 def chosen_zone(
     problem: Problem, open_nodes: Iterable[int] | Literal["auto"], tolerances: Tolerances = DEFAULT
-) -> Zone:
-    """The zone that a caller asks for: given node by node, or ``"auto"`` for the best one found."""
-    if isinstance(open_nodes, str):
-        if open_nodes != "auto":
-            raise UsageError(f"open nodes: expected node numbers or 'auto', found {open_nodes!r}")
-        return best_zone(problem, tolerances=tolerances).zone
-    return contact_zone(problem, open_nodes, tolerances=tolerances)
+) -> tuple[Zone, bool]:
+    """The zone that a caller asks for: given node by node, or ``"auto"`` for the best one found.
+
+    With it whether that is a zone without a safe slip, and others were left out.
+    """
+    if not isinstance(open_nodes, str):
+        return contact_zone(problem, open_nodes, tolerances=tolerances), False
+    if open_nodes != "auto":
+        raise UsageError(f"open nodes: expected node numbers or 'auto', found {open_nodes!r}")
+    search = best_zone(problem, tolerances=tolerances)
+    return search.zone, search.left_out and search.load_factor == -inf

@@ -10,7 +10,6 @@ import numpy as np
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.discs.room import safest
-from shakedown.bounds.upper import check_transient, rows_of
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -103,10 +102,10 @@ def safe_slip(
     'infeasible'
     """
     check_load_factor(load_factor, problem)
-    zone = chosen_zone(problem, open_nodes, tolerances)
+    zone, _ = chosen_zone(problem, open_nodes, tolerances)
     if problem.directions > 1:
         return _in_space(zone, load_factor, transient, tolerances)
-    rows = rows_of(zone, transient)
+    rows = zone.rows(transient)
     room = rows.g - load_factor * rows.d
     norms = np.linalg.norm(rows.G, axis=1)
     cap = _typical_distance(rows, load_factor, norms)
@@ -129,7 +128,7 @@ def safe_slip(
 def _in_space(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
     """The slip with the largest ball of safe slips around it, over the discs of all closed nodes."""
     if transient:
-        check_transient(zone)
+        zone.check_transient()
     rows = zone_rows(zone, transient)
     found = safest(rows, load_factor, tolerances)
     residual = rows.relative_excess(found.x, load_factor)

@@ -17,14 +17,14 @@ from shakedown.bounds.certificate import (
 )
 from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
 from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
+from shakedown.bounds.least_slip import least_slip
 from shakedown.bounds.row_programs import contradiction, load_factor_program
-from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked
-from shakedown.joint.constraints import Constraints, constraints, rows_named, through_transient
+from shakedown.joint.constraints import Constraints, constraints, rows_named
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
@@ -35,6 +35,10 @@ from shakedown.programs.solver import solve
 UNSAFE_MEAN = "under the mean load alone no slip keeps every node within its friction limits"
 NO_SAFE_STATE = "no slip keeps every node within its friction limits, even under the mean load alone"
 SPACE_CERTIFIED_UP_TO = 1000  # nodes with two directions: as long as the bound itself
+NOT_FOUND = (
+    "no contact zone that was tried has a safe slip, and not all were: "
+    "the nodes that stay open in the long run (simulate names them) may be given"
+)
 MOVED = "no slip is safe both under the transient load steps and in the loop, at any load factor"
 ZERO_AMPLITUDE = "zero-amplitude loop: the loading does not change over the period, whatever the load factor"
 RELIEVING = "the periodic part of the loading brings no node nearer to its limits at any load factor"
@@ -53,11 +57,13 @@ class UpperBound(Result):
     ----------
     status
         Optimal; infeasible (no safe slip at any load factor); unbounded (safe slips
-        exist at arbitrarily large load factors).
+        exist at arbitrarily large load factors); undecided where a search found no zone with a safe slip,
+        and not all zones were tried.
     load_factor
         λ_max; NaN where infeasible, inf where unbounded.
     slip : (dn,)
-        The safe slip at λ_max [length]; NaN unless optimal.
+        The safe slip at λ_max [length]; NaN unless optimal. Of a zone with open nodes the one in which
+        the largest slip of a closed node is least.
     active
         (node, side) of the rows that determine it; with two directions (node, load step) of the limits,
         steps of a transient counted from −k to −1.
@@ -180,12 +186,21 @@ def upper_bound(
     >>> low <= upper.load_factor <= high, high - low < 1e-15
     (True, True)
     """
-    zone = chosen_zone(problem, open_nodes, tolerances)
+    zone, others_left = chosen_zone(problem, open_nodes, tolerances)
+    found = _of_zone(zone, transient, certify, tolerances)
+    if others_left and found.status == Status.INFEASIBLE:
+        return replace(found, status=Status.UNDECIDED, reason=NOT_FOUND, active=(), exact=False)
+    return found
+
+
+def _of_zone(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+    """The bound of one zone."""
+    problem = zone.problem
     if problem.directions > 1:
         return _in_space(zone, transient, certify, tolerances)
-    rows = rows_of(zone, transient)
+    rows = zone.rows(transient)
     if zone.open_nodes:
-        return _in_zone(zone, _solved(problem, rows, False, tolerances))
+        return _in_zone(zone, _solved(problem, rows, False, tolerances), tolerances)
     if rows is not constraints(problem):
         found = _solved(problem, rows, False, tolerances)
         return replace(found, reason=MOVED) if found.status == Status.INFEASIBLE else found
@@ -193,24 +208,10 @@ def upper_bound(
     return _solved(problem, rows, certify, tolerances)
 
 
-def rows_of(zone: Zone, transient: bool = False) -> Constraints:
-    """The limits that a safe slip keeps: of the loop, and of the transient where it is still to come."""
-    if not transient:
-        return zone.constraints
-    check_transient(zone)
-    return through_transient(zone.problem)
-
-
-def check_transient(zone: Zone) -> None:
-    """Raise ``UsageError`` where nodes are open before the transient."""
-    if zone.open_nodes:
-        raise UsageError(f"transient: expected all nodes closed, found {len(zone.open_nodes)} open")
-
-
 def _in_space(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
     """The bound over the discs of all closed nodes."""
     if transient:
-        check_transient(zone)
+        zone.check_transient()
     problem, rows = zone.problem, zone_rows(zone, transient)
     plain = not zone.open_nodes and len(rows.c) == len(disc_rows(problem).c)
     certify = (problem.n <= SPACE_CERTIFIED_UP_TO if certify is None else certify) and plain
@@ -237,7 +238,7 @@ def _in_space(zone: Zone, transient: bool, certify: bool | None, tolerances: Tol
         pinned=rows.half_spaces.pinned,
         in_floats=np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
     )
-    return _in_zone(zone, bound) if zone.open_nodes else bound
+    return _in_zone(zone, bound, tolerances) if zone.open_nodes else bound
 
 
 def _reason(status: Status, rows: DiscRows, transient: bool) -> str:
@@ -250,13 +251,17 @@ def _reason(status: Status, rows: DiscRows, transient: bool) -> str:
     return RELIEVING if rows.e.any() or rows.half_spaces.d.any() else ZERO_AMPLITUDE
 
 
-def _in_zone(zone: Zone, found: UpperBound) -> UpperBound:
-    """A bound on the closed nodes in terms of all nodes."""
+def _in_zone(zone: Zone, found: UpperBound, tolerances: Tolerances) -> UpperBound:
+    """A bound on the closed nodes in terms of all nodes, with the least of its safe slips."""
+    slip, residual, rows = found.slip, found.residual, zone.constraints
+    if found.status == Status.OPTIMAL:
+        slip = least_slip(rows, zone.problem.directions, found.load_factor, slip, tolerances)
+        residual = float(rows.relative_excess(slip, found.load_factor).max())
     return replace(
         found,
-        slip=zone.slips(found.slip),
+        slip=zone.slips(slip),
+        residual=residual,
         direction=zone.spread(found.direction),
-        reason=found.reason,
         open_nodes=zone.open_nodes,
         pinned=zone.pinned,
         in_floats=np.append(zone.slips(found.in_floats[:-1]), found.in_floats[-1]),

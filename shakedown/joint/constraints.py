@@ -87,12 +87,13 @@ class Constraints(Result):
     def coefficients(self) -> FloatArray:
         """G in the unknowns of programs, (r, dn): zero in the columns of pinned nodes.
 
-        What a rigid slip changes in a gap stays: there the unknown is how far the body has moved.
+        What a rigid slip changes in a gap stays: there the unknown is how far the body has moved. Slopes
+        of gaps are as accurate as the largest of them.
         """
         kept, pinned = self.rigid.columns(self.G), list(self.rigid.pinned)
         gaps = np.flatnonzero(self.side == GAP)
         if pinned and gaps.size:
-            terms = np.abs(self.G[gaps]) @ np.abs(self.rigid.motions)
+            terms = (np.abs(self.G[gaps]) @ np.abs(self.rigid.motions)).max(axis=0)
             moved = self.G[gaps] @ self.rigid.motions
             kept[np.ix_(gaps, np.array(pinned))] = np.where(np.abs(moved) > ROUND_OFF * terms, moved, 0.0)
         return kept

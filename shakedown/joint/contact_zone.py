@@ -15,7 +15,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import GAP, Constraints, constraints
+from shakedown.joint.constraints import GAP, Constraints, constraints, through_transient
 from shakedown.joint.layout import Layout
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -92,6 +92,18 @@ class Zone:
             step=h1.argmax(axis=0),
             rigid=rigid_slips(self.joint),
         )
+
+    def rows(self, transient: bool) -> Constraints:
+        """The limits that a safe slip keeps: of the loop, and of the transient where it is still to come."""
+        if not transient:
+            return self.constraints
+        self.check_transient()
+        return through_transient(self.problem)
+
+    def check_transient(self) -> None:
+        """Raise ``UsageError`` where nodes are open before the transient."""
+        if self.open_nodes:
+            raise UsageError(f"transient: expected all nodes closed, found {len(self.open_nodes)} open")
 
     @property
     def _opened(self) -> Layout:

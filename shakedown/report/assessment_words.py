@@ -62,6 +62,8 @@ def _where_impossible(limits: Limits) -> str:
     """What is excluded above λ_max."""
     if limits.open_nodes:
         return f"not known: {_open(limits)}"
+    if limits.upper.status == Status.UNDECIDED:
+        return "not known: no zone with a safe slip was found"
     every = limits.upper.status == Status.UNBOUNDED
     return "some slip is safe at every λ" if every else "with all nodes in contact"
 

@@ -15,7 +15,7 @@ from shakedown.joint.loading import loading
 from shakedown.report.assessment_words import admissible_in_words, proved_up_to
 from shakedown.report.friction_words import friction_in_words
 from shakedown.report.node_words import node_in_words
-from shakedown.report.zone_words import zone_in_words
+from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits, Limits
@@ -52,8 +52,8 @@ def bounds_in_words(limits: JointLimits) -> list[str]:
     reservations = reservations_in_words(limits)
     if upper.open_nodes:
         return [_closed(limits), *zone_in_words(upper, limits.problem), *reservations]
-    if upper.status == Status.INFEASIBLE:
-        return [f"No load factor is safe with all nodes in contact: {upper.reason}.", *reservations]
+    if nothing_safe := without_safe_slip_in_words(upper):
+        return [nothing_safe, *reservations]
     if is_constant(limits.problem):
         return [_constant(lower, upper), *reservations]
     if lower.status == Status.INFEASIBLE:
@@ -237,8 +237,8 @@ def space_bounds_in_words(limits: SpaceLimits) -> list[str]:
     upper, reservations = limits.upper, reservations_in_words(limits)
     if upper.open_nodes:
         return [*zone_in_words(upper, limits.problem), *reservations]
-    if upper.status == Status.INFEASIBLE:
-        return [f"No load factor is safe with all nodes in contact: {upper.reason}.", *reservations]
+    if nothing_safe := without_safe_slip_in_words(upper):
+        return [nothing_safe, *reservations]
     if is_constant(limits.problem):
         return [
             "The loading does not change over the period, so the load factor makes no difference: with all "

@@ -38,8 +38,10 @@ def doubts_in_words(problem: Problem) -> list[str]:
     return [*last_digit_in_words(problem), *doubtful_data(problem)]
 
 
-def hints_in_words(problem: Problem) -> list[str]:
+def hints_in_words(problem: Problem, open_nodes: tuple[int, ...] = ()) -> list[str]:
     """What a user should know of the data, in words: what slips are relative to, likely slips of the pen.
+
+    Where nodes are open, the sentences on their zone say the first.
 
     Examples
     --------
@@ -47,6 +49,6 @@ def hints_in_words(problem: Problem) -> list[str]:
     >>> hints_in_words(shakedown.example("two-node"))
     []
     """
-    relative = pinned_in_words(rigid_slips(problem).pinned, problem)
+    relative = "" if open_nodes else pinned_in_words(rigid_slips(problem).pinned, problem)
     hints = [relative] if relative else []
     return [*hints, *doubtful_data(problem)]

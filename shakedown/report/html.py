@@ -164,7 +164,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "reservations": [
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
-            *hints_in_words(problem),
+            *hints_in_words(problem, v.limits.open_nodes),
         ],
         "verdict": roads_in_words(v),
         "verdict_class": banner_class(v),

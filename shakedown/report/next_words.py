@@ -14,7 +14,7 @@ from shakedown.report.assessment_words import percent
 from shakedown.report.bound_words import above_in_words, is_constant
 from shakedown.report.node_words import open_in_words
 from shakedown.report.sensitivity_words import limited_in_words
-from shakedown.report.zone_words import zone_in_words
+from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
@@ -66,8 +66,8 @@ def decides_in_words(found: Assessment) -> str:
     upper, problem = limits.upper, limits.problem
     if upper.open_nodes:
         return zone_in_words(upper, problem)[0]
-    if upper.status == Status.INFEASIBLE:
-        return f"No load factor is safe with all nodes in contact: {upper.reason}."
+    if nothing_safe := without_safe_slip_in_words(upper):
+        return nothing_safe
     if is_constant(problem):
         return "The loading does not change over the period, so the load factor makes no difference."
     if found.said_as_given == Said.OPEN and limits.energy.status == Status.INFEASIBLE:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.status import Status
-from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.report.node_words import open_in_words as open_in_words
 from shakedown.report.node_words import pinned_in_words
 
@@ -46,9 +45,17 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
             f"Above λ_max = {up(upper.load_factor)} no slip-free state has exactly these nodes open and all "
             "others closed throughout; of other zones, and of nodes that open and close, nothing is said.",
         ]
-    if upper.pinned and (problem is None or upper.pinned != rigid_slips(problem).pinned):
+    if upper.pinned:
         sentences.append(pinned_in_words(upper.pinned, problem))
     return [*sentences, f"The nominal load (λ = 1) lies {_place(upper)}."]
+
+
+def without_safe_slip_in_words(upper: UpperBound) -> str:
+    """That no load factor is safe, or that none was found to be; empty where some are."""
+    if upper.status == Status.UNDECIDED:
+        return f"No safe slip was found at any load factor: {upper.reason}."
+    safe = upper.status != Status.INFEASIBLE
+    return "" if safe else f"No load factor is safe with all nodes in contact: {upper.reason}."
 
 
 def _place(upper: UpperBound) -> str:

@@ -11,6 +11,7 @@ UNSAFE, BELOW, BETWEEN, ABOVE = "below λ_lo", "below λ_1", "between", "above �
 PROVED = "below λ_U"  # of a load domain, of whose λ_1 nothing is predicted, and in space, which has none
 NARROW = 1e-4  # relative width of a region in which nothing is simulated: four digits do not show it
 IN_ZONE, OUTSIDE = "zone is safe", "zone is not safe"  # between λ_lo and λ_max of a zone, and elsewhere
+NO_ZONE = "no zone is safe"  # all were tried
 
 
 def predicted_below(limits: Limits) -> tuple[float, str]:
@@ -33,7 +34,7 @@ def default_load_factors(limits: Limits) -> list[float]:
     upper = limits.upper
     least, last = upper.least_load_factor, upper.load_factor
     first, _ = predicted_below(limits)
-    if upper.status == Status.INFEASIBLE:
+    if upper.status in (Status.INFEASIBLE, Status.UNDECIDED):
         return [1.0]
     if upper.open_nodes:
         below = [0.95 * first] if 0 < first < np.inf else []
@@ -63,8 +64,10 @@ def region_of(load_factor: float, limits: Limits) -> str:
     first, below = predicted_below(limits)
     if upper.open_nodes and not load_factor < first:
         return IN_ZONE if upper.least_load_factor <= load_factor <= upper.load_factor else OUTSIDE
+    if upper.status == Status.UNDECIDED:
+        return OUTSIDE
     if upper.status == Status.INFEASIBLE:
-        return ABOVE
+        return NO_ZONE if limits.zone == "auto" else ABOVE
     if load_factor < upper.least_load_factor:
         return UNSAFE
     if load_factor < first:  # whatever round-off leaves of λ_max

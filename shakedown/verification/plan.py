@@ -26,6 +26,7 @@ from shakedown.verification.load_regions import (
     BELOW,
     BETWEEN,
     IN_ZONE,
+    NO_ZONE,
     PROVED,
     UNSAFE,
     default_load_factors,
@@ -49,7 +50,7 @@ class Case:
     region
         Where the load factor lies: below λ_1 (of a load domain: below λ_U), between the
         bounds, above λ_max; below λ_lo where safe slips exist only from there on. Where nodes
-        are open: whether the zone has safe slips.
+        are open: whether the zone has safe slips; that no zone has any.
     load_factor
         λ.
     initial, start
@@ -86,7 +87,7 @@ class Case:
     @property
     def predicted(self) -> str:
         """ "shakedown", "slips or opens", or "either" where the bounds predict nothing."""
-        if self.region in (UNSAFE, ABOVE):
+        if self.region in (UNSAFE, ABOVE, NO_ZONE):
             return "slips or opens"
         below = self.region in (BELOW, PROVED) and self.arrives_closed
         certain = below or self.initial == "safe" or self.proved  # with these nodes open

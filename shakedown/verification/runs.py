@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from shakedown.ground.evidence import Missing
-from shakedown.ground.shown_values import at_lambda, plain, short
+from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.planar.collapse.lower import LowerBound
-from shakedown.verification.load_regions import BELOW
+from shakedown.verification.load_regions import BELOW, NO_ZONE
 from shakedown.verification.plan import Case
 
 
@@ -26,7 +26,8 @@ class Run(Result):
     case
         What was to be simulated, and what is predicted for it.
     agrees
-        True, False, or None where nothing was predicted or the simulation is undecided.
+        True, False, or None where nothing was predicted, the simulation is undecided, or comes to rest
+        with other nodes open than the prediction is about.
     simulation, seconds
         What came out, and the time it took [s].
     """
@@ -90,16 +91,19 @@ def run_of(problem: Problem, case: Case, cycles: int, method: str, tolerances: T
         tolerances=tolerances,
     )
     seconds = time.perf_counter() - began
-    agrees = _agreement(case.predicted, simulation, case.open_nodes)
-    return Run(case, agrees, simulation, seconds)
+    return Run(case, _agreement(case, simulation), simulation, seconds)
 
 
-def _agreement(predicted: str, run: Simulation, open_nodes: tuple[int, ...] = ()) -> bool | None:
-    """The bounds speak of shakedown with all nodes closed, or exactly these open."""
-    if predicted == "either" or run.outcome == Outcome.UNDECIDED:
+def _agreement(case: Case, run: Simulation) -> bool | None:
+    """The bounds speak of shakedown with all nodes closed, or exactly these open, or of every zone."""
+    if case.predicted == "either" or run.outcome == Outcome.UNDECIDED:
         return None
-    kept = run.outcome == Outcome.SHAKEDOWN and run.open_nodes == open_nodes
-    return kept == (predicted == "shakedown")
+    shakes_down = case.predicted == "shakedown"
+    if run.outcome != Outcome.SHAKEDOWN:
+        return not shakes_down
+    if run.open_nodes == case.open_nodes or case.region == NO_ZONE:
+        return shakes_down
+    return False if shakes_down else None
 
 
 def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
@@ -118,7 +122,12 @@ def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[
 
 
 def open_questions(runs: Sequence[Run]) -> Iterator[str]:
-    """One sentence for each run without an outcome."""
+    """One sentence for each run without an outcome, or at rest in a zone that no prediction is about."""
     for run in runs:
-        if run.simulation.outcome == Outcome.UNDECIDED:
-            yield f"{run.initial} at {at_lambda(run.simulation.load_factor)}: {run.simulation.reason}"
+        found = run.simulation
+        where = f"{run.initial} at {at_lambda(found.load_factor)}"
+        if found.outcome == Outcome.UNDECIDED:
+            yield f"{where}: {found.reason}"
+        elif run.agrees is None and run.predicted != "either":
+            named = nodes_in_words(found.open_nodes)
+            yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"

@@ -10,6 +10,7 @@ import shakedown
 from shakedown import verify
 from shakedown.assessment import common_limits
 from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.joint.contact_zone import contact_zone
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.verification import plan
 from shakedown.verification.load_regions import OUTSIDE
@@ -49,6 +50,27 @@ def test_a_wrong_zone_is_reported_not_believed():
     assert "With node 16 (FE 144) open and all others closed no load factor is safe" in " ".join(
         bounds_in_words(result.limits)
     )
+
+
+def test_a_zone_that_was_not_found_is_an_open_question(monkeypatch):
+    """Shakedown in another zone neither agrees with "slips or opens" nor contradicts it."""
+    problem = partly_open(SOME[0])
+    closed = contact_zone(problem, ())
+    known = shakedown.upper_bound(problem, open_nodes="auto")
+    monkeypatch.setattr("shakedown.bounds.upper.chosen_zone", lambda *given: (closed, True))
+    missed = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor])
+    monkeypatch.setattr("shakedown.bounds.upper.chosen_zone", lambda *given: (closed, False))
+    denied = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor])
+    unsearched = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor], open_nodes=())
+    for report in (missed, denied, unsearched):
+        run = report.runs[1]
+        assert (run.simulation.outcome, run.simulation.open_nodes) == ("shakedown", known.open_nodes)
+        assert not report.agrees
+    assert missed.runs[1].predicted == "either"
+    assert any(question.startswith("λ_max is open: no contact zone") for question in missed.open_questions)
+    assert (denied.runs[1].predicted, denied.runs[1].agrees) == ("slips or opens", False)
+    assert unsearched.runs[1].agrees is None
+    assert any("a zone that λ_max is not about" in question for question in unsearched.open_questions)
 
 
 def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):

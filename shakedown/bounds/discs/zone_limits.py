@@ -38,14 +38,14 @@ class ZoneLimit:
     margin: float = 0.0
 
 
-def zone_limit(rows: DiscRows, tolerances: Tolerances) -> ZoneLimit:
-    """λ_max of a zone, for a search among zones."""
+def zone_limit(rows: DiscRows, compared: bool, tolerances: Tolerances) -> ZoneLimit:
+    """λ_max of a zone, for a search among zones; ``compared``: with its margin where it has no safe slip."""
     nothing, found = np.zeros(0), largest_load_factor(rows, None, True, tolerances)
     if found.status == Status.UNBOUNDED:
         return ZoneLimit(inf, nothing, nothing)
     if found.status == Status.OPTIMAL:
         return ZoneLimit(found.load_factor, found.x, found.multipliers)
-    margin = safest(rows, 0.0, tolerances).margin
+    margin = safest(rows, 0.0, tolerances).margin if compared else 0.0
     return ZoneLimit(-inf, nothing, found.multipliers, margin)
 
 

@@ -198,7 +198,7 @@ def energy_bound(
     (0.6619611, array([0.0336, 1.3412]), True)
     """
     start, reach = checked_initial_slip(problem, initial_slip), _checked_distance(distance)
-    zone = chosen_zone(problem, open_nodes, tolerances)
+    zone, _ = chosen_zone(problem, open_nodes, tolerances)
     if problem.directions > 1:
         return _in_space(zone, start, reach, tolerances, split=split, certify=certify)
     rows, given = zone_rows(zone, tolerances=tolerances), start[list(zone.closed_nodes)]
