@@ -13,6 +13,7 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import disc_end
 from shakedown.programs.interior.disc_program import DiscProgram
 from shakedown.programs.interior.self_dual import SelfDualEnd
+from shakedown.programs.interior.small_cones import TRIPLE
 
 STEPS = 12
 SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1
@@ -25,11 +26,12 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class _Active:
-    """The limits that meet: linear rows, discs at their edge, discs at their apex."""
+    """The limits that meet: linear rows, discs at their edge or apex, the bound of the length."""
 
     linear: NDArray[np.intp]
     edge: NDArray[np.intp]
     apex: NDArray[np.intp]
+    norm: bool
 
 
 def end_of(scaled: ScaledDiscs, tolerances: Tolerances) -> DiscEnd:
@@ -69,7 +71,8 @@ def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
     active = s[:, 0] - length_s < alike * (y[:, 0] + length_y)
     apex = s[:, 0] + length_s < alike * (y[:, 0] - length_y)
     linear = np.flatnonzero(slack < alike * weight)
-    return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex))
+    norm = program.norm is not None and bool(np.any(end.x[: program.rank]))
+    return _Active(linear, np.flatnonzero(active & ~apex), np.flatnonzero(apex), norm)
 
 
 def _left(program: DiscProgram, end: SelfDualEnd) -> float:
@@ -84,9 +87,11 @@ def _left(program: DiscProgram, end: SelfDualEnd) -> float:
 
 def _newton(program: DiscProgram, end: SelfDualEnd, active: _Active) -> SelfDualEnd | None:
     """The end from Newton's method on the equations; None where it does not settle."""
-    triples, weights, _ = program.parts(end.multipliers)
+    triples, weights, tail = program.parts(end.multipliers)
     x = end.x
-    m = np.concatenate([weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel()])
+    m = np.concatenate(
+        [weights[active.linear], triples[active.edge, 0], triples[active.apex].ravel(), tail[: active.norm]]
+    )
     best, reached = None, np.inf
     for _ in range(STEPS):
         gradient, missing, H, J = _equations(program, active, x, m)
@@ -120,7 +125,14 @@ def _equations(
     at_apex = program.columns(active.apex).reshape(-1, len(x))
     J = -np.vstack([_rows(program, active.linear), edges.slopes, at_apex])
     missing = np.concatenate([linear[active.linear], -edges.excess, s[active.apex].ravel()])
-    return program.costs - m @ J, missing, edges.bends.T @ edges.bends, J
+    H = edges.bends.T @ edges.bends
+    if active.norm and program.norm is not None:
+        r, length = program.rank, float(np.linalg.norm(x[: program.rank]))
+        towards = x[:r] / length
+        J = np.vstack([J, np.append(-towards, program.norm)])
+        missing = np.append(missing, program.norm @ x[r:] - program.offset - length)
+        H[:r, :r] += m[-1] / length * (np.eye(r) - np.outer(towards, towards))
+    return program.costs - m @ J, missing, H, J
 
 
 def _rows(program: DiscProgram, rows: NDArray[np.intp]) -> FloatArray:
@@ -132,10 +144,14 @@ def _ended(
     program: DiscProgram, end: SelfDualEnd, active: _Active, x: FloatArray, m: FloatArray
 ) -> SelfDualEnd:
     slack, y = program.limits - program.times(x), np.zeros(len(program.limits))
-    (s, *_), (triples, weights, _) = program.parts(slack), program.parts(y)
+    (s, *_), (triples, weights, tail) = program.parts(slack), program.parts(y)
     a, b = len(active.linear), len(active.linear) + len(active.edge)
+    c = b + TRIPLE * len(active.apex)
     weights[active.linear] = m[:a]
     normal = s[active.edge, 1:] / np.hypot(s[active.edge, 1], s[active.edge, 2])[:, None]
     triples[active.edge] = m[a:b, None] * np.column_stack([np.ones(len(normal)), -normal])
-    triples[active.apex] = m[b:].reshape(-1, 3)
+    triples[active.apex] = m[b:c].reshape(-1, TRIPLE)
+    if active.norm:
+        towards = x[: program.rank] / np.linalg.norm(x[: program.rank])
+        tail[:] = m[c] * np.append(1.0, -towards)
     return replace(end, x=x, slack=slack, multipliers=y)

@@ -129,10 +129,16 @@ class DiscsAbout:
         )
 
     def farthest_program(self, *, reverse: bool = False) -> DiscProgram:
-        """The largest λ ≥ 0, or −λ ≥ 0, for which ‖y‖ + δ ≤ R, w = (R, λ or −λ)."""
+        """The largest λ ≥ 0, or −λ ≥ 0, for which ‖y‖ + δ ≤ R, w = (R, λ or −λ).
+
+        Where no limit knows the radius, w = (λ,): it would have no end.
+        """
+        loads = np.append(self.row_d, 1.0 if reverse else -1.0)
+        if self.all_s.max(initial=0.0) <= ROUND_OFF:
+            return self.program(self.d[:, :, None], loads[:, None], np.zeros(1))
         found = self.program(
             np.stack([self._of_radius(self.disc_s), self.d], axis=2),
-            np.vstack([np.column_stack([self.row_s, self.row_d]), [0.0, 1.0 if reverse else -1.0]]),
+            np.column_stack([np.append(self.row_s, 0.0), loads]),
             np.zeros(1),
         )
         return replace(found, norm=np.array([1.0, 0.0]), offset=self.offset)

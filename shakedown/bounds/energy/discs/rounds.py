@@ -92,11 +92,12 @@ class Found:
         program = about.farthest_program()
         value = -float(np.einsum("ij,ij", end.discs, program.right) + end.rows @ program.rows_right)
         of_y, of_w = balance(program, end.discs, end.rows)
-        value += float(of_w[0]) * about.offset
+        weight = 0.0 if program.norm is None else float(of_w[0])
+        value += weight * about.offset
         if not value > 0:
             return inf
         sizes = float(np.einsum("ij,ij", np.abs(end.discs), np.abs(program.right))) or 1.0
-        return max(float(np.linalg.norm(of_y)) - float(of_w[0]), abs(float(of_w[1])), 0.0) / max(sizes, value)
+        return max(float(np.linalg.norm(of_y)) - weight, abs(float(of_w[-1])), 0.0) / max(sizes, value)
 
 
 class Room(NamedTuple):
