@@ -18,7 +18,7 @@ import shakedown
 from benchmarks.bodies.sphere import SKEW, rolling_limit, rolling_sphere
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.implicit_path import ImplicitPath
+from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.report.node_words import table
 
 TITLE = "A sphere rolled to and fro: tangential force that friction holds"
@@ -120,7 +120,7 @@ def _joint(amplitude: float, size: float, direction: float, shear: float) -> Pro
 
 def _pressures(joint: Problem) -> tuple[FloatArray, FloatArray]:
     """Least and largest normal force of every square over a period; nothing moves it along the flat."""
-    path = ImplicitPath(joint, 1.0)
+    path = FixedSteps(joint, 1.0)
     path.cycle(record=True)
     pressed = np.maximum(path.history.p, 0.0)
     return pressed.min(axis=0), pressed.max(axis=0)
@@ -136,7 +136,7 @@ def _bound(joint: Problem, least: FloatArray) -> float:
 
 def rolled(joint: Problem, direction: float, cycles: int) -> Rolling:
     """Roll until nothing slips, or for so many periods."""
-    path, slips = ImplicitPath(joint, 1.0), []
+    path, slips = FixedSteps(joint, 1.0), []
     angle = np.deg2rad(direction)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     before = after = start = path.state.u[: 2 * joint.n]

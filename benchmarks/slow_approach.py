@@ -42,7 +42,7 @@ def measure(case: dict) -> dict:
     assert state.outcome == shakedown.Outcome.SHAKEDOWN
     plain, began, cycles = Evolution(problem, LOAD_FACTOR), time.perf_counter(), 0
     far = CLOSE * np.abs(state.final_slip).max()
-    while cycles == 0 or np.abs(plain.motion.u[:2] - state.final_slip).max() > far:
+    while cycles == 0 or np.abs(plain.method.u[:2] - state.final_slip).max() > far:
         plain.cycle()
         cycles += 1
     return {

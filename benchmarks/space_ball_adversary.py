@@ -19,7 +19,7 @@ from benchmarks.space_energy import random_joint
 from shakedown import Outcome, Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
-from shakedown.motion.directed.directed_motion import DirectedMotion
+from shakedown.motion.integrator import Evolution
 from shakedown.programs.cone_rays import way_to_limits
 from shakedown.report.node_words import table
 
@@ -126,7 +126,7 @@ class _Followed:
 
     def __init__(self, problem: Problem, load_factor: float) -> None:
         self.problem, self.load_factor = problem, load_factor
-        self.motion = DirectedMotion(problem, load_factor)
+        self.motion = Evolution(problem, load_factor)
         self.nothing = self.motion.tolerances.path * self.motion.scale.length
 
     def run(self, start: FloatArray, *, to_the_end: bool = True) -> tuple[str, list[FloatArray]]:

@@ -27,8 +27,8 @@ from benchmarks.timing import in_turn
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.contact_law import scales
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
+from shakedown.motion.integrator import Evolution
 from shakedown.report.node_words import table
 
 TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"
@@ -190,14 +190,14 @@ def _siconos(
             return float(out["seconds"].mean()), out["r"]
 
 
-def _events(name: str, accuracy: float) -> DirectedMotion:
+def _events(name: str, accuracy: float) -> Evolution:
     """A motion from event to event whose next cycle is the one compared."""
-    motion = DirectedMotion(scene(name), 1.0, tolerances=Tolerances(path=accuracy))
+    motion = Evolution(scene(name), 1.0, tolerances=Tolerances(path=accuracy))
     motion.cycle()
     return motion
 
 
-def _cycle(motion: DirectedMotion, name: str) -> FloatArray:
+def _cycle(motion: Evolution, name: str) -> FloatArray:
     """The slips at the end of the cycle from the common start; NaN where the motion stops."""
     start = begun(name)
     u = np.concatenate([start.v, start.w])

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from shakedown import Problem, Tolerances
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.directed.directed_motion import DirectedMotion
-from shakedown.motion.implicit_path import ImplicitPath
+from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.initial_state import beginning
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
 from shakedown.motion.violation import path_violation
 from shakedown.report.node_words import table
@@ -160,7 +160,7 @@ def cases(short: bool) -> list[dict[str, Any]]:
 def measure(case: dict[str, Any]) -> dict[str, Any]:
     problem = scene(case["kind"], case["seed"])
     start = None if problem.initial_slip is None else problem.initial_slip[0]
-    motion = DirectedMotion(problem, 1.0, start)
+    motion = Evolution(problem, 1.0, start)
     done = list(cycles_of(motion, CYCLES, record=True))
     row = {
         "n": problem.n,
@@ -180,7 +180,7 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
     return row | {"verdict": verdict(row)}
 
 
-def distance(problem: Problem, start: FloatArray | None, motion: DirectedMotion, parts: int) -> float | None:
+def distance(problem: Problem, start: FloatArray | None, motion: Evolution, parts: int) -> float | None:
     """Of the state that implicit steps come to from that of the path, relative to the length scale."""
     end = implicit_end(problem, start, parts)
     return None if end is None else float(np.abs(end - motion.state.u).max() / motion.scale.length)
@@ -190,7 +190,7 @@ def implicit_end(problem: Problem, start: FloatArray | None, parts: int) -> Floa
     """The state after the cycles by implicit steps, on the same course and ramp; None where they stop."""
     ramp = beginning(problem, 1.0, start).load[None]
     q, p = problem.layout.split(ramp)
-    steps = ImplicitPath(replace(problem, q_transient=q, p_transient=p), 1.0, start, parts=parts)
+    steps = FixedSteps(replace(problem, q_transient=q, p_transient=p), 1.0, start, parts=parts)
     for _ in range(CYCLES):
         if steps.cycle() is None:
             return None

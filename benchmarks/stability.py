@@ -171,14 +171,14 @@ def _event_seconds(hard: Scene) -> float:
     start, load, n = evolution.state, evolution.load, hard.problem.n
     path = np.vstack([ramp_start(hard.problem, load[0], hard.start), *[load] * hard.cycles])
     run = run_along(
-        evolution.active, evolution.rates, evolution.motion,
-        room_for(min(100 * len(path), 10**5), n), course(path, 0, True, evolution.precision),
+        evolution.method.active, evolution.method.rates, evolution.method.motion,
+        room_for(min(100 * len(path), 10**5), n), course(path, 0, True, evolution.method.precision),
     )  # fmt: skip
 
     def follow() -> int:
-        evolution.motion.u[:], evolution.active.state[:] = start.u, start.contact
-        factorize(evolution.active)
-        begin(evolution.motion)
+        evolution.method.u[:], evolution.method.active.state[:] = start.u, start.contact
+        factorize(evolution.method.active)
+        begin(evolution.method.motion)
         status = event_loop.follow(run, 1, event_loop.EFFORT)
         while status in (event_loop.PAUSED, event_loop.RECORD_FULL):
             status = event_loop.follow(run, 1, event_loop.EFFORT)

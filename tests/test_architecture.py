@@ -72,7 +72,6 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.calculix_cycles", "shakedown.readers.stiffness"),
     ("benchmarks.calculix_solids", "shakedown.readers.calculix_reactions"),
     ("benchmarks.siconos_agreement", "shakedown.motion.kernels.contact_status"),
-    ("benchmarks.evolution", "shakedown.motion.fixed_steps"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.tasks"),
     ("benchmarks.space_scenes", "shakedown.motion.initial_state"),

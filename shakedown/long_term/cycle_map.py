@@ -9,6 +9,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import STICK
+from shakedown.motion.method import cycles_of
+from shakedown.motion.plane_events import PlaneEvents
 
 UNIT = 1e-9  # distance from 1 of an eigenvalue of the cycle map that counts as 1
 
@@ -54,18 +56,17 @@ class Limit:
 def follow_period(evolution: Evolution, period: int) -> CycleMap | None:
     """Carry an evolution through a period, with the derivative of its cycle map; None where it stops."""
     stuck = np.flatnonzero(evolution.state.contact == STICK)
-    tangent, records = tangent_basis(evolution, stuck), []
-    for _ in range(period):
-        cycle = evolution.cycle(tangent=tangent)
-        if cycle is None:
-            return None
-        records.append(cycle)
-    return CycleMap(tuple(records), tangent[stuck])
+    tangent = tangent_basis(evolution, stuck)
+    assert isinstance(evolution.method, PlaneEvents)
+    with evolution.method.derivative(tangent):
+        records = tuple(cycles_of(evolution, period))
+    return CycleMap(records, tangent[stuck]) if evolution.stop is None else None
 
 
 def tangent_basis(evolution: Evolution, stuck: np.ndarray) -> FloatArray:
     """∂(v, w)/∂v_stuck: every other moving node follows by its equations."""
-    act, layout = evolution.active, evolution.problem.layout
+    assert isinstance(evolution.method, PlaneEvents)
+    act, layout = evolution.method.active, evolution.problem.layout
     size = int((act.place >= 0).sum())
     basis = np.zeros((layout.size, len(stuck)))
     basis[stuck, np.arange(len(stuck))] = 1.0

@@ -134,7 +134,7 @@ def _found(
     """What the motion of a search settles into from its start, with these nodes open there."""
     evolution = search.evolution
     n, slips = evolution.problem.n, evolution.problem.layout.slips
-    start, answers = evolution.motion.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
+    start, answers = evolution.state.u[slips].copy(), room_for_answers(1, evolution.problem.layout)
     search.from_here(answers, halt)
     seen, at, length = search.compiled, search.standing, evolution.scale.length
     verdict, known = int(answers.verdict[0]), answers.verdict[0] >= SHAKEDOWN

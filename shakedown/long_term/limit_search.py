@@ -15,7 +15,6 @@ from shakedown.long_term.cycle_map import limit
 from shakedown.long_term.settling.path_check import Scale, path_check
 from shakedown.long_term.settling.period_map import period_map
 from shakedown.long_term.settling.search import (
-    CONFIRM,
     LIMIT_WANTED,
     SINGULAR,
     Answers,
@@ -39,9 +38,9 @@ from shakedown.long_term.settling.settle import (
 )
 from shakedown.motion.contact_law import alone, swing
 from shakedown.motion.cycle_record import Interim
-from shakedown.motion.integrator import ROUNDING, Evolution
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.event_loop import DONE, EFFORT, NO_RATES, PAUSED, address_of_follow
-from shakedown.motion.kernels.run import progress
+from shakedown.motion.plane_events import ROUNDING, PlaneEvents
 
 LONGEST_PERIOD = 8  # cycles
 OUTCOMES = (  # of the verdicts of compiled code
@@ -87,10 +86,16 @@ class LimitSearch:
             friction_law=t.friction_law,
             stiffness=float(np.abs(evolution.kappa).max()),
         )
-        runs = evolution.run(True, False), evolution.run(False, False), evolution.run(False, True)
+        events = self._events
+        runs = events.run(True, False), events.run(False, False), events.run(False, True)
         check = path_check(problem.f, Scale(scale.force, scale.length, t.periodicity * scale.length))
         self.compiled = search(runs, period_map(problem.n), check, rules)
         self._weigh()
+
+    @property
+    def _events(self) -> PlaneEvents:
+        assert isinstance(self.evolution.method, PlaneEvents)
+        return self.evolution.method
 
     @property
     def standing(self) -> Standing:
@@ -105,7 +110,7 @@ class LimitSearch:
     def _weigh(self) -> None:
         """Set what the joint is measured by at its load factor, and from its start."""
         evolution, scale = self.evolution, self.evolution.scale
-        share, lost = evolution.tolerances.periodicity, evolution.precision.force
+        share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
         self._near = near
         weigh(self.compiled, scale.force, scale.length, near, 0.0 < moving < BLURRED * lost)
@@ -169,21 +174,20 @@ class LimitSearch:
         """Nothing holds the moving nodes of the state that a search is to go on from."""
         at = self.standing
         self.evolution.enter_cycle(at.cycles)
-        self.evolution.say_not_held(self.evolution.run(at.cycles == 0, False))
+        self.evolution.say_not_held()
         tell(self.compiled, STOPPED, 0.0, 0.0)
 
     def _give_way(self, status: int) -> None:
         """Rates, or a state to jump to, where the loop has found none; else why the motion stops."""
         evolution, at = self.evolution, self.standing
-        run = evolution.run(at.cycles == 0, at.phase == CONFIRM)
-        now = progress(run)
+        now = self._events.progress()
         if not at.jumped:
             evolution.enter_cycle(at.cycles)
-        if status == NO_RATES and evolution.finds_rates():
+        if status == NO_RATES and self._events.finds_rates():
             tell(self.compiled, RATES, 0.0, 0.0)
-        elif status == NO_RATES and evolution.jump(now, run):
+        elif status == NO_RATES and evolution.jump(now):
             jump = evolution.jumps[-1]
             tell(self.compiled, JUMP, jump.friction_work, jump.damping_work)
         else:
-            evolution.say_why(status, now, run)
+            evolution.say_why(status, now)
             tell(self.compiled, LEAVES if evolution.left else STOPPED, 0.0, 0.0)

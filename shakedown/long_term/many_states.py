@@ -28,7 +28,6 @@ from shakedown.long_term.proved.proved_rest import CLEAR
 from shakedown.long_term.returning.returned_state import ReturnedStates, enter
 from shakedown.long_term.settling.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
 from shakedown.motion.contact_law import scales
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.integrator import Evolution
 
 BLOCK = 4096  # states that a thread takes at once
@@ -195,11 +194,10 @@ class _Batch:
         if not len(self.starts):
             return
         search: LimitSearch | ReturnedStates
+        motion = Evolution(self.problem, self.load_factor, None, self.tolerances)
         if self.problem.directions == 1:
-            evolution = Evolution(self.problem, self.load_factor, None, self.tolerances)
-            search = LimitSearch(evolution, self.most, self.longest_period)
+            search = LimitSearch(motion, self.most, self.longest_period)
         else:
-            motion = DirectedMotion(self.problem, self.load_factor, None, self.tolerances)
             search = ReturnedStates(motion, self.most, self.longest_period)
         while not self.stopped:
             first = next(self.blocks) * size

@@ -7,7 +7,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import State
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
@@ -36,12 +35,13 @@ class Passage:
     open_nodes: tuple[int, ...]
     scene: Scene | None = None
 
-    def motion(self) -> Evolution | DirectedMotion:
+    def motion(self) -> Evolution:
         """The motion at its very start: exact in the plane, to the accuracy of the tolerances in space."""
-        method = Evolution if self.problem.directions == 1 else DirectedMotion
-        return method(self.problem, self.load_factor, self.start, self.tolerances, open_nodes=self.open_nodes)
+        return Evolution(
+            self.problem, self.load_factor, self.start, self.tolerances, open_nodes=self.open_nodes
+        )
 
-    def motion_from(self, state: State, done: int) -> Evolution | DirectedMotion:
+    def motion_from(self, state: State, done: int) -> Evolution:
         """The motion in a state after so many cycles."""
         evolution = self.motion()
         evolution.state = state

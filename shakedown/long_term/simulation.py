@@ -30,7 +30,6 @@ from shakedown.motion.contact_law import alone, law_resolution, swing
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.motion.method import Walk, walk
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
@@ -296,18 +295,15 @@ def _stepping(
     open_nodes: tuple[int, ...],
     method: str,
     tolerances: Tolerances,
-) -> FixedSteps | ImplicitPath:
+) -> FixedSteps:
     """A motion at fixed load steps."""
-    if problem.directions > 1:
-        return ImplicitPath(
-            problem, load_factor, initial_slip, tolerances, open_nodes, sweeps_only=method == "gauss-seidel"
-        )
-    if method == "newton":
+    if problem.directions == 1 and method == "newton":
         raise UsageError("method: expected event or gauss-seidel with one tangential direction, found newton")
-    return FixedSteps(problem, load_factor, initial_slip, tolerances, open_nodes)
+    start, swept = (initial_slip, tolerances, open_nodes), method == "gauss-seidel"
+    return FixedSteps(problem, load_factor, *start, sweeps_only=swept)
 
 
-def _at_fixed_steps(motion: FixedSteps | ImplicitPath, asked: _Asked, steps: RecordedSteps) -> Simulation:
+def _at_fixed_steps(motion: FixedSteps, asked: _Asked, steps: RecordedSteps) -> Simulation:
     """Cycle until the last cycles show what it has settled into, or the cycles allowed are spent."""
     problem, scale, t, records = motion.problem, motion.scale, motion.tolerances, list[CycleRecord]()
     moving = swing(problem, loop_path(problem, motion.load_factor))
@@ -327,10 +323,10 @@ def _at_fixed_steps(motion: FixedSteps | ImplicitPath, asked: _Asked, steps: Rec
     return _simulation(_stepped_state(motion, verdict, path), asked.method, path)
 
 
-def _stepped_state(motion: FixedSteps | ImplicitPath, verdict: Verdict, log: Walk) -> SteppedState:
+def _stepped_state(motion: FixedSteps, verdict: Verdict, log: Walk) -> SteppedState:
     n, decided = motion.problem.n, verdict.outcome != Outcome.UNDECIDED
     last, (path, slip) = slice(len(log.slip) - verdict.period, None), motion.last(verdict.period)
-    if isinstance(motion, FixedSteps):
+    if motion.problem.directions == 1:
         work = -(path.q * slip).sum(axis=0) / max(verdict.period, 1)
     else:
         work = np.sum([each.work for each in log.records[last]], axis=0) / max(verdict.period, 1)

@@ -15,7 +15,6 @@ from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof
 from shakedown.long_term.passage import Passage
 from shakedown.motion.cycle_record import State, Stop
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import expanded_history
 from shakedown.motion.integrator import Evolution
@@ -169,7 +168,7 @@ class LongTermState(SettledState):
         """What was left out, where that was asked for and could be done."""
         return self.begun.scene
 
-    def motion(self) -> Evolution | DirectedMotion:
+    def motion(self) -> Evolution:
         """The motion at the start of a period of the long-term state."""
         return self.begun.motion_from(self.goal, self.cycles_simulated - self.period)
 

@@ -1,7 +1,7 @@
 """What one cycle of a motion did, the state between cycles, and why an evolution stopped."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +79,22 @@ class CycleRecord:
     def dissipation(self) -> float:
         """What friction and the damping of jumps take [force × length]."""
         return self.friction_dissipation + self.jump_dissipation
+
+
+class Totals(NamedTuple):
+    """What compiled loops have counted in a cycle, jumps apart: as in :class:`CycleRecord`.
+
+    ``friction`` is None where it is not counted apart from the work of each node.
+    """
+
+    slip: FloatArray
+    work: FloatArray
+    opened: NDArray[np.bool_]
+    closed: NDArray[np.bool_]
+    friction: float | None
+    events: int
+    signature: int
+    error: float = 0.0
 
 
 Interim = tuple[Any, ...]

@@ -15,7 +15,6 @@ from shakedown.joint.loading import first_load, loop_path, ramp_start, transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.motion.cycle_record import CycleRecord, Stop
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
@@ -112,8 +111,7 @@ def evolve(
         small = evolve(scene.problem, load_factor, moving, cycles=cycles, tolerances=tolerances)
         if small.stop is None and not any(cycle.jumps for cycle in small.cycles):
             return _expanded(problem, small, scene)
-    method = Evolution if problem.directions == 1 else DirectedMotion
-    evolution = method(problem, load_factor, initial_slip, tolerances, damping, opened)
+    evolution = Evolution(problem, load_factor, initial_slip, tolerances, damping, opened)
     start = evolution.state.u[problem.layout.slips]
     records = tuple(cycles_of(evolution, cycles, record=True))
     return EvolutionResult(float(load_factor), start, records, evolution.history, evolution.stop)

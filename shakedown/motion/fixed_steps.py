@@ -1,44 +1,74 @@
-"""A joint followed at fixed load steps, by the thesis's Gauss–Seidel."""
+"""A joint followed at fixed load steps: by the thesis's Gauss–Seidel, in space by Newton's method, too."""
 
 from collections import deque
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.loading import loading, transient_path
+from shakedown.joint.arguments import require_problem
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import law_violation, reactions, scales
-from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
+from shakedown.motion.contact_law import Scales, law_violation, reactions
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.motion.initial_state import beginning
-from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN
+from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
+from shakedown.motion.initial_state import Beginning
+from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.method import Motion
 
 MAX_SWEEPS = 10_000
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not
+SLIPS = 1  # in space, beside STICK and OPEN: a disc has no sides
 
 
-class FixedSteps:
-    """A joint under its loading loop, carried from load step to load step; a :class:`Motion`.
+class FixedSteps(Motion):
+    """A joint under its loading loop, carried from load step to load step.
 
-    Transient load steps, where the problem has them, come first and are no cycle.
+    Transient load steps, where the problem has them, come first and are no cycle. In space
+    the first load of all is put on in one step, from whatever state: an initial slip that the law does
+    not allow there becomes one that it does.
 
     Parameters
     ----------
     problem, load_factor, initial_slip, tolerances, open_nodes
         As for :func:`evolve`.
+    parts
+        Into how many equal parts a load step is cut in space, each of them solved at once: the error is
+        of the first order in their size.
+    sweeps_only
+        In space: solve each by Gauss–Seidel sweeps alone, the baseline, slow where many nodes slip or
+        open. In the plane that is always so.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, or load steps are to be cut in the plane.
 
     Examples
     --------
-    >>> import shakedown
+    >>> import numpy as np, shakedown
     >>> motion = FixedSteps(shakedown.example("two-node"), 0.9)
     >>> first, second = motion.cycle(), motion.cycle()
     >>> second.slip.round(6)
     array([0.      , 1.893552])
+
+    A load of constant size goes around, f p = 0.6, A = 1: the slip goes around a circle of radius 0.8.
+
+    >>> t = 2 * np.pi * np.arange(1, 61)[:, None] / 60
+    >>> q_w = np.hstack([np.cos(t), np.sin(t)])
+    >>> node = shakedown.Problem(A=np.eye(2), B=np.zeros((1, 2)), f=0.3, q_w=q_w, p_w=np.full((60, 1), 2.0))
+    >>> motion = FixedSteps(node, 1.0, parts=20)
+    >>> first, second = motion.cycle(), motion.cycle()
+    >>> (second.slip / (2 * np.pi)).round(3), round(second.dissipation / (2 * np.pi), 3)
+    (array([0.797]), 0.478)
     """
+
+    method: "SweptSteps | SolvedSteps"
 
     def __init__(
         self,
@@ -47,79 +77,71 @@ class FixedSteps:
         initial_slip: ArrayLike | None = None,
         tolerances: Tolerances = DEFAULT,
         open_nodes: Iterable[int] = (),
+        parts: int = 1,
+        sweeps_only: bool = False,
     ) -> None:
-        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
-        self.scale = scales(problem, load_factor)
-        self.load = loading(problem).at(load_factor)
-        n = problem.n
-        C = np.zeros((n, n)) if problem.C is None else problem.C
-        tension = 16 * np.finfo(float).eps * self.scale.force
-        separable = problem.C is not None
-        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
-        self.v, self.w = np.zeros(n), np.zeros(n)
-        self.contact = np.zeros(n, dtype=np.int64)
-        self.done = 0  # cycles
+        require_problem(problem)
+        check_count("parts", parts)
+        if problem.directions == 1 and parts > 1:
+            raise UsageError(f"parts: expected 1 with one tangential direction, found {parts}")
+        self.problem, self.tolerances = problem, tolerances
+        swept = problem.directions == 1
+        self.method = SweptSteps(problem) if swept else SolvedSteps(problem, int(parts), sweeps_only)
+        self.begin(load_factor, initial_slip, open_nodes)
+
+    def _begin(self, start: Beginning, transient: FloatArray) -> None:
         self.residual = 0.0  # largest relative violation of the friction law so far
-        self.pieces: list[EventHistory] = []
         self.recent: deque[tuple[EventHistory, FloatArray]] = deque(maxlen=REMEMBERED)
-        self.state = beginning(problem, load_factor, initial_slip, open_nodes, tolerances).state
-        self.start = self.v.copy()
-        before = transient_path(problem)
-        if len(before):
-            q_w, p_w = (np.ascontiguousarray(part) for part in problem.layout.split(before))
-            self.pieces.append(self._advance(q_w, p_w, -len(before))[0])
-
-    @property
-    def state(self) -> State:
-        """The state between two cycles; may be set to continue from another one."""
-        return State(self.problem.layout.joined(self.v, self.w), self.contact.copy())
-
-    @state.setter
-    def state(self, state: State) -> None:
-        self.stop: Stop | None = None
-        self.v[:], self.w[:] = self.problem.layout.split(state.u)
-        self.contact[:] = state.contact
+        self.method.begin(self.load[-1], self.scale, self.tolerances)
+        self.state = start.state
+        self.start = self.state.u[self.problem.layout.slips]
+        if len(transient):
+            self.pieces.append(self._advance(transient, -len(transient))[0])
 
     @property
     def history(self) -> EventHistory:
         """The states after all recorded load steps; nothing is known of what is between them."""
-        return EventHistory.joined(self.pieces or [EventHistory.none(self.problem.n)])
+        return EventHistory.joined(self.pieces or [self._nothing()])
 
     def last(self, cycles: int) -> tuple[EventHistory, FloatArray]:
-        """The load steps of the last cycles, at most ``REMEMBERED``, and the slip in contact during each."""
-        n = self.problem.n
-        paths, slips = [EventHistory.none(n)], [np.zeros((0, n))]
-        for path, slip in list(self.recent)[len(self.recent) - cycles :]:
-            paths.append(path)
-            slips.append(slip)
-        return EventHistory.joined(paths), np.concatenate(slips)
+        """The load steps of the last cycles, at most ``REMEMBERED``, and the slip in contact during each.
+
+        In space the way in contact.
+        """
+        chosen = list(self.recent)[max(len(self.recent) - cycles, 0) :]
+        paths = [path for path, _ in chosen] or [self._nothing()]
+        ways = [way for _, way in chosen] or [np.zeros((0, self.problem.n))]
+        return EventHistory.joined(paths), np.concatenate(ways)
 
     def interim(self) -> Interim:
-        """Where it stands, for :meth:`go_on`."""
-        return self.done, self.v.copy(), self.w.copy(), self.contact.copy(), self.residual, tuple(self.recent)
+        """Where it stands, with the load steps that are kept."""
+        return *super().interim(), self.residual, tuple(self.recent)
 
     def go_on(self, interim: Interim) -> None:
         """Stand where a motion stood, but for what is recorded."""
-        self.done, self.v[:], self.w[:], self.contact[:], self.residual, recent = interim
+        *of_method, self.residual, recent = interim
+        super().go_on(tuple(of_method))
         self.recent.extend(recent)
 
-    def cycle(self, *, record: bool = False) -> CycleRecord | None:
-        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""
-        if self.stop is not None:
-            return None
-        path, slip = self._advance(*self.load, 0)
+    def _follow(self, cycles: int, record: bool) -> bool:
+        path, self._steps = self._advance(self.load, 0)
         if record:
             self.pieces.append(path)
         if self.stop is not None:
-            return None
+            return False
         self.done += 1
-        self.recent.append((path, slip))
-        gap, work = path.w > 0, -(path.q * slip)
+        steps = self._steps
+        self.recent.append((path, steps.slip if self.problem.directions == 1 else steps.length))
+        return True
+
+    def _what_it_did(self) -> CycleRecord:
+        steps = self._steps
+        gap = steps.w > 0
         return CycleRecord(
-            end_slip=self.v.copy(),
-            slip=np.abs(slip).sum(axis=0),
-            work=work.sum(axis=0),
-            friction_dissipation=float(work.sum()),
+            end_slip=self.state.u[self.problem.layout.slips].copy(),
+            slip=steps.length.sum(axis=0),
+            work=steps.work.sum(axis=0),
+            friction_dissipation=float(steps.work.sum()),
             jump_dissipation=0.0,
             opened=np.asarray(gap.any(axis=0)),
             closed=~np.asarray(gap.all(axis=0)),
@@ -128,46 +150,185 @@ class FixedSteps:
             jumps=(),
         )
 
-    def _advance(self, q_w: FloatArray, p_w: FloatArray, first: int) -> tuple[EventHistory, FloatArray]:
-        """Solve load steps and check the law on them: their path, and the slip in contact during each."""
-        v, w, slip = (np.zeros_like(q_w) for _ in range(3))
-        tolerance = self.tolerances.convergence * self.scale.length
-        _, change, step, node = load_steps(
-            self.stiffness, q_w, p_w, self.v, self.w, tolerance, MAX_SWEEPS, v, w, slip
-        )
-        q, p = reactions(self.problem, q_w, p_w, v, w)
-        contact = np.where(
-            w > 0, OPEN, np.where(slip < 0, BACKWARD_SLIP, np.where(slip > 0, FORWARD_SLIP, 0))
-        )
-        self.contact[:] = contact[-1]
-        path = EventHistory(
-            cycle=self.done + (first + np.arange(len(q_w))) / self.problem.m,
-            kind=np.full(len(q_w), EventKind.LOAD_STEP, dtype=np.int64),
-            node=np.full(len(q_w), -1),
-            v=v, w=w, q=q, p=p, q_w=q_w, p_w=p_w,
-            state=contact,
-        )  # fmt: skip
-        failure = self._failure(change, step, node)
-        if step < 0:
-            violation = float(law_violation(self.problem.f, q, p, w, slip, self.scale).max())
-            self.residual = max(self.residual, violation)
-            if violation > self.tolerances.friction_law:
-                failure = f"the friction law is violated by {violation:.1e} after converged load steps"
-        if failure:
-            self.stop = Stop(failure, self.done + (first + max(step, 0)) / self.problem.m, node)
-        return path, slip
+    def _nothing(self) -> EventHistory:
+        """The history of no load step."""
+        return self._path(Steps.none(self.problem.layout), self.load[:0], 0)
 
-    def _failure(self, change: float, step: int, node: int) -> str:
+    def _advance(self, loads: FloatArray, first: int) -> tuple[EventHistory, Steps]:
+        """Solve load steps (k, (d + 1) n) and check the law on them."""
+        steps = self.method.solve(*self.problem.layout.split(loads))
+        path = self._path(steps, loads[: len(steps.v)], first)
+        if len(path):
+            self.method.contact = path.state[-1]
+        self._judge(steps, path, first)
+        return path, steps
+
+    def _path(self, steps: Steps, loads: FloatArray, first: int) -> EventHistory:
+        k, (q_w, p_w) = len(loads), self.problem.layout.split(loads)
+        q, p = reactions(self.problem, q_w, p_w, steps.v, steps.w)
+        return EventHistory(
+            cycle=self.done + (first + np.arange(k)) / self.problem.m,
+            kind=np.full(k, EventKind.LOAD_STEP, dtype=np.int64),
+            node=np.full(k, -1),
+            v=steps.v, w=steps.w, q=q, p=p, q_w=q_w, p_w=p_w,
+            state=np.where(steps.w > 0, OPEN, self.method.sides(steps)),
+        )  # fmt: skip
+
+    def _judge(self, steps: Steps, path: EventHistory, first: int) -> None:
+        """Stop where a step was not solved, or the law is violated after the solved ones."""
+        missed = self.method.missed(steps, path)
+        self.residual = max(self.residual, steps.residual, missed)
+        failure = self._failure(steps, f"load step {first + steps.solved}")
+        if not failure and missed > self.tolerances.friction_law:
+            failure = f"the friction law is violated by {missed:.1e} after converged load steps"
+        if failure:
+            when = self.done + (first + min(steps.solved, len(path) - 1)) / self.problem.m
+            self.stop = Stop(failure, when, steps.node, steps.status == StepStatus.SLIDES_AWAY)
+
+    def _failure(self, steps: Steps, where: str) -> str:
         """Why a load step was not solved; empty where all of them were."""
-        if step < 0:
-            return ""
-        self.residual = max(self.residual, float(change / self.scale.length))
-        if node >= 0 and not self.stiffness.separable:
-            return f"node {node} lifts off at load step {step}, and the problem has no C"
-        if node >= 0:
-            cause = "friction above a threshold?"
-            return f"no admissible state of node {node} at load step {step} ({cause})"
-        return (
-            f"load step {step} not converged in {MAX_SWEEPS} sweeps "
-            f"(last relative change {change / self.scale.length:.1e})"
+        if steps.status == StepStatus.SLIDES_AWAY:
+            return f"{SLIDES_AWAY} at {where}"
+        if steps.status == StepStatus.LIFTS_OFF:
+            return f"node {steps.node} lifts off at {where}, and the problem has no C"
+        if steps.status == StepStatus.UNSOLVED and steps.node >= 0:
+            return f"no admissible state of node {steps.node} at {where} (friction above a threshold?)"
+        if steps.status == StepStatus.UNSOLVED:
+            return f"{where} {self.method.unsolved(steps)}"
+        return ""
+
+
+class SweptSteps:
+    """Load steps in the plane, by Gauss–Seidel over the nodes."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.v, self.w = np.zeros(problem.n), np.zeros(problem.n)
+        self.contact = np.zeros(problem.n, dtype=np.int64)
+
+    @property
+    def u(self) -> FloatArray:
+        """Slips and gaps, (2n,)."""
+        return self.problem.layout.joined(self.v, self.w)
+
+    def begin(self, load: FloatArray, scale: Scales, tolerances: Tolerances) -> None:
+        """What "small" is measured against."""
+        problem, self.scale = self.problem, scale
+        self.tolerance = tolerances.convergence * scale.length
+        C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
+        tension, separable = 16 * np.finfo(float).eps * scale.force, problem.C is not None
+        self.stiffness = Stiffness(problem.A, problem.B, C, problem.f, separable, tension).compact()
+
+    def stand(self, state: State) -> None:
+        """Go to a state."""
+        self.v[:], self.w[:] = self.problem.layout.split(state.u)
+        self.contact = state.contact.copy()
+
+    def interim(self) -> Interim:
+        """Where it stands."""
+        return self.v.copy(), self.w.copy(), self.contact.copy()
+
+    def go_on(self, v: FloatArray, w: FloatArray, contact: NDArray[np.int64]) -> None:
+        """Stand there again."""
+        self.v[:], self.w[:], self.contact = v, w, contact
+
+    def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
+        """Carry the state through load steps (k, n), (k, n)."""
+        loads = np.ascontiguousarray(q_w), np.ascontiguousarray(p_w)
+        v, w, slip = (np.zeros_like(loads[0]) for _ in range(3))
+        _, change, failed, node = load_steps(
+            self.stiffness, *loads, self.v, self.w, self.tolerance, MAX_SWEEPS, v, w, slip
         )
+        if failed < 0:
+            status, solved, residual = StepStatus.SOLVED, len(v), 0.0
+        else:
+            lifts = node >= 0 and not self.stiffness.separable
+            status, solved = StepStatus.LIFTS_OFF if lifts else StepStatus.UNSOLVED, failed
+            residual = float(change / self.scale.length)
+            v, w, slip = v[: failed + 1], w[: failed + 1], slip[: failed + 1]
+        q, _ = reactions(self.problem, q_w[: len(v)], p_w[: len(v)], v, w)
+        return Steps(status, solved, node, residual, v, w, slip, np.abs(slip), -(q * slip), 0, 0)
+
+    def sides(self, steps: Steps) -> NDArray[np.int64]:
+        """States of closed nodes."""
+        return np.where(steps.slip < 0, BACKWARD_SLIP, np.where(steps.slip > 0, FORWARD_SLIP, STICK))
+
+    def missed(self, steps: Steps, path: EventHistory) -> float:
+        """By how much load steps that were all solved violate the law, relative."""
+        if steps.status != StepStatus.SOLVED:
+            return 0.0
+        return float(law_violation(self.problem.f, path.q, path.p, path.w, steps.slip, self.scale).max())
+
+    def unsolved(self, steps: Steps) -> str:
+        """What is said of a load step that no node alone was in the way of."""
+        return f"not converged in {MAX_SWEEPS} sweeps (last relative change {steps.residual:.1e})"
+
+
+class SolvedSteps:
+    """Load steps in space, or parts of them, each solved at once."""
+
+    def __init__(self, problem: Problem, parts: int, sweeps_only: bool) -> None:
+        self.problem, self.parts, self.sweeps_only = problem, parts, sweeps_only
+
+    @property
+    def u(self) -> FloatArray:
+        """Slips and gaps, (3n,)."""
+        return self.problem.layout.joined(self.joint.v, self.joint.w)
+
+    def begin(self, load: FloatArray, scale: Scales, tolerances: Tolerances) -> None:
+        """Before the first load: states that are set are those under the last one of the period."""
+        problem, self.scale, self._last = self.problem, scale, load
+        self.joint = ImplicitJoint(problem.A, problem.B, problem.C, problem.f, scale.force, tolerances)
+        self.begun = False  # whether the first load has been put on
+
+    def stand(self, state: State) -> None:
+        """Go to a state."""
+        split = self.problem.layout.split
+        self.contact = np.array(state.contact)
+        self.joint.begin(*split(state.u), *split(self._last))
+
+    def interim(self) -> Interim:
+        """Where it stands."""
+        return self.begun, self.contact.copy(), self.joint.interim()
+
+    def go_on(self, begun: bool, contact: NDArray[np.int64], joint: Interim) -> None:
+        """Stand there again."""
+        self.begun, self.contact = begun, contact
+        self.joint.go_on(joint)
+
+    def solve(self, q_w: FloatArray, p_w: FloatArray) -> Steps:
+        """Carry the state through load steps (k, 2n), (k, n), the very first of all in one."""
+        pieces = [self._solved(q_w[:1], p_w[:1], 1)] if not self.begun else []
+        if not pieces or pieces[0].status == StepStatus.SOLVED:
+            pieces.append(self._solved(q_w[len(pieces) :], p_w[len(pieces) :], self.parts))
+        self.begun = True
+        return Steps.joined(pieces)
+
+    def _solved(self, q_w: FloatArray, p_w: FloatArray, parts: int) -> Steps:
+        return self.joint.follow(q_w, p_w, parts, sweeps_only=self.sweeps_only)
+
+    def sides(self, steps: Steps) -> NDArray[np.int64]:
+        """States of closed nodes."""
+        return np.where(steps.length > 0, SLIPS, STICK)
+
+    def missed(self, steps: Steps, path: EventHistory) -> float:
+        """By how much load steps that were solved break the law, relative (:func:`projection_error`)."""
+        good = path.rows(np.arange(steps.solved))
+        return projection_error(self.problem, good, steps.slip[: steps.solved], self.scale)
+
+    def unsolved(self, steps: Steps) -> str:
+        """What is said of a load step that no node alone was in the way of."""
+        return f"not solved: the law is missed by {steps.residual:.1e}"
+
+
+def projection_error(problem: Problem, path: EventHistory, slip: FloatArray, scale: Scales) -> float:
+    """By how much states (k, …) break the law of a load step with these slips in contact (k, 2n), relative.
+
+    The departure of the reactions from their projections on what the law allows, q from the disc at
+    q − slip and p from max(p − w, 0), forces and lengths relative to the scales. Where a node slips by
+    ever less it loses its direction and not its meaning, other than that of q + f p slip/|slip|.
+    """
+    q, p = path.q / scale.force, path.p / scale.force
+    pressed = np.maximum(p - path.w / scale.length, 0.0)
+    apart = q - problem.law.projection(q - slip / scale.length, pressed)
+    return max(float(np.abs(apart).max(initial=0.0)), float(np.abs(p - pressed).max(initial=0.0)))

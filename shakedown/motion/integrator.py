@@ -1,44 +1,37 @@
-"""Exact quasi-static evolution of a joint, cycle by cycle (event-driven)."""
+"""Quasi-static evolution of a joint, cycle by cycle, from event to event: in the plane and in space."""
 
 from collections.abc import Iterable
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.joint.arguments import checked_damping, require_plane
+from shakedown.joint.arguments import checked_damping, require_problem
 from shakedown.joint.derived import once_per_problem
-from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
-from shakedown.motion.contact_law import law_violation, scales_of
-from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, State, Stop
+from shakedown.motion.contact_law import law_violation
+from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
+from shakedown.motion.directed.space_events import SpaceEvents
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.initial_state import beginning
-from shakedown.motion.kernels import event_loop as kernel
-from shakedown.motion.kernels.active_set import active_set, factorize
+from shakedown.motion.initial_state import Beginning
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import (
-    LOAD_STEP,
-    Course,
-    Precision,
-    begin,
-    course,
-    follow_derivative,
-    motion_at_rest,
-    resume,
-    room_for,
-    without_tangent,
+from shakedown.motion.kernels.event_loop import (
+    DONE,
+    LIFTS_OFF,
+    NO_RATES,
+    NOT_SETTLED,
+    PAUSED,
+    RECORD_FULL,
+    TOO_MANY_EVENTS,
 )
-from shakedown.motion.kernels.rate_problem import rates
-from shakedown.motion.kernels.rate_search import enumerate_states
-from shakedown.motion.kernels.run import Progress, Run, progress, run_along
-from shakedown.motion.viscous_jump import Jump, ViscousMotion, default_damping, potential_energy
+from shakedown.motion.kernels.run import Progress
+from shakedown.motion.method import Motion
+from shakedown.motion.plane_events import PlaneEvents
+from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
-RECORD_ROWS = 512
-ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such a residual are settled
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
 MOST_RETRIES = 20  # of one instant, each with a larger change of load
 MOST_JUMPS = 20  # per node and load step of a cycle
@@ -47,24 +40,15 @@ MOST_JUMPS = 20  # per node and load step of a cycle
 @once_per_problem
 def closed_stiffness(problem: Problem) -> FloatArray:
     """κ, with zeros for C where no node may open."""
-    C = np.zeros_like(problem.A) if problem.C is None else problem.C
-    return np.block([[problem.A, problem.B.T], [problem.B, C]])
+    C = np.zeros((problem.n, problem.n)) if problem.C is None else problem.C
+    return problem.layout.of_blocks(problem.A, problem.B, C)
 
 
-class _Piece(NamedTuple):
-    """Rows of a record, and the cycles done before them."""
+class Evolution(Motion):
+    """A joint under its loading loop at one load factor, carried from cycle to cycle, event by event.
 
-    done: int
-    time: FloatArray
-    kind: NDArray[np.int64]
-    node: NDArray[np.int64]
-    u: FloatArray
-    r: FloatArray
-    state: NDArray[np.int64]
-
-
-class Evolution:
-    """A joint under its loading loop at one load factor, carried from cycle to cycle without error.
+    In the plane without error (:class:`~shakedown.motion.plane_events.PlaneEvents`), in space to the
+    accuracy ``Tolerances.path`` (:class:`~shakedown.motion.directed.space_events.SpaceEvents`).
 
     The first cycle begins with the transient load steps, where the problem has
     them. What comes first of all is a ramp: with the initial slip v₀ given, the
@@ -85,7 +69,16 @@ class Evolution:
     >>> first, second = evolution.cycle(), evolution.cycle()
     >>> second.slip.round(6)
     array([0.      , 1.893552])
+
+    A node in space that a force across drags along:
+
+    >>> from shakedown import Problem
+    >>> joint = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
+    >>> Evolution(joint, 1.0).cycle().end_slip.round(6)
+    array([-0.167386, -0.302677])
     """
+
+    method: PlaneEvents | SpaceEvents
 
     def __init__(
         self,
@@ -96,88 +89,43 @@ class Evolution:
         damping: ArrayLike | None = None,
         open_nodes: Iterable[int] = (),
     ) -> None:
-        require_plane("evolution", problem)
+        require_problem(problem)
         self.problem, self.tolerances = problem, tolerances
         self.kappa, self._damping = closed_stiffness(problem), checked_damping(problem, damping)
-        self.active, self.rates = active_set(self.kappa, problem.f), rates(problem.n)
-        self.motion = motion_at_rest(problem.n)
-        self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
-        self._courses: dict[bool, Course] = {}  # by: through the first cycle
-        self.stop: Stop | None
+        method = PlaneEvents if problem.directions == 1 else SpaceEvents
+        self.method = method(problem, self.kappa, tolerances)
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
         self.held: bool  # whether the moving nodes of the state set last are: nothing goes on from it if not
         self.begin(load_factor, initial_slip, open_nodes)
 
-    def begin(
-        self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
-    ) -> None:
-        """Go to the very start at a load factor, as an evolution that is made anew would."""
-        problem = self.problem
-        start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
-        self.load_factor = load_factor
-        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
-        self.scale = scales_of(problem, self.load, transient)
-        self.precision = self._precision(start.state.u)
-        self.pieces: list[_Piece] = []
-        self.jumps: list[Jump] = []  # of the present cycle
-        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
-        self._before = np.vstack([start.load, transient])
-        for first, way in self._courses.items():
-            way.path[: -problem.m] = self._before if first else self.load[-1:]
-            way.path[-problem.m :] = self.load
-            way.set(**self.precision._asdict())
-        self.done = 0  # cycles
+    def _begin(self, start: Beginning, transient: FloatArray) -> None:
+        self._first = np.vstack([start.load, transient, self.load])
+        self._later = np.vstack([self.load[-1:], self.load])
+        self.method.begin(start.state.u, self._first, self._later, self.scale)
+        self.enter_cycle(0)
         self.state = start.state
 
     @property
-    def damping(self) -> FloatArray:
-        """Diagonal of D, (2n,)."""
-        return default_damping(self.kappa) if self._damping is None else self._damping
-
-    def _precision(self, start: FloatArray) -> Precision:
-        """Forces and lengths that count as zero: round-off of the terms that make up the reactions."""
-        locked = np.abs(self.kappa) @ np.abs(start)
-        force = max(self.scale.force, float(locked.max()))
-        t = self.tolerances
-        return Precision(t.limit * force, t.limit * self.scale.length, t.rate, ROUNDING * force)
-
-    def course_after(self, before: FloatArray) -> Course:
-        """One period after these welded reactions (s, 2n)."""
-        path = np.vstack([before, self.load])
-        separable = self.problem.C is not None
-        return course(path, self.problem.m - len(path), separable, self.precision)
+    def path(self) -> FloatArray:
+        """Welded reactions at the ends of the load steps of the present cycle, (s + 1, (d + 1) n) [force]."""
+        return self._first if self.done == 0 else self._later
 
     @property
-    def state(self) -> State:
-        """The state between two cycles; may be set to continue from another one.
+    def damping(self) -> FloatArray:
+        """Diagonal of D, ((d + 1) n,)."""
+        return default_damping(self.kappa) if self._damping is None else self._damping
 
-        From one whose moving nodes nothing holds the next cycle cannot be followed.
-        """
-        return State(self.motion.u.copy(), self.active.state.copy())
+    def _stand(self, state: State) -> None:
+        self.left, self.slides = False, False
+        self.held = self.method.stand(state)
 
-    @state.setter
-    def state(self, state: State) -> None:
-        self.stop, self.left, self.slides = None, False, False
-        self.motion.u[:] = state.u
-        self.active.state[:] = state.contact
-        self.held = factorize(self.active) != 0
-
-    def interim(self) -> Interim:
-        """Where it stands, for :meth:`go_on`: the equations of the moving nodes depend on the way there."""
-        act = self.active
-        size, sign, updates = act.size, act.sign, act.updates
-        places = act.state.copy(), act.place.copy(), act.col[:size].copy(), act.coef[:size].copy()
-        return self.done, self.motion.u.copy(), *places, act.inverse[:size, :size].copy(), sign, updates
-
-    def go_on(self, interim: Interim) -> None:
-        """Stand where a motion stood, but for what is recorded."""
-        act, size = self.active, len(interim[-3])
-        done, self.motion.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = interim[:6]
-        act.inverse[:size, :size], sign, updates = interim[6:]
-        act.set(size=size, sign=sign, updates=updates)
-        self.held = True
-        self.enter_cycle(done)
+    def enter_cycle(self, done: int) -> None:
+        """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
+        super().enter_cycle(done)
+        self.left, self.slides = False, False
+        self.jumps: list[Jump] = []  # of the present cycle
+        self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
 
     def violation(self, state: State) -> float:
         """By how much a state between two cycles breaks the contact and friction law (relative)."""
@@ -186,136 +134,77 @@ class Evolution:
         gap, still = state.u[layout.gaps], np.zeros_like(q)
         return float(law_violation(self.problem.f, q, p, gap, still, self.scale).max())
 
-    def cycle(self, *, record: bool = False, tangent: FloatArray | None = None) -> CycleRecord | None:
-        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
+    def _follow(self, cycles: int, record: bool) -> bool:
+        """Run the compiled loop through cycles of one course."""
+        method, before = self.method, self.done
+        self.enter_cycle(before)
+        method.enter(before == 0, record)
+        if not self.held:
+            self.say_why(NOT_SETTLED, method.progress())
+            return False
+        while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
+            status = method.follow(1 if before == 0 else cycles)
+            now = method.progress()
+            found = status == NO_RATES and method.finds_way_on(now, self.path)
+            self.pieces += method.recorded(before)
+            self.done = before + now.passes
+            if found or status in (RECORD_FULL, PAUSED):
+                continue
+            if status != NO_RATES or not self.jump(now):
+                break
+        if status != DONE:
+            self.say_why(status, now)
+        return status == DONE
 
-        Parameters
-        ----------
-        record
-            Keep the events (:attr:`history`).
-        tangent : (2n, t), optional
-            Derivative of u = (v, w) with respect to t parameters; carried along in place.
-        """
-        done = self._follow(1, record, tangent)
-        if done is None:
-            return None
+    def _what_it_did(self) -> CycleRecord:
+        did, jumps = self.method.totals(), tuple(self.jumps)
+        work = did.work + sum(jump.work for jump in jumps)
+        if did.friction is None:
+            friction = float(work.sum())
+        else:
+            friction = did.friction + sum(jump.friction_work for jump in jumps)
         return CycleRecord(
-            end_slip=self.motion.u[self.problem.layout.slips].copy(),
-            slip=self.motion.slip.copy(),
-            work=self.motion.work + sum(jump.work for jump in self.jumps),
-            friction_dissipation=done.dissipation + sum(jump.friction_work for jump in self.jumps),
-            jump_dissipation=float(sum(jump.damping_work for jump in self.jumps)),
-            opened=self.motion.opened.astype(np.bool_),
-            closed=self.motion.closed.astype(np.bool_),
-            events=done.events,
-            signature=int(done.signature),
-            jumps=tuple(self.jumps),
+            end_slip=self.method.u[self.problem.layout.slips].copy(),
+            slip=did.slip,
+            work=work,
+            friction_dissipation=friction,
+            jump_dissipation=float(sum(jump.damping_work for jump in jumps)),
+            opened=did.opened,
+            closed=did.closed,
+            events=did.events,
+            signature=did.signature,
+            jumps=jumps,
+            error=did.error,
         )
 
-    def advance(self, cycles: int) -> int:
-        """Carry the joint through so many cycles without a record of each; how many it passes.
-
-        Examples
-        --------
-        >>> import shakedown
-        >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
-        >>> evolution.advance(100), evolution.stop is None
-        (100, True)
-        """
-        before = self.done
-        while self.done < before + cycles:
-            left = before + cycles - self.done
-            if self._follow(1 if self.done == 0 else left, False, None) is None:
-                break
-        return self.done - before
-
-    def run(self, first: bool, record: bool) -> Run:
-        """The run through the first cycle or another one; made when it is first needed."""
-        if (first, record) not in self._runs:
-            if first not in self._courses:
-                self._courses[first] = self.course_after(self._before if first else self.load[-1:])
-            room = room_for(RECORD_ROWS if record else 0, self.problem.n)
-            run = run_along(self.active, self.rates, self.motion, room, self._courses[first])
-            self._runs[first, record] = run
-        return self._runs[first, record]
-
-    def _follow(self, cycles: int, record: bool, tangent: FloatArray | None) -> Progress | None:
-        """Run the compiled loop through cycles of one course; None, and ``stop`` says why, where it ends."""
-        run, before = self.run(self.done == 0, record), self.done
-        begin(self.motion)
-        if tangent is not None:
-            delay = np.zeros(tangent.shape[1])
-            follow_derivative(self.motion, tangent, delay)
-        self.enter_cycle(before)
-        if not self.held:
-            self.say_not_held(run)
-            return None
-        while True:  # ends: events per load step and jumps per cycle are limited, and so are cycles
-            status = kernel.follow(run, cycles, kernel.EFFORT)
-            now = progress(run)
-            found = status == kernel.NO_RATES and self.finds_rates()
-            if now.rows > found:  # an instant whose rates have been found is recorded when they are taken
-                self.pieces.append(self._piece(run, now.rows - found))
-            self.done = before + now.passes
-            if found or status in (kernel.RECORD_FULL, kernel.PAUSED):
-                continue
-            if status != kernel.NO_RATES or not self.jump(now, run):
-                break
-        if tangent is not None:
-            follow_derivative(self.motion, *without_tangent(self.problem.n))
-        if status == kernel.DONE:
-            return now
-        self.say_why(status, now, run)
-        return None
-
-    def enter_cycle(self, done: int) -> None:
-        """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
-        self.done, self.jumps, self._nudged = done, [], None
-        self.stop, self.left, self.slides = None, False, False
-
-    def finds_rates(self) -> bool:
-        """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
-        return enumerate_states(self.active, self.rates, self.precision.rate)
-
-    def jump(self, now: Progress, run: Run) -> bool:
+    def jump(self, now: Progress) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
-        motion, path, step = self.motion, run.course.path, now.step
+        method, path, step = self.method, self.path, now.step
         if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
             return False
-        retries = self._retries(step, now.time)
-        if retries == MOST_RETRIES:
-            return False
-        rate = path[step + 1] - path[step]
-        if not rate.any():
+        retries, rate = self._retries(step, now.time), path[step + 1] - path[step]
+        if retries == MOST_RETRIES or not rate.any():
             return False
         nudge = NUDGE * self.scale.force * 4.0**retries / float(np.abs(rate).max())
         time = min(now.time + nudge, 1.0)
         self._nudged = (step, time, retries)
-        load, before = path[step] + time * rate, motion.u.copy()
-        moving = ViscousMotion(
-            self.kappa, self.problem.f, before, self.active.state, motion.r, load, self.damping,
-            self.precision, self.scale,
-        )  # fmt: skip
+        load, before = path[step] + time * rate, self.state
+        reaction = method.reaction(path[step] + now.time * rate)
+        moving = method.relaxation(before, reaction, load, self.damping)
         rest = moving.to_rest()
         if rest is None:
             self.left = bool((moving.contact == OPEN).all())
             self.slides = moving.endless and not self.left
             return False
-        released = potential_energy(self.kappa, load, before) - potential_energy(self.kappa, load, rest.u)
-        contact_before = self.active.state.copy()
+        cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
+        jump = jump_of(cycle, self.problem.layout, self.kappa, load, before.u, rest)
         self.state = State(rest.u, rest.contact)
         if not self.held:
             return False
-        resume(motion, time)
-        closed = (contact_before != OPEN) & (rest.contact != OPEN)
-        split = self.problem.layout.split
-        (v, w), (v_rest, w_rest) = split(before), split(rest.u)
-        motion.slip[:] += np.where(closed, np.abs(v_rest - v), 0.0)
-        cycle = self.done + (self.problem.m - len(path) + step + time) / self.problem.m
-        self.jumps.append(
-            Jump(cycle, v, w, v_rest, w_rest, rest.contact, released,
-                 rest.friction_work, rest.work, rest.slip, rest.steps)
-        )  # fmt: skip
+        method.resume(time)
+        closed = (before.contact != OPEN) & (rest.contact != OPEN)
+        method.slip[:] += np.where(closed, self.problem.law.size(jump.v_after - jump.v_before), 0.0)
+        self.jumps.append(jump)
         return True
 
     def _retries(self, step: int, time: float) -> int:
@@ -324,74 +213,52 @@ class Evolution:
             return 0
         return self._nudged[2] + 1
 
-    def _piece(self, run: Run, rows: int) -> _Piece:
-        """What a record has been filled with."""
-        room = run.record
-        u, r, states = room.u[:rows].copy(), room.r[:rows].copy(), room.state[:rows].copy()
-        times, kinds, nodes = room.time[:rows].copy(), room.kind[:rows].copy(), room.node[:rows].copy()
-        return _Piece(self.done, times, kinds, nodes, u, r, states)
-
-    def _joined(self, pieces: list[_Piece]) -> EventHistory:
-        """The history of pieces of one course."""
-        split, path = self.problem.layout.split, self.run(pieces[0].done == 0, True).course.path
-        done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
-        steps, kind, node, u, r, state = (
-            np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[1:]
-        )
-        first = self.problem.m - len(path)
-        index = np.minimum((steps - first).astype(int), len(path) - 2)
-        welded = np.diff(path, axis=0)[index]  # in place from here on: a path may be long
-        welded *= (steps - first - index)[:, None]
-        welded += path[index]
-        q_w, p_w = split(welded)
-        (v, w), (q, p) = split(u), split(r)
-        cycle = done + steps / self.problem.m
-        return EventHistory(cycle, kind, node, v, w, q, p, q_w, p_w, state)
-
     @property
     def history(self) -> EventHistory:
-        """All recorded events, closed by the present state."""
-        split = self.problem.layout.split
-        q_w, p_w = split(self.load[-1:])
-        v, w = split(self.motion.u[None])
-        q, p = split((self.load[-1] + self.kappa @ self.motion.u)[None])
-        last = EventHistory(
-            cycle=np.array([self.done - 1 / self.problem.m]),
-            kind=np.array([LOAD_STEP]),
-            node=np.array([-1]),
-            v=v.copy(),
-            w=w.copy(),
-            q=q,
-            p=p,
-            q_w=q_w,
-            p_w=p_w,
-            state=self.active.state[None, :].copy(),
-        )
-        end = last if self.stop is None else EventHistory.none(self.problem.n)
+        """All that was recorded, closed by the present state."""
         by_course = groupby(self.pieces, key=lambda piece: piece.done == 0)
-        return EventHistory.joined([*(self._joined(list(pieces)) for _, pieces in by_course), end])
+        parts = [
+            self._joined(list(pieces), self._first if first else self._later) for first, pieces in by_course
+        ]
+        if self.stop is None:
+            present = self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)
+            parts.append(self._joined([present], self._later))
+        kind = self.method.HISTORY
+        return kind.joined(parts or [kind.none(self.problem.n)])
 
-    def say_not_held(self, run: Run) -> None:
+    def _joined(self, pieces: list[Any], path: FloatArray) -> EventHistory:
+        """The history of pieces of one course."""
+        first, m, kind = self.problem.m - len(path), self.problem.m, type(pieces[0])
+        done = np.repeat([piece.done for piece in pieces], [len(piece.time) for piece in pieces])
+        rows = kind(0, *(np.concatenate(parts) for parts in list(zip(*pieces, strict=True))[1:]))
+        steps = rows.time
+        index = np.minimum((steps - first).astype(int), len(path) - 2)
+        change = np.diff(path, axis=0)[index]
+        welded = change * (steps - first - index)[:, None]
+        welded += path[index]
+        return self.method.histories(done + steps / m, rows, welded, change)
+
+    def say_not_held(self) -> None:
         """Set ``stop`` where a cycle cannot begin: nothing holds the moving nodes of its first state."""
-        begin(self.motion)
-        self.say_why(kernel.NOT_SETTLED, progress(run), run)
+        self.method.enter(self.done == 0, False)
+        self.say_why(NOT_SETTLED, self.method.progress())
 
-    def say_why(self, status: int, now: Progress, run: Run) -> None:
+    def say_why(self, status: int, now: Progress) -> None:
         """Set ``stop``: why the loop has ended with this status."""
-        node, steps = now.concerned, self.problem.m - len(run.course.path) + now.step + now.time
+        steps = self.problem.m - len(self.path) + now.step + now.time
         time = float(self.done + steps / self.problem.m)
         reasons = {
-            kernel.NO_RATES: "the state jumps and does not come to rest",
-            kernel.LIFTS_OFF: f"node {node} lifts off, and the problem has no C",
-            kernel.TOO_MANY_EVENTS: "events accumulate within one load step",
-            kernel.NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
+            NO_RATES: "the state jumps and does not come to rest",
+            LIFTS_OFF: f"node {now.concerned} lifts off, and the problem has no C",
+            TOO_MANY_EVENTS: "events accumulate within one load step",
+            NOT_SETTLED: "the moving nodes are not held: their stiffness is singular to round-off",
         }
         if self.left:
             reasons[status] = "the body leaves: every node is open and nothing else holds it"
         if self.slides:
             reasons[status] = SLIDES_AWAY
         if not self.held:
-            reasons[status] = reasons[kernel.NOT_SETTLED]
+            reasons[status] = reasons[NOT_SETTLED]
         when = f"at time {time:.6g} cycles" if time >= 0 else "on the way to the first period"
         why = ": friction and stiffness do not hold it" * self.slides
-        self.stop = Stop(f"{reasons[status]} {when}{why}", time, node, self.slides)
+        self.stop = Stop(f"{reasons[status]} {when}{why}", time, now.concerned, self.slides)

@@ -1,60 +1,140 @@
 """What every way to follow a joint has in common, and cycles of it one by one from a start."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.loading import loop_path, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.motion.contact_law import Scales, scales_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.event_history import EventHistory
+from shakedown.motion.initial_state import Beginning, beginning
 from shakedown.motion.viscous_jump import Jump
 
 
-class Motion(Protocol):
+class Motion:
     """A joint under its loading loop, carried from cycle to cycle by some method.
 
     Attributes
     ----------
-    problem
-        The joint.
+    problem, tolerances
+        The joint; what counts as zero.
+    method
+        What holds the state and follows the load from one point to the next.
+    load_factor
+        λ.
+    load : (m, (d + 1) n)
+        Welded reactions of one period [force].
+    scale
+        What "small" is measured against.
     done
         Cycles followed.
-    state
-        Between two cycles; may be set to continue from another one.
     stop
         Why the last cycle could not be followed; None where it could.
-    history
-        The path over all cycles that were recorded.
     pieces
         What has been recorded, piece by piece.
     """
 
     problem: Problem
+    tolerances: Tolerances
+    method: Any
+    load_factor: float
+    load: FloatArray
+    scale: Scales
     done: int
     stop: Stop | None
     pieces: list[Any]
 
-    @property
-    def state(self) -> State: ...
-    @state.setter
-    def state(self, state: State) -> None: ...
-    @property
-    def history(self) -> EventHistory: ...
+    def begin(
+        self, load_factor: float, initial_slip: ArrayLike | None = None, open_nodes: Iterable[int] = ()
+    ) -> None:
+        """Go to the very start at a load factor, as a motion that is made anew would."""
+        problem = self.problem
+        start = beginning(problem, load_factor, initial_slip, open_nodes, self.tolerances)
+        self.load_factor, self.done, self.pieces = load_factor, 0, []
+        self.load, transient = loop_path(problem, load_factor), transient_path(problem)
+        self.scale = scales_of(problem, self.load, transient)
+        self._begin(start, transient)
 
-    def cycle(self, *, record: bool = False) -> CycleRecord | None:
-        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done."""
+    def _begin(self, start: Beginning, transient: FloatArray) -> None:
+        """Stand there, before these load steps and the first period."""
+        raise NotImplementedError
+
+    @property
+    def state(self) -> State:
+        """The state between two cycles; may be set to continue from another one.
+
+        From one whose moving nodes nothing holds the next cycle cannot be followed.
+        """
+        return State(self.method.u.copy(), self.method.contact.copy())
+
+    @state.setter
+    def state(self, state: State) -> None:
+        self.stop = None
+        self._stand(state)
+
+    def _stand(self, state: State) -> None:
+        self.method.stand(state)
+
+    @property
+    def history(self) -> EventHistory:
+        """The path over all cycles that were recorded."""
+        raise NotImplementedError
+
+    def enter_cycle(self, done: int) -> None:
+        """So many cycles are done, and nothing has stopped the motion in the next."""
+        self.done, self.stop = done, None
 
     def interim(self) -> Interim:
         """Where it stands; another motion of the same joint and load factor can go on from there."""
+        return self.done, *self.method.interim()
 
     def go_on(self, interim: Interim) -> None:
         """Stand where a motion stood, as if it had been followed so far, but for what is recorded."""
+        done, *interim_of_method = interim
+        self.method.go_on(*interim_of_method)
+        self.enter_cycle(done)
+
+    def cycle(self, *, record: bool = False) -> CycleRecord | None:
+        """Carry the joint through its next cycle; None, and ``stop`` says why, where that cannot be done.
+
+        ``record``: keep the path (:attr:`history`).
+        """
+        if self.stop is not None or not self._follow(1, record):
+            return None
+        return self._what_it_did()
+
+    def _follow(self, cycles: int, record: bool) -> bool:
+        """Follow some of so many cycles, one at least; False, and ``stop`` says why, where it ends."""
+        raise NotImplementedError
+
+    def _what_it_did(self) -> CycleRecord:
+        """What the last cycle did."""
+        raise NotImplementedError
+
+    def advance(self, cycles: int) -> int:
+        """Carry the joint through so many cycles without a record of each; how many it passes.
+
+        Examples
+        --------
+        >>> import shakedown
+        >>> from shakedown.motion.integrator import Evolution
+        >>> evolution = Evolution(shakedown.example("two-node"), 0.9)
+        >>> evolution.advance(100), evolution.stop is None
+        (100, True)
+        """
+        before, end = self.done, self.done + cycles
+        while self.done < end and self.stop is None:
+            self._follow(end - self.done, False)
+        return self.done - before
 
 
 @dataclass(frozen=True, eq=False, repr=False)

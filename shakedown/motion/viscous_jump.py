@@ -14,12 +14,13 @@ rest before the others.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, law_violation
@@ -33,6 +34,7 @@ from shakedown.motion.kernels.run import run_along
 
 MAX_STEPS = 2000
 FAR = 1e6  # motion, relative to the length scale and the slips before, from which on there is no end to it
+SETTLED = 1e-12  # violation of the law at the end, relative
 ACCURACY = 0.05  # change of the rates over a step, relative to the motion so far, that is accepted
 
 
@@ -97,19 +99,60 @@ class Rest:
     steps: int
 
 
-class Relaxation:
-    """A viscous system that is carried to rest by implicit steps, longer and longer ones.
+class StepEnd(NamedTuple):
+    """Where an implicit step ends: displacements, contact states, and friction work and ways of the nodes.
 
-    What a step is and what rest is, the kinds of it say.
+    ``friction`` is the work in all, where it is counted apart.
     """
 
-    kappa: FloatArray
-    damping: FloatArray
-    scale: Scales
-    start: FloatArray
     u: FloatArray
-    steps = 0
+    contact: NDArray[np.int64]
+    work: FloatArray
+    slip: FloatArray
+    friction: float = 0.0
+
+
+class Relaxation:
+    """The viscous system at constant load, from a state that a small change of load has put out of balance.
+
+    It is carried to rest by implicit steps, longer and longer ones.
+
+    Parameters
+    ----------
+    kappa, law
+        Contact stiffness ((d + 1) n, (d + 1) n), and Coulomb's law of the nodes.
+    u, contact, reaction
+        State before: displacements, contact states (n,), reactions that satisfy the law.
+    load
+        Welded reactions from now on.
+    damping
+        Diagonal of D; only ratios matter.
+    scale
+        The scene's force and length.
+    """
+
     endless = False
+
+    def __init__(
+        self,
+        kappa: FloatArray,
+        law: Law,
+        u: FloatArray,
+        contact: NDArray[np.int64],
+        reaction: FloatArray,
+        load: FloatArray,
+        damping: FloatArray,
+        scale: Scales,
+    ) -> None:
+        self.kappa, self.law, self.load, self.damping, self.scale = kappa, law, load, damping, scale
+        self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
+        self.velocity, self.steps, self.friction_work = np.zeros_like(u), 0, 0.0
+        self.work, self.slip = np.zeros(len(law.f)), np.zeros(len(law.f))
+
+    @property
+    def layout(self) -> Layout:
+        """Where slips and gaps stand."""
+        return self.law.layout
 
     def to_rest(self) -> Rest | None:
         """Follow the motion to its end; None where it has none, ``endless`` where it goes on for ever."""
@@ -132,26 +175,64 @@ class Relaxation:
 
     def _step(self, dt: float) -> bool:
         """One implicit step; False, and nothing changed, where it is too long."""
+        stiffer = self.kappa + np.diag(self.damping / dt)
+        path = np.stack([self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u])
+        end = self._end(stiffer, path)
+        if end is None:
+            return False
+        velocity = (end.u - self.u) / dt
+        motion = max(float(np.abs(end.u - self.start).max()), 1e-9 * self.scale.length)
+        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
+            return False
+        self.u, self.velocity, self.contact = end.u, velocity, end.contact
+        self.reaction = path[1] + stiffer @ end.u
+        self.friction_work += end.friction
+        self.work += end.work
+        self.slip += end.slip
+        return True
+
+    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        """Where the static problem with this stiffness leads along two welded reactions, if anywhere."""
         raise NotImplementedError
 
     def _rest(self) -> Rest | None:
-        """The state in equilibrium that the motion has come next to, if it has."""
+        """The equilibrium of the present contact states, if the motion has come near it and it is one."""
+        u = self._equilibrium()
+        if u is None:
+            return None
+        if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
+            return None
+        layout, slips = self.layout, self.layout.slips
+        (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
+        if law_violation(self.law.f, q, p, w, np.zeros_like(v), self.scale).max() > SETTLED:
+            return None
+        last = layout.by_node(v - self.u[slips])
+        last = np.where((self.contact == OPEN)[:, None], 0.0, last)
+        twice = layout.by_node(self.reaction[slips] + q)
+        work = self.work - (last * (0.5 * twice)).sum(axis=1)
+        slip = self.slip + self.law.size(last.ravel())
+        return Rest(u, self.contact.copy(), self._friction(work, last, twice), work, slip, self.steps)
+
+    def _equilibrium(self) -> FloatArray | None:
+        """Displacements in which the present contact states are in equilibrium; None where there are none."""
         raise NotImplementedError
+
+    def _friction(self, work: FloatArray, last: FloatArray, twice: FloatArray) -> float:
+        """Friction work in all, of the nodes and with a last way against so much of twice the reactions."""
+        return float(work.sum())
 
 
 class ViscousMotion(Relaxation):
-    """The viscous system at constant load, from a state that a small change of load has put out of balance.
+    """The viscous system of a joint in the plane: implicit steps are followed exactly.
 
     Parameters
     ----------
     kappa, f
         Contact stiffness (2n, 2n) and friction coefficients (n,).
-    u, contact, reaction
-        State before: displacements (2n,), contact states (n,), reactions (2n,) that satisfy the law.
-    load : (2n,)
-        Welded reactions from now on.
-    damping : (2n,)
-        Diagonal of D; only ratios matter.
+    u, contact, reaction, load, damping, scale
+        As for :class:`Relaxation`.
+    precision
+        What counts as zero.
     """
 
     def __init__(
@@ -166,61 +247,44 @@ class ViscousMotion(Relaxation):
         precision: Precision,
         scale: Scales,
     ) -> None:
-        self.kappa, self.f, self.load, self.damping = kappa, f, load, damping
-        self.precision, self.scale = precision, scale
-        self.start, self.u, self.contact, self.reaction = u.copy(), u.copy(), contact.copy(), reaction.copy()
-        self.velocity = np.zeros_like(u)
-        self.friction_work = 0.0
-        self.work, self.slip = np.zeros(len(f)), np.zeros(len(f))
-        self.at_rest = active_set(kappa, f)
+        super().__init__(kappa, Law(f), u, contact, reaction, load, damping, scale)
+        self.precision, self.at_rest = precision, active_set(kappa, f)
         parts = active_set(kappa.copy(), f), rates(len(f)), motion_at_rest(len(f)), room_for(0, len(f))
         self.run = run_along(*parts, course(np.stack([load, load]), 0, True, precision))
 
-    def _step(self, dt: float) -> bool:
-        """One implicit step; False, and nothing changed, where it is too long."""
-        stiffer = self.kappa + np.diag(self.damping / dt)
-        run, act, mo, path = self.run, self.run.active, self.run.motion, self.run.course.path
-        act.kappa[:], act.state[:], mo.u[:] = stiffer, self.contact, self.u
+    def _end(self, stiffer: FloatArray, path: FloatArray) -> StepEnd | None:
+        run, act, mo = self.run, self.run.active, self.run.motion
+        act.kappa[:], act.state[:], mo.u[:], run.course.path[:] = stiffer, self.contact, self.u, path
         if factorize(act) <= 0:
-            return False
-        path[:] = self.reaction - stiffer @ self.u, self.load - self.damping / dt * self.u
+            return None
         begin(mo)
         status = kernel.follow(run, 1, kernel.EFFORT)
         while status == kernel.PAUSED or (
             status == kernel.NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
         ):
             status = kernel.follow(run, 1, kernel.EFFORT)
-        if status != kernel.DONE:
-            return False
-        if not np.isfinite(mo.u).all():
-            return False
-        velocity = (mo.u - self.u) / dt
-        motion = max(float(np.abs(mo.u - self.start).max()), 1e-9 * self.scale.length)
-        if np.abs(velocity - self.velocity).max() * dt > ACCURACY * motion and self.steps > 0:
-            return False
-        self.u, self.velocity, self.contact = mo.u.copy(), velocity, act.state.copy()
-        self.reaction = path[1] + stiffer @ mo.u
-        self.friction_work += mo.dissipation
-        self.work += mo.work
-        self.slip += mo.slip
-        return True
+        if status != kernel.DONE or not np.isfinite(mo.u).all():
+            return None
+        return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip, mo.dissipation)
 
-    def _rest(self) -> Rest | None:
-        """The equilibrium of the present contact states, if the motion has come near it and it is one."""
+    def _equilibrium(self) -> FloatArray | None:
         self.at_rest.state[:] = self.contact
         if factorize(self.at_rest) <= 0:
             return None
-        u = equilibrium(self.at_rest, self.u, self.load)
-        if np.abs(u - self.u).max() > 1e-3 * np.abs(u - self.start).max() + 1e-12 * self.scale.length:
-            return None
-        layout = Layout(len(self.f))
-        (v, w), (q, p) = layout.split(u), layout.split(self.load + self.kappa @ u)
-        if law_violation(self.f, q, p, w, np.zeros_like(v), self.scale).max() > 1e-12:
-            return None
-        last = np.where(self.contact == OPEN, 0.0, v - self.u[layout.slips])
-        friction_work = self.friction_work - float(last @ (self.reaction[layout.slips] + q)) / 2
-        work = self.work - 0.5 * last * (self.reaction[layout.slips] + q)
-        return Rest(u, self.contact.copy(), friction_work, work, self.slip + np.abs(last), self.steps)
+        return equilibrium(self.at_rest, self.u, self.load)
+
+    def _friction(self, work: FloatArray, last: FloatArray, twice: FloatArray) -> float:
+        return self.friction_work - float(last.ravel() @ twice.ravel()) / 2
+
+
+def jump_of(
+    cycle: float, layout: Layout, kappa: FloatArray, load: FloatArray, before: FloatArray, rest: Rest
+) -> Jump:
+    """What is told of a jump from displacements to a state of rest at this load."""
+    (v, w), (v_rest, w_rest) = layout.split(before), layout.split(rest.u)
+    released = potential_energy(kappa, load, before) - potential_energy(kappa, load, rest.u)
+    took = rest.friction_work, rest.work, rest.slip, rest.steps
+    return Jump(cycle, v, w, v_rest, w_rest, rest.contact, released, *took)
 
 
 def equilibrium(act: ActiveSet, u: FloatArray, load: FloatArray) -> FloatArray:

@@ -16,7 +16,6 @@ from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_p
 from shakedown.joint.rigid_slips import rigid_slips
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
-from shakedown.motion.integrator import Evolution
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 from shakedown.studies.designs.parameters import with_parameter
@@ -423,10 +422,10 @@ OTHERS = {  # what else a function needs to be called
 
 
 def asked_of_problems() -> list[tuple[str, object]]:
-    """Every public function and class that takes a problem to compute something of it."""
+    """Every public function that takes a problem to compute something of it."""
     found = []
     for name, thing in (public() | {name: getattr(plot, name) for name in plot.__all__}).items():
-        asked = (isfunction(thing) or thing is Evolution) and name not in ANSWERS
+        asked = isfunction(thing) and name not in ANSWERS
         if asked and {"problem", "joint"} & set(signature(thing).parameters):
             found.append((name, thing))
     return found

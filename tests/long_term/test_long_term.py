@@ -16,7 +16,7 @@ def plain(problem, load_factor, start, cycles):
     evolution, slips = Evolution(problem, load_factor, start), []
     for _ in range(cycles):
         assert evolution.cycle() is not None
-        slips.append(evolution.motion.u[: problem.n].copy())
+        slips.append(evolution.method.u[: problem.n].copy())
     return np.array(slips)
 
 
@@ -105,7 +105,7 @@ def test_derivative_of_the_cycle_map_is_that_of_finite_differences():
             displaced = np.where(closed, 0.0, start.u + sign * step * basis[:, c])
             evolution.state = State(displaced, start.contact)
             evolution.cycle()
-            column.append(evolution.motion.u[stuck].copy())
+            column.append(evolution.method.u[stuck].copy())
         difference = (column[0] - column[1]) / (2 * step)
         one_sided = [(u - end.u[stuck]) / (s * step) for u, s in zip(column, (1, -1), strict=True)]
         errors = [np.abs(d - cycle_map.jacobian[:, c]).max() for d in [difference, *one_sided]]

@@ -11,9 +11,7 @@ import shakedown
 from shakedown.campaign import recorded_steps as room
 from shakedown.campaign.stored_result import folded, restored, stored
 from shakedown.long_term import limit_search
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.motion.integrator import Evolution
 
 PLANE = shakedown.example("receding-block")  # nodes open and close
@@ -90,10 +88,10 @@ def test_the_file_has_the_whole_path(tmp_path, case):
 
 MOTIONS = {
     "fixed": (PLANE, FixedSteps),
-    "implicit": (SPACE, ImplicitPath),
+    "implicit": (SPACE, FixedSteps),
     "plane": (PLANE, Evolution),
-    "space": (SPACE, DirectedMotion),
-    "many-open": (random_joint(np.random.default_rng(6), 12, pressure=0.7), DirectedMotion),
+    "space": (SPACE, Evolution),
+    "many-open": (random_joint(np.random.default_rng(6), 12, pressure=0.7), Evolution),
 }
 
 

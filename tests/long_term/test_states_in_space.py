@@ -8,7 +8,7 @@ import shakedown
 from shakedown import Outcome, Problem, Tolerances
 from shakedown.joint.loading import slip_reach
 from shakedown.motion.contact_law import scales
-from shakedown.motion.directed.directed_motion import DirectedMotion
+from shakedown.motion.integrator import Evolution
 
 CREEPING = np.array([0.32, 0.32, -0.24, -0.24, 0.38, -0.33, 0.33, -0.07])
 NAMES = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")
@@ -98,7 +98,7 @@ def test_a_slow_approach_ends_where_plain_cycles_do(load_factor, outcome):
     """Next to the change from one outcome to the other 800 cycles settle what leaps settle in a fifth of them."""
     problem = shakedown.example("one-node-3d")
     found = shakedown.long_term_state(problem, load_factor)
-    plain = DirectedMotion(problem, load_factor)
+    plain = Evolution(problem, load_factor)
     plain.advance(800)
     last = plain.cycle()
     assert found.outcome == outcome

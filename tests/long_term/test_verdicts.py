@@ -70,7 +70,7 @@ def with_less_friction(monkeypatch, share=0.9):
 
     def wrong(self, *arguments, **options):
         honest(self, *arguments, **options)
-        self.active.f[:] *= share
+        self.method.active.f[:] *= share
 
     monkeypatch.setattr(Evolution, "__init__", wrong)
 

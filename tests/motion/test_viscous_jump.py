@@ -92,7 +92,7 @@ def test_cycles_with_jumps_are_periodic():
     again = Evolution(problem, 1.0, problem.initial_slip[0])
     for _ in range(40):
         assert again.cycle() is not None
-    assert again.motion.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
+    assert again.method.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
 
 
 def copies(problem, count, *, one_after_another):

@@ -15,7 +15,8 @@ from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Set
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
-from shakedown.motion.directed.directed_motion import DirectedMotion
+from shakedown.motion.directed.space_events import SpaceEvents
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import walk
 from shakedown.motion.violation import path_violation
 
@@ -53,7 +54,7 @@ class ReturnedStates:
         As for :func:`long_term_state`.
     """
 
-    def __init__(self, motion: DirectedMotion, most_cycles: int, longest_period: int) -> None:
+    def __init__(self, motion: Evolution, most_cycles: int, longest_period: int) -> None:
         self.motion, self.layout = motion, motion.problem.layout
         self.rules = rules_of(motion, motion.scale, most_cycles, longest_period)
 
@@ -93,19 +94,18 @@ def returned_state(
         Where the search says how far it has got.
     """
     motion, scale = begun.motion(), scales(begun.problem, begun.load_factor)
-    assert isinstance(motion, DirectedMotion)
     start = motion.state.u[begun.problem.layout.slips].copy()
     rules = rules_of(motion, scale, most_cycles, longest_period)
     found = settled(motion, rules, halt)
     return _state(begun, found, start, scale, most_cycles)
 
 
-def settled(motion: DirectedMotion, rules: Rules, halt: Halt | None = None) -> Settled:
+def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settled:
     """What a motion settles into, undecided where the period found breaks the friction law."""
     found = ReturnSearch(motion, rules).settle(halt)
     if not found.period:
         return found
-    motion.forget()
+    motion.pieces.clear()
     motion.state = found.start
     motion.enter_cycle(max(found.cycles - found.period, 1))
     path = walk(motion, found.period, record=True).history
@@ -120,10 +120,12 @@ def settled(motion: DirectedMotion, rules: Rules, halt: Halt | None = None) -> S
     return found.undecided(reason)
 
 
-def rules_of(motion: DirectedMotion, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
+def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period: int) -> Rules:
     """When a search over cycles of the accuracy of the motion ends."""
-    lost = LOST * motion.measures.near
-    noise = max(motion.measures.accuracy, lost / scale.force) * scale.length
+    assert isinstance(motion.method, SpaceEvents)
+    measures = motion.method.measures
+    lost = LOST * measures.near
+    noise = max(measures.accuracy, lost / scale.force) * scale.length
     moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)

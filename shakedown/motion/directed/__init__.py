@@ -9,6 +9,6 @@ Reading order: ``sliding`` (the state as compiled code takes it), ``exchange`` (
 (Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the
 first event within a step), ``curved_loop`` (one load step, from event to event); ``curved_history`` (the
 path), ``curved_violation`` (the law along it), ``directed_jump`` (across instants without rates),
-``directed_motion`` (a joint, cycle by cycle). Nothing of it is compiled before a joint with two directions
-moves.
+``space_events`` (all of it, as an evolution follows it). Nothing of it is compiled before a joint with
+two directions moves.
 """

@@ -16,6 +16,7 @@ from shakedown.motion.kernels.named_state import (
     NamedState,
     Reals,
     Shorts,
+    entered,
     fields,
     made,
 )
@@ -325,14 +326,17 @@ def sliding(
     return sl
 
 
+@entered
 def begin_sliding(sl: Sliding) -> None:
     """Put the state at the start of its course and count from zero."""
-    sl.set(passes=0, step=0, time=0.0, h=1.0, kind=LOAD_STEP, event_node=-1, concerned=-1)
-    sl.set(came_kind=LOAD_STEP, came_node=-1, method=EXPLICIT, capped=False)
-    sl.set(long=1.0, wait=0, patience=20, apex_ahead=np.inf)
-    sl.set(events=0, crowd=0, error=0.0, taken=0, entered=False, signature=0, last_states=0)
-    for counted in (sl.slipped, sl.work, sl.opened, sl.closed):
-        counted[:] = 0
+    sl.passes, sl.step, sl.time, sl.entered, sl.concerned = 0, 0, 0.0, False, -1
+    sl.kind, sl.event_node, sl.came_kind, sl.came_node = LOAD_STEP, -1, LOAD_STEP, -1
+    sl.method, sl.capped, sl.h, sl.long, sl.wait, sl.patience = EXPLICIT, False, 1.0, 1.0, 0, 20
+    sl.apex_ahead, sl.events, sl.crowd, sl.error, sl.taken = np.inf, 0, 0, 0.0, 0
+    sl.signature, sl.last_states = np.uint64(0), np.uint64(0)
+    for i in range(sl.n):
+        sl.slipped[i], sl.work[i] = 0.0, 0.0
+        sl.opened[i], sl.closed[i] = 0, 0
 
 
 def lead(sl: Sliding, path: FloatArray, first: int) -> None:
@@ -372,29 +376,3 @@ def resume_sliding(sl: Sliding, time: float, kind: int = JUMPS) -> None:
     """Go on after a jump, or what else has changed the state, from this share of the load step on."""
     sl.set(time=time, kind=kind, event_node=-1, entered=False, came_kind=kind, came_node=-1)
     sl.set(events=sl.events + 1)
-
-
-class Reached(NamedTuple):
-    """Where a motion has got to, and what has been counted since :func:`begin_sliding`.
-
-    Passes of the course, load steps done and share done of the next, the node that it stopped for, rows
-    of the record filled, events, steps taken, estimate of the error [length], signature.
-    """
-
-    passes: int
-    step: int
-    time: float
-    concerned: int
-    rows: int
-    events: int
-    taken: int
-    error: float
-    signature: int
-
-
-def reached(sl: Sliding, rec: CurveRecord) -> Reached:
-    """Where a motion has got to."""
-    at = sl.content
-    return Reached(
-        at.passes, at.step, at.time, at.concerned, rec.rows, at.events, at.taken, at.error, at.signature
-    )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.layout import Layout
 from shakedown.motion.implicit.dense_solver import no_factors
 from shakedown.motion.implicit.load_steps import follow
 from shakedown.motion.implicit.swept_stiffness import Body, Tableau
@@ -65,9 +66,9 @@ class Steps(NamedTuple):
     newton_steps: int
 
     @classmethod
-    def none(cls, n: int) -> "Steps":
-        """No load steps of n nodes."""
-        slips, nodes = np.zeros((0, 2 * n)), np.zeros((0, n))
+    def none(cls, layout: Layout) -> "Steps":
+        """No load steps of these nodes."""
+        slips, nodes = np.zeros((0, layout.slip_size)), np.zeros((0, layout.n))
         return cls(StepStatus.SOLVED, 0, -1, 0.0, slips, nodes, slips, nodes, nodes, 0, 0)
 
     @classmethod

@@ -12,7 +12,7 @@ from shakedown.motion.kernels.rate_problem import RATES, Rates
 
 
 class Progress(NamedTuple):
-    """Where a run has got to, and what has been counted since :func:`begin`.
+    """Where a run has got to.
 
     Attributes
     ----------
@@ -21,24 +21,12 @@ class Progress(NamedTuple):
         pass, and share done of the next.
     concerned
         The node for which the motion stopped, or −1.
-    rows
-        Rows of the record filled since the loop was last entered.
-    events
-        Number of events other than load steps.
-    dissipation
-        Frictional dissipation [force × length].
-    signature
-        Of the sequence of contact states.
     """
 
     passes: int
     step: int
     time: float
     concerned: int
-    rows: int
-    events: int
-    dissipation: float
-    signature: int
 
 
 @structref.register
@@ -75,7 +63,7 @@ def _run(active, rates, motion, record, course):  # type: ignore[no-untyped-def]
     return run
 
 
-def progress(run: Run) -> Progress:
-    """Where a run has got to."""
-    mo, rows = run.motion.content, run.record.content.rows
-    return Progress(mo.passes, mo.step, mo.time, mo.concerned, rows, mo.events, mo.dissipation, mo.signature)
+def progress(motion: NamedState) -> Progress:
+    """Where a moving state has got to on its course."""
+    at = motion.content
+    return Progress(at.passes, at.step, at.time, at.concerned)

@@ -16,7 +16,6 @@ from shakedown.long_term.cycle_map import UNIT, CycleMap, follow_period
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import path_resolution, scales
-from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of, walk
 from shakedown.studies.maps.map_file import Columns
 from shakedown.studies.maps.map_pieces import MapSearch
@@ -264,7 +263,6 @@ def _examined(seen: _Seen, kind: _Kind, example: int) -> _Examined:
 def _one_more_period(state: LongTermState) -> CycleMap | None:
     """The map of the period after the one that has shown the long-term state."""
     motion = state.motion()
-    assert isinstance(motion, Evolution)
     walk(motion, state.period, record=True)
     return follow_period(motion, state.period)
 

@@ -12,11 +12,11 @@ from shakedown.joint.loading import loop_path
 from shakedown.motion.contact_law import law_resolution
 from shakedown.motion.directed import directed_jump
 from shakedown.motion.directed.directed_jump import DirectedJump
-from shakedown.motion.directed.directed_motion import DirectedMotion
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.evolve import evolve
-from shakedown.motion.implicit_path import ImplicitPath
+from shakedown.motion.fixed_steps import FixedSteps
 from shakedown.motion.initial_state import beginning
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.violation import path_violation
 
 # The states after one implicit step from zero: there the cited cycles begin.
@@ -154,7 +154,7 @@ def test_units_change_no_bit():
 def test_cycles_continue_from_their_states_to_the_last_bit():
     """Nodes open and close on the way."""
     problem = opening_joint()
-    motion, other = DirectedMotion(problem, 1.0), DirectedMotion(problem, 1.0)
+    motion, other = Evolution(problem, 1.0), Evolution(problem, 1.0)
     first, _ = motion.cycle(), other.cycle()
     assert first.opened.any()
     state = motion.state
@@ -198,13 +198,13 @@ def test_between_rows_the_path_is_curved():
 def test_implicit_steps_come_closer_the_shorter_they_are():
     """Of the first order, from a state after the first cycle, with nodes that open, close and have no friction."""
     problem = opening_joint()
-    motion = DirectedMotion(problem, 1.0)
+    motion = Evolution(problem, 1.0)
     motion.cycle()
     state = motion.state
     motion.cycle()
     errors = []
     for parts in (32, 64, 128):
-        steps = ImplicitPath(problem, 1.0, parts=parts)
+        steps = FixedSteps(problem, 1.0, parts=parts)
         steps.cycle()
         steps.state = state
         assert steps.cycle() is not None
@@ -228,7 +228,7 @@ def test_the_way_of_a_frictionless_node_is_that_of_a_finer_path():
     assert fine.slip.min() > 0.1
     np.testing.assert_allclose(coarse.slip, fine.slip, atol=1e-6)
     q, p = joint.layout.split(beginning(joint, 1.0, None).load[None])
-    steps = ImplicitPath(replace(joint, q_transient=q, p_transient=p), 1.0, parts=100)
+    steps = FixedSteps(replace(joint, q_transient=q, p_transient=p), 1.0, parts=100)
     np.testing.assert_allclose(steps.cycle().slip, fine.slip, rtol=0.02)
 
 
@@ -239,8 +239,6 @@ def test_what_is_not_held_is_said():
     assert run.cycles[0].opened.all()
     without = evolve(node(p_w=[[1.0], [-3.0]]), 1.0)
     assert "node 0 lifts off, and the problem has no C" in without.stop.reason
-    with pytest.raises(shakedown.UsageError, match="expected two tangential directions, found one"):
-        DirectedMotion(shakedown.example("two-node"), 1.0)
     with pytest.raises(shakedown.UsageError, match="a reduced scene: expected one tangential direction"):
         evolve(node(), 1.0, reduce=True)
 
@@ -285,7 +283,7 @@ def test_a_joint_is_assembled_from_nothing(seed):
     q, p, ends = 2.0 * rng.normal(size=8), rng.normal(1.0, 1.0, 4), []
     for first in (0.0, 1e-6):
         ramp = np.array([[first], [0.25], [0.5], [1.0]])
-        motion = DirectedMotion(replace(joint, q_transient=ramp * q, p_transient=ramp * p), 0.1)
+        motion = Evolution(replace(joint, q_transient=ramp * q, p_transient=ramp * p), 0.1)
         assert motion.cycle(record=True) is not None
         ends.append(motion.state.u)
         broken = path_violation(motion.problem, 0.1, motion.tolerances, motion.history)

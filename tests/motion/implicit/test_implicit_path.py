@@ -10,7 +10,6 @@ import shakedown
 from shakedown import Problem, UsageError
 from shakedown.motion.contact_law import law_violation
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.motion.implicit_path import ImplicitPath
 from shakedown.motion.method import Motion, walk
 
 
@@ -33,7 +32,7 @@ def test_error_is_of_the_first_order(mean):
     problem = joint(mean=mean)
     ends = []
     for parts in (16, 32, 64, 128):
-        motion = ImplicitPath(problem, 1.3, parts=parts)
+        motion = FixedSteps(problem, 1.3, parts=parts)
         found = walk(motion, 2)
         assert motion.stop is None
         ends.append(np.r_[found.end_slip[-1], found.dissipation])
@@ -44,7 +43,7 @@ def test_error_is_of_the_first_order(mean):
 
 def test_what_a_cycle_did_is_what_its_load_steps_say():
     problem = joint(mean=0.3)
-    motion: Motion = ImplicitPath(problem, 1.3)
+    motion: Motion = FixedSteps(problem, 1.3)
     first, second = motion.cycle(record=True), motion.cycle(record=True)
     history = motion.history
     assert history.v.shape == (2 * problem.m, 8)
@@ -64,7 +63,7 @@ def test_what_a_cycle_did_is_what_its_load_steps_say():
 
 def test_what_a_cycle_of_one_node_ends_with_stays_so():
     joint = Problem(A=np.eye(2), B=np.zeros((1, 2)), f=0.3, q_w=[[1.0, 0.0], [0.0, 1.0]], p_w=[[2.0], [2.0]])
-    motion = ImplicitPath(joint, 1.0)
+    motion = FixedSteps(joint, 1.0)
     first = motion.cycle().end_slip
     kept = first.copy()
     motion.cycle()
@@ -74,7 +73,7 @@ def test_what_a_cycle_of_one_node_ends_with_stays_so():
 
 def test_sweeps_alone_follow_the_same_path():
     problem = joint(seed=2, mean=3.0)
-    one, other = (walk(ImplicitPath(problem, 1.3, sweeps_only=only), 2) for only in (False, True))
+    one, other = (walk(FixedSteps(problem, 1.3, sweeps_only=only), 2) for only in (False, True))
     np.testing.assert_allclose(other.end_slip, one.end_slip, atol=1e-10)
     np.testing.assert_allclose(other.dissipation, one.dissipation, rtol=1e-9)
 
@@ -84,7 +83,7 @@ def test_loaded_in_one_direction_is_the_plane():
     A, B, q_w = np.zeros((4, 4)), np.zeros((2, 4)), np.zeros((plane.m, 4))
     A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
     space = Problem(A=A, B=B, C=plane.C, f=plane.f, q_w=q_w, p_w=plane.p_w)
-    one, other = walk(FixedSteps(plane, 0.9), 3), walk(ImplicitPath(space, 0.9), 3)
+    one, other = walk(FixedSteps(plane, 0.9), 3), walk(FixedSteps(space, 0.9), 3)
     size = np.abs(one.end_slip).max()
     np.testing.assert_allclose(other.end_slip[:, ::2], one.end_slip, atol=1e-11 * size)
     np.testing.assert_allclose(other.slip, one.slip, atol=1e-11 * size)
@@ -93,7 +92,7 @@ def test_loaded_in_one_direction_is_the_plane():
 
 def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
     problem = joint(mean=3.0)
-    motion = ImplicitPath(problem, 1.0, np.full(8, 2.0))
+    motion = FixedSteps(problem, 1.0, np.full(8, 2.0))
     motion.cycle(record=True)
     first = motion.history.rows(np.arange(1))
     assert motion.problem.law.excess(problem.A @ np.full(8, 2.0) + problem.q_w[0], problem.p_w[0]).max() > 1
@@ -103,7 +102,7 @@ def test_a_start_that_the_law_does_not_allow_becomes_one_that_it_does():
 
 def test_a_motion_goes_on_from_another_state():
     problem = joint(mean=0.3)
-    one, other = ImplicitPath(problem, 1.3, parts=3), ImplicitPath(problem, 1.3, parts=3)
+    one, other = FixedSteps(problem, 1.3, parts=3), FixedSteps(problem, 1.3, parts=3)
     one.cycle()
     other.cycle()
     other.cycle()
@@ -114,7 +113,7 @@ def test_a_motion_goes_on_from_another_state():
 def test_transient_load_steps_come_first():
     problem = joint()
     pushed = replace(problem, q_transient=np.full((3, 8), 4.0), p_transient=np.full((3, 4), 3.0))
-    motion = ImplicitPath(pushed, 0.2)
+    motion = FixedSteps(pushed, 0.2)
     assert len(motion.history) == 3
     assert motion.history.cycle[0] == -3 / 24
     assert np.abs(motion.start).max() == 0.0
@@ -124,28 +123,28 @@ def test_transient_load_steps_come_first():
 def test_what_cannot_be_followed_stops_with_a_reason():
     A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
     loop = {"q_w": [[0.0] * 4, [1.0, 0.0] * 2], "p_w": np.ones((2, 2)), "q_mean": [0.0] * 4}
-    free = ImplicitPath(Problem(A=A, B=np.zeros((2, 4)), f=0.5, **loop), 1.0)
+    free = FixedSteps(Problem(A=A, B=np.zeros((2, 4)), f=0.5, **loop), 1.0)
     assert free.cycle() is None
     assert free.stop.slides_away
     assert free.stop.reason == "the body slides away at load step 1"
     pulled = {"q_w": np.zeros((2, 4)), "p_w": [[1.0, 1.0], [1.0, -1.0]]}
-    held = ImplicitPath(Problem(A=np.eye(4), B=np.zeros((2, 4)), f=0.5, **pulled), 1.0)
+    held = FixedSteps(Problem(A=np.eye(4), B=np.zeros((2, 4)), f=0.5, **pulled), 1.0)
     assert held.cycle() is None
     assert held.stop.reason == "node 1 lifts off at load step 1, and the problem has no C"
     assert held.cycle() is None
 
 
-def test_the_plane_has_its_own():
-    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
-        ImplicitPath(shakedown.example("two-node"), 0.5)
+def test_load_steps_are_cut_in_space_only():
+    with pytest.raises(UsageError, match="parts: expected 1 with one tangential direction, found 2"):
+        FixedSteps(shakedown.example("two-node"), 0.5, parts=2)
     with pytest.raises(UsageError, match="parts"):
-        ImplicitPath(joint(), 0.5, parts=0)
+        FixedSteps(joint(), 0.5, parts=0)
 
 
 def test_units_change_no_bit():
     problem, force, length = joint(mean=0.3), 2.0**12, 2.0**-7
     stiffness = {key: getattr(problem, key) * (force / length) for key in "ABC"}
     other = replace(problem, **stiffness, q_w=force * problem.q_w, p_w=force * problem.p_w)
-    one, same = walk(ImplicitPath(problem, 1.3, parts=2), 2), walk(ImplicitPath(other, 1.3, parts=2), 2)
+    one, same = walk(FixedSteps(problem, 1.3, parts=2), 2), walk(FixedSteps(other, 1.3, parts=2), 2)
     np.testing.assert_array_equal(length * one.end_slip, same.end_slip)
     np.testing.assert_array_equal(force * length * one.dissipation, same.dissipation)

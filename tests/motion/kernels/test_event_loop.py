@@ -8,7 +8,7 @@ from shakedown.motion.event_history import EventKind
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels import event_loop
 from shakedown.motion.kernels.moving_state import begin, room_for
-from shakedown.motion.kernels.run import progress, run_along
+from shakedown.motion.kernels.run import run_along
 
 SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
 
@@ -53,16 +53,20 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
     evolution, whole = evolution_of("block-9", 5.0), evolution_of("block-9", 5.0)
     first = whole.cycle(record=True)
     run = run_along(
-        evolution.active, evolution.rates, evolution.motion, room_for(7, 9), evolution.run(True, False).course
+        evolution.method.active,
+        evolution.method.rates,
+        evolution.method.motion,
+        room_for(7, 9),
+        evolution.method.run(True, False).course,
     )
-    begin(evolution.motion)
-    status, rows = event_loop.follow(run, 1, event_loop.EFFORT), progress(run).rows
+    begin(evolution.method.motion)
+    status, rows = event_loop.follow(run, 1, event_loop.EFFORT), run.record.rows
     while status == event_loop.RECORD_FULL:
-        assert progress(run).rows == 7
+        assert run.record.rows == 7
         status = event_loop.follow(run, 1, event_loop.EFFORT)
-        rows += progress(run).rows
+        rows += run.record.rows
     assert status == event_loop.DONE
-    assert (progress(run).events, progress(run).signature) == (first.events, first.signature)
+    assert (run.motion.events, run.motion.signature) == (first.events, first.signature)
     assert rows == len(whole.history) - 1
 
 
@@ -71,12 +75,12 @@ def test_the_loop_returns_when_the_record_is_full_and_goes_on():
 def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_factor, passes):
     """However large the joint, an interrupt is not held back until its cycle has ended."""
     evolution, whole = evolution_of(name, load_factor), evolution_of(name, load_factor)
-    run, same, returns = evolution.run(True, False), whole.run(True, False), 0
-    begin(evolution.motion)
-    begin(whole.motion)
+    run, same, returns = evolution.method.run(True, False), whole.method.run(True, False), 0
+    begin(evolution.method.motion)
+    begin(whole.method.motion)
     while event_loop.follow(run, passes, 20) == event_loop.PAUSED:
         returns += 1
     assert event_loop.follow(same, passes, event_loop.EFFORT) == event_loop.DONE
     assert returns >= passes
-    assert progress(run).events == progress(same).events
+    assert run.motion.events == same.motion.events
     assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

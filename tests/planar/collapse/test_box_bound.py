@@ -151,7 +151,7 @@ def test_the_state_after_few_cycles_proves_almost_up_to_the_transient_limit(
     motion = Evolution(problem, load_factor, np.zeros(problem.n), DEFAULT)
     for _ in range(cycles):
         motion.cycle()
-    assert box_proves(problem, motion.motion.u[: problem.n].copy(), load_factor, DEFAULT)
+    assert box_proves(problem, motion.method.u[: problem.n].copy(), load_factor, DEFAULT)
     beyond = shakedown.long_term_state(problem, limit * (1 + 1e-5))
     assert beyond.outcome != "shakedown"
     assert not box_proves(problem, beyond.final_slip, beyond.load_factor, DEFAULT)

@@ -54,7 +54,7 @@ def test_a_disturbance_shrinks_by_the_largest_multiplier(found, which):
         slips = []
         for _ in range(12):
             evolution.cycle()
-            slips.append(evolution.motion.u[:2].copy())
+            slips.append(evolution.method.u[:2].copy())
         ends.append(slips)
     apart = np.abs(np.subtract(*ends)).max(axis=1)
     assert apart[-1] / apart[-2] == pytest.approx(np.abs(cycle.multipliers).max(), rel=1e-3)

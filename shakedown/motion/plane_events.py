@@ -1,0 +1,203 @@
+"""From event to event in the plane: exact, by the compiled loops of :mod:`shakedown.motion.kernels`."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import Scales
+from shakedown.motion.cycle_record import Interim, State, Totals
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.kernels import event_loop as kernel
+from shakedown.motion.kernels.active_set import active_set, factorize
+from shakedown.motion.kernels.moving_state import (
+    LOAD_STEP,
+    Course,
+    Precision,
+    begin,
+    course,
+    follow_derivative,
+    motion_at_rest,
+    resume,
+    room_for,
+    without_tangent,
+)
+from shakedown.motion.kernels.rate_problem import rates
+from shakedown.motion.kernels.rate_search import enumerate_states
+from shakedown.motion.kernels.run import Progress, Run, progress, run_along
+from shakedown.motion.viscous_jump import ViscousMotion
+
+RECORD_ROWS = 512
+ROUNDING = 16 * np.finfo(float).eps  # of the largest force: equations with such a residual are settled
+
+
+class Rows(NamedTuple):
+    """Rows of a record, and the cycles done before them."""
+
+    done: int
+    time: FloatArray
+    kind: NDArray[np.int64]
+    node: NDArray[np.int64]
+    u: FloatArray
+    r: FloatArray
+    state: NDArray[np.int64]
+
+
+class PlaneEvents:
+    """The moving state of a joint in the plane, and the loops that follow it: straight from event to event.
+
+    Attributes
+    ----------
+    u, contact, slip
+        Slips and gaps (2n,), contact states (n,), and Σ|Δv| in contact in the present cycle (n,), in place.
+    motion, active, rates
+        The same as compiled loops take it, with the equations of the moving nodes.
+    precision
+        What counts as zero.
+    """
+
+    HISTORY = EventHistory
+
+    def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
+        self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
+        self.active, self.rates = active_set(kappa, problem.f), rates(problem.n)
+        self.motion = motion_at_rest(problem.n)
+        self.u, self.contact, self.slip = self.motion.u, self.active.state, self.motion.slip
+        self._runs: dict[tuple[bool, bool], Run] = {}  # by: through the first cycle, recorded
+        self._courses: dict[bool, Course] = {}  # by: through the first cycle
+
+    def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
+        """Follow these courses, through the first cycle and another one, from displacements (2n,) on.
+
+        Forces and lengths count as zero up to round-off of the terms that make up the reactions.
+        """
+        locked, t = np.abs(self.kappa) @ np.abs(start), self.tolerances
+        force = max(scale.force, float(locked.max()))
+        self.precision = Precision(t.limit * force, t.limit * scale.length, t.rate, ROUNDING * force)
+        self.scale, self._paths = scale, {True: first, False: later}
+        for which, way in self._courses.items():
+            way.path[:] = self._paths[which]
+            way.set(**self.precision._asdict())
+
+    def stand(self, state: State) -> bool:
+        """Go to a state; False where nothing holds its moving nodes."""
+        self.u[:], self.contact[:] = state.u, state.contact
+        return bool(factorize(self.active) != 0)
+
+    def interim(self) -> Interim:
+        """Where it stands: the equations of the moving nodes depend on the way there."""
+        act = self.active
+        size, places = act.size, (act.state.copy(), act.place.copy())
+        equations = act.col[:size].copy(), act.coef[:size].copy(), act.inverse[:size, :size].copy()
+        return self.u.copy(), *places, *equations, act.sign, act.updates
+
+    def go_on(
+        self,
+        u: FloatArray,
+        state: NDArray[np.int64],
+        place: NDArray[np.int64],
+        col: NDArray[np.int64],
+        coef: FloatArray,
+        inverse: FloatArray,
+        sign: int,
+        updates: int,
+    ) -> None:
+        """Stand there again."""
+        act, size = self.active, len(col)
+        self.u[:], act.state[:], act.place[:], act.col[:size], act.coef[:size] = u, state, place, col, coef
+        act.inverse[:size, :size] = inverse
+        act.set(size=size, sign=sign, updates=updates)
+
+    def run(self, first: bool, record: bool) -> Run:
+        """The run through the first cycle or another one; made when it is first needed."""
+        if (first, record) not in self._runs:
+            if first not in self._courses:
+                path, separable = self._paths[first], self.problem.C is not None
+                self._courses[first] = course(path, self.problem.m - len(path), separable, self.precision)
+            room = room_for(RECORD_ROWS if record else 0, self.problem.n)
+            run = run_along(self.active, self.rates, self.motion, room, self._courses[first])
+            self._runs[first, record] = run
+        return self._runs[first, record]
+
+    @contextmanager
+    def derivative(self, tangent: FloatArray) -> Iterator[None]:
+        """Carry the derivative of u = (v, w) with respect to t parameters, (2n, t), along in place."""
+        follow_derivative(self.motion, tangent, np.zeros(tangent.shape[1]))
+        yield
+        follow_derivative(self.motion, *without_tangent(self.problem.n))
+
+    def enter(self, first: bool, record: bool) -> None:
+        """Go to the beginning of a cycle."""
+        self._present = self.run(first, record)
+        begin(self.motion)
+
+    def follow(self, cycles: int) -> int:
+        """Follow the course until it has been passed so often; the status with which the loop ends."""
+        status: int = kernel.follow(self._present, cycles, kernel.EFFORT)
+        return status
+
+    def progress(self) -> Progress:
+        """Where the present cycle has got to."""
+        return progress(self.motion)
+
+    def finds_rates(self) -> bool:
+        """Whether enumeration finds states and rates where pivoting has not; the loop then finds them too."""
+        return enumerate_states(self.active, self.rates, self.precision.rate)
+
+    def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
+        """Whether there are rates after all: the instant is then recorded when they are taken."""
+        record = self._present.record
+        if not self.finds_rates():
+            return False
+        record.set(rows=max(record.rows - 1, 0))
+        return True
+
+    def recorded(self, done: int) -> list[Rows]:
+        """What a record has been filled with, so many cycles being done."""
+        room = self._present.record
+        rows = room.content.rows
+        if not rows:
+            return []
+        times, kinds, nodes = room.time[:rows].copy(), room.kind[:rows].copy(), room.node[:rows].copy()
+        u, r, states = room.u[:rows].copy(), room.r[:rows].copy(), room.state[:rows].copy()
+        return [Rows(done, times, kinds, nodes, u, r, states)]
+
+    def present(self, done: int, reaction: FloatArray) -> Rows:
+        """The present state, between two cycles, as a row."""
+        kinds = np.array([LOAD_STEP]), np.array([-1])
+        return Rows(done, np.array([-1.0]), *kinds, self.u[None], reaction[None], self.contact[None])
+
+    def histories(
+        self, cycle: FloatArray, rows: Rows, welded: FloatArray, change: FloatArray
+    ) -> EventHistory:
+        """The path of rows at times in cycles, with these welded reactions."""
+        split = self.problem.layout.split
+        (v, w), (q, p), (q_w, p_w) = split(rows.u), split(rows.r), split(welded)
+        return EventHistory(cycle, rows.kind, rows.node, v, w, q, p, q_w, p_w, rows.state)
+
+    def totals(self) -> Totals:
+        """What has been counted in the present cycle, jumps apart."""
+        mo, counted = self.motion, self.motion.content
+        opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
+        numbers = counted.dissipation, counted.events, counted.signature
+        return Totals(mo.slip.copy(), mo.work, opened, closed, *numbers)
+
+    def reaction(self, load: FloatArray) -> FloatArray:
+        """Reactions at the present instant, under these welded ones, (2n,) [force]."""
+        return self.motion.r
+
+    def relaxation(
+        self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
+    ) -> ViscousMotion:
+        """The viscous motion from a state with these reactions that this load puts out of balance."""
+        before = state.u, state.contact, reaction
+        return ViscousMotion(self.kappa, self.problem.f, *before, load, damping, self.precision, self.scale)
+
+    def resume(self, time: float) -> None:
+        """Go on after a jump, from this share of the load step on."""
+        resume(self.motion, time)
