@@ -1,14 +1,16 @@
-"""The slip with most room at one load factor, over discs."""
+"""The slip with most room at one load factor, over discs; whether one is safe under the mean load."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows
+from shakedown.bounds.discs.frictionless import without_frictionless
 from shakedown.bounds.discs.polish import end_of
 from shakedown.bounds.discs.scaled_discs import Carrying, basis_of, scaled_discs
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
 from shakedown.programs.disc_solver import ACCURATE
 
 
@@ -62,3 +64,29 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances) -> Safest
     end = end_of(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap), tolerances)
     margin = end.load_factor - cap if end.optimal else -np.inf
     return Safest(end.x, margin, cap, end.carrying, end.accuracy > ACCURATE)
+
+
+def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
+    """Whether some slip keeps every node within its limit under the mean load alone, to ``feasibility``.
+
+    Raises
+    ------
+    SolverError
+        If the program ends without an answer.
+    """
+    rows = disc_rows(problem)
+    one = np.unique(rows.node, return_index=True)[1]  # under the mean all load steps of a node are alike
+    held = replace(rows.half_spaces, d=np.zeros_like(rows.half_spaces.d))
+    mean = replace(
+        rows, node=rows.node[one], step=rows.step[one], c=rows.c[one], e=0 * rows.e[one], half_spaces=held
+    )
+    x = np.zeros(rows.stiffness.shape[-1])
+    if mean.relative_excess(x, 0.0) > 0:
+        taken = without_frictionless(mean, tolerances)
+        if taken is None:
+            x = safest(mean, 0.0, tolerances).x
+        elif taken.against.size:
+            return False
+        else:
+            x = taken.slips(safest(taken.rest, 0.0, tolerances).x, 0.0)
+    return mean.relative_excess(x, 0.0) <= tolerances.feasibility

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Any, NamedTuple
 
+from shakedown.bounds.discs.room import safe_under_mean_load
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
@@ -14,7 +15,6 @@ from shakedown.joint.result import Result
 from shakedown.planar.collapse.lower import LowerBound, lower_bound
 from shakedown.planar.universal.swing_bound import SwingBound, swing_bound
 from shakedown.space.bound_from_every_state import LeastPressureBound, least_pressure_bound
-from shakedown.space.mean_load import safe_under_mean_load
 from shakedown.space.scaled_joint import scaled_joint
 from shakedown.space.unique_rates import unique_rates
 
