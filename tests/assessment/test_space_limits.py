@@ -1,8 +1,5 @@
 """The limits of joints with two tangential directions: what there is none of, and which states λ_U is about."""
 
-import doctest
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -104,11 +101,3 @@ def test_what_the_bounds_decide_of_the_load_as_given():
         "proved_from_this_state",
         "impossible_above",
     ]
-
-
-def test_the_page_on_two_directions_shows_what_it_gives():
-    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    page = Path(__file__).parents[2] / "docs" / "space.md"
-    result = doctest.testfile(str(page), module_relative=False, optionflags=flags)
-    assert result.attempted > 3
-    assert result.failed == 0

@@ -69,7 +69,7 @@ def test_the_table_has_units_and_the_labels_of_the_model():
 
 
 def test_a_limit_that_does_not_exist_has_no_line():
-    out = run("adversary", "receding-block", *QUICK)[1]
+    out = run("adversary", "cylinder-on-flat", *QUICK)[1]
     assert "nan" not in out
     assert "λ_1" not in out
 
