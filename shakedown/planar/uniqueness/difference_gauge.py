@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
@@ -12,20 +13,24 @@ from shakedown.joint.rigid_slips import rigid_slips
 SWEEPS = 400  # of the search for the scales, each four products of matrices
 CLEARLY = 1e-9  # below 1, so that round-off decides nothing
 LEAST = 1e-6  # scale of two nodes, relative to the largest
+SUMS_UP_TO = 16  # nodes up to which sums of slips are compared, too: each sweep takes n⁵ steps
 
 
 class DifferenceGauge(NamedTuple):
-    """V(e) = max (e_i − e_j) / t_ij, and a number below 1 that relaxing any one node keeps it under.
+    """V(e) = max (x_a − x_b) / t_ab, and a number below 1 that relaxing any one node keeps it under.
 
     Attributes
     ----------
-    scales : (n, n) or (n + 1, n + 1)
-        t, 0 on the diagonal; the last node is the ground, e = 0, where something holds the body.
+    compared : (N, n)
+        x_a as a function of the slips e: slips, their negatives, and 0 for the ground.
+    scales : (N, N)
+        t, 0 on the diagonal.
     ratio
         For every slip e with V(e) ≤ 1, if node i is set to where either of its limits is met, no
         difference to another node exceeds this share of its scale.
     """
 
+    compared: FloatArray
     scales: FloatArray
     ratio: float
 
@@ -42,8 +47,10 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
                     ≤ (Σ_l p_l t_lj + Σ_kl m_k p_l t_lk) / Σ p.
 
     The largest of these on both sides, as new scales, is a monotone map of the old ones; it is iterated
-    until it makes all of them smaller. None where it does not, where a node is at its own
-    critical friction, and where a rigid slip leaves a node behind or there are two.
+    until it makes all of them smaller. A node counts the way it goes in the softest slip of the joint; of few
+    nodes e_k is compared with −e_j as well, and c e_k = (−c)(−e_k) is taken for positive or negative row by
+    row, whichever bounds less: which way tangents point is no matter. None where that does not end, where a
+    node is at its own critical friction, and where a rigid slip leaves a node behind or there are two.
 
     Examples
     --------
@@ -53,23 +60,74 @@ def difference_gauge(problem: Problem) -> DifferenceGauge | None:
     >>> difference_gauge(shakedown.example("three-node")) is None
     True
     """
-    weights = _weights(problem)
-    if weights is None:
+    known = _weights(problem)
+    if known is None:
         return None
-    n, nodes = problem.n, weights.shape[2]
+    weights, compared = known
+    n, nodes = weights.shape[1:]
+    if nodes > n and n <= SUMS_UP_TO:
+        return _with_sums(weights[:, :, :n], np.vstack([compared[:n], -compared[:n], compared[n:]]))
     p, m = np.maximum(weights, 0.0), np.maximum(-weights, 0.0)
     total = p.sum(axis=2)
-    apart, t = ~np.eye(nodes, dtype=bool), 1.0 - np.eye(nodes)
     if not np.all(total > 0.0):
         return None
+    t = 1.0 - np.eye(nodes)
     for _ in range(SWEEPS):
         new = np.zeros((nodes, nodes))
         new[:n] = _largest(p, m, total, t)
         new[:, :n] = np.maximum(new[:, :n], _largest(p, m, total, t.T).T)
-        ratio = float((new[apart] / t[apart]).max())
+        least, ratio, smaller = _compared(new, t)
         if ratio < 1.0 - CLEARLY:
-            return DifferenceGauge(t, ratio)
-        t = np.where(apart, np.maximum(new / new[apart].max(), LEAST), 0.0)
+            return DifferenceGauge(compared, t, ratio)
+        if least >= 1.0:
+            return None
+        t = smaller
+    return None
+
+
+def _compared(new: FloatArray, t: FloatArray) -> tuple[float, float, FloatArray]:
+    """The least and the largest share of new scales in old ones, and the new ones relative to the largest."""
+    apart = ~np.eye(len(t), dtype=bool)
+    shares = new[apart] / t[apart]
+    return (
+        float(shares.min()),
+        float(shares.max()),
+        np.where(apart, np.maximum(new / new[apart].max(), LEAST), 0.0),
+    )
+
+
+def _with_sums(weights: FloatArray, compared: FloatArray) -> DifferenceGauge | None:
+    """The gauge that compares x = (e, −e, 0): t is symmetric, and the same for (e_i, e_j) and (−e_i, −e_j).
+
+    ``weights`` (2, n, n): c. Of each row some terms are ``taken`` for negative, beside −x_a: the ground takes
+    what is missing on either side.
+    """
+    n, nodes = weights.shape[1], len(compared)
+    c = weights.reshape(-1, n)
+    size = np.abs(c)
+    place = np.where(c >= 0.0, 0, n) + np.arange(n)  # of |c| x
+    opposite, own = np.append(np.roll(np.arange(2 * n), n), 2 * n), np.arange(n)
+    taken = np.repeat(c[:, None] < 0.0, nodes, axis=1)
+    t, unsettled = 1.0 - np.eye(nodes), True
+    for _ in range(SWEEPS):
+        bound = _set_off(size, taken, place, opposite, t)
+        flips = [*(taken ^ (own == k) for k in own), ~taken] if unsettled else []
+        unsettled = False
+        for each in flips:
+            other = _set_off(size, each, place, opposite, t)
+            better = other < bound * (1.0 - CLEARLY)
+            taken = np.where(better[:, :, None], each, taken)
+            bound, unsettled = np.where(better, other, bound), unsettled or bool(better.any())
+        bound = bound.reshape(2, n, nodes).max(axis=0)
+        new = np.vstack([bound, bound[:, opposite], np.zeros((1, nodes))])
+        new = np.maximum(new, new.T)
+        new[own, n + own] = new[n + own, own] = 2.0 * new[own, -1]
+        least, ratio, smaller = _compared(new, t)
+        if ratio < 1.0 - CLEARLY:
+            return DifferenceGauge(compared, t, ratio)
+        if least >= 1.0 and not unsettled:
+            return None
+        t = smaller
     return None
 
 
@@ -80,20 +138,49 @@ def _largest(p: FloatArray, m: FloatArray, total: FloatArray, t: FloatArray) -> 
     return np.asarray(((above + offset[:, :, None]) / total[:, :, None]).max(axis=0))
 
 
-def _weights(problem: Problem) -> FloatArray | None:
-    """c of both limits of every node, in units in which a rigid slip is 1 everywhere; the ground last."""
+def _set_off(
+    size: FloatArray,
+    taken: NDArray[np.bool_],
+    place: NDArray[np.intp],
+    opposite: NDArray[np.intp],
+    t: FloatArray,
+) -> FloatArray:
+    """How far above each x_a a relaxed row comes at most (rows, N), with these terms taken for negative."""
+    p, m = np.where(taken, 0.0, size[:, None]), np.where(taken, size[:, None], 0.0)
+    ground = 1.0 + m.sum(axis=2) - p.sum(axis=2)  # its weight
+    above, below = np.maximum(ground, 0.0), np.maximum(-ground, 0.0)
+    to_ground = t[place, -1][:, None]
+    sums = ((p @ t[place[:, :, None], opposite[place][:, None]]) * m).sum(axis=2)
+    sums += (p * t[place].transpose(0, 2, 1)).sum(axis=2) + below * (p * to_ground).sum(axis=2)
+    sums += above * ((m * to_ground).sum(axis=2) + t[-1])
+    return np.asarray(sums / (p.sum(axis=2) + above))
+
+
+def _weights(problem: Problem) -> tuple[FloatArray, FloatArray] | None:
+    """c of both limits of every node, in units in which a rigid slip is 1 everywhere, and what it is about.
+
+    The ground comes last. Where something holds the joint units are signs: those of its softest slip.
+    """
     A, fB, rigid = problem.A, problem.law.limit_rows(problem.B), rigid_slips(problem)
     floats = rigid.motions.shape[1]
-    if floats:
-        z = rigid.motions[:, 0]
-        if floats > 1 or not np.all(z) or rigid.doubt:
-            return None
-        A, fB = A * z * z[:, None], fB * z * np.abs(z)[:, None]
+    z = rigid.motions[:, 0] if floats else _softest(A)
+    if floats > 1 or not np.all(z) or rigid.doubt:
+        return None
+    A, fB = A * z * z[:, None], fB * z * np.abs(z)[:, None]
     sides = np.stack([A - fB, A + fB])
     own = np.diagonal(sides, axis1=1, axis2=2)
     if not np.all(own > 0.0):
         return None
     weights = -sides / own[:, :, None]
     weights[:, np.arange(problem.n), np.arange(problem.n)] = 0.0
+    compared = np.diag(1.0 / z)
+    if floats:
+        return weights, compared
     ground = (1.0 - weights.sum(axis=2))[:, :, None]
-    return np.asarray(weights if floats else np.concatenate([weights, ground], axis=2))
+    return np.concatenate([weights, ground], axis=2), np.vstack([compared, np.zeros(problem.n)])
+
+
+def _softest(A: FloatArray) -> FloatArray:
+    """The signs (n,) of the slip that meets least resistance, every node in units of its own."""
+    size = np.sqrt(np.where(np.diag(A) > 0.0, np.diag(A), 1.0))
+    return np.where(np.linalg.eigh(A / np.outer(size, size))[1][:, 0] < 0.0, -1.0, 1.0)
