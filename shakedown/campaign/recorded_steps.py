@@ -22,7 +22,7 @@ from shakedown.joint.problem import Problem
 EVERY = 1.0  # seconds of work that a kill costs: what is found within them is recorded together
 HALT = 2.0  # the same within a step that says where it has got to, at least
 LEISURE = 20.0  # times as long as it takes to say so
-SIZE = 1 << 22  # bytes per second, about, that are recorded of such standings, of which the last alone counts
+SIZE = 1 << 22  # bytes per second, about, that are written for such snapshots; only the latest is used
 WASTE = 1 << 24  # bytes of others from which on they are left out, where they are most of the file
 
 T = TypeVar("T")

@@ -18,7 +18,7 @@ from shakedown.joint.rigid_slips import ROUND_OFF, RigidSlips, rigid_slips
 BACKWARD, FORWARD = +1, -1
 GAP = 0  # the row of an open node: its gap
 DISC = 2  # one of the rows of a disc, which has no sides
-PRESSURE = 3  # the row of a closed node without friction: its pressure, which no limit tells
+PRESSURE = 3  # the row of a closed node without friction: p ≥ 0, which |q| ≤ f p does not imply where f = 0
 SIDE_NAMES = {BACKWARD: "backward", FORWARD: "forward", GAP: "gap", DISC: "disc", PRESSURE: "pressure"}
 CONE = 3  # rows of a disc: f p, q_x, q_y
 

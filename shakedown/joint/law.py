@@ -73,8 +73,8 @@ class Law:
     def violation(self, q: FloatArray, p: FloatArray, slip: FloatArray) -> FloatArray:
         """The excess, or the distance of q from −f p along the slip where that is larger, (…, n).
 
-        The distance counts up to the size of the slip, so that no threshold decides whether a node
-        slips: forces and lengths are relative to those of the scene.
+        The distance is capped at the slip, so that no threshold is needed for whether a node slips:
+        forces and lengths are relative to those of the scene.
         """
         limit, excess = self.limit(p), self.excess(q, p)
         if self.d == 1:  # forward slip only at q = −f p, backward slip only at q = +f p

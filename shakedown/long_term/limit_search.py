@@ -49,7 +49,7 @@ OUTCOMES = (  # of the verdicts of compiled code
 )  # fmt: skip
 MOST_REMEMBERED = 4096  # states between two cycles
 CLEAR = 8.0  # times the force that counts as none: what is lost at the events of a period
-BLURRED = 100.0  # times that force: of loads that change by less no more than a first digit is certain
+BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
 
 
 def room_for_answers(s: int, layout: Layout) -> Answers:
@@ -126,7 +126,7 @@ class LimitSearch:
         self._settle(answers.final_slip, answers, lambda: self._note(halt))
 
     def _note(self, halt: Halt | None) -> bool:
-        """Say how far a walk has got, where somebody wants to know; never a reason to stop."""
+        """Report how far a walk has got, where that is asked for; always False: do not stop."""
         if halt is not None and walked(self.compiled)[0]:
             halt.note(self._walked)
         return False

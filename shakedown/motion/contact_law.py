@@ -45,7 +45,7 @@ def scales(problem: Problem, load_factor: float) -> Scales:
 
 
 def path_resolution(problem: Problem, tolerances: Tolerances) -> float:
-    """Slips per period of that size, relative to the length scale, count as none: what a path resolves."""
+    """Slip per period, relative to the length scale, up to which a node counts as not slipping."""
     return tolerances.periodicity if problem.directions == 1 else 10.0 * tolerances.path
 
 
@@ -67,7 +67,8 @@ def scales_of(problem: Problem, *paths: FloatArray) -> Scales:
 def swing(problem: Problem, load: FloatArray) -> float:
     """What one period changes at most of a tangential reaction or of a friction limit [force].
 
-    A load that rests moves nothing: what this much moves a node, alone, is what its slip is compared with.
+    A constant load causes no slip: slips are compared with the displacement that this force would cause at
+    the node alone.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def swing(problem: Problem, load: FloatArray) -> float:
 def alone(problem: Problem, force: float) -> FloatArray:
     """How far a force moves each node by itself, a slip in its stiffest direction and a gap, (2n,) [length].
 
-    What nothing holds is as soft as the softest of its kind.
+    Zero stiffnesses are replaced by the smallest positive one of their kind.
     """
     of_slips = problem.layout.by_node(np.diag(problem.A)).max(axis=1)
     of_gaps = of_slips if problem.C is None else np.diag(problem.C)

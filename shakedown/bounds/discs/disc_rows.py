@@ -53,7 +53,7 @@ class DiscRows:
 
     @cached_property
     def sums(self) -> sparse.csr_matrix:
-        """What adds up the discs of every node, (n, j)."""
+        """The matrix that sums over the discs of each node, (n, j)."""
         count = len(self.node)
         shape = (len(self.stiffness), count)
         return sparse.csr_matrix((np.ones(count), (self.node, np.arange(count))), shape=shape)

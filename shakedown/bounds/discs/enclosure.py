@@ -51,7 +51,7 @@ def of_discs(y: FloatArray, z: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Balance:
-    """Multipliers that balance exactly, as far as is proved: y and what is to be added to it, at most.
+    """Approximate multipliers y, and a proved bound on the correction that makes them balance exactly.
 
     Attributes
     ----------

@@ -97,9 +97,9 @@ class ScaledDiscs:
     weights : (n + o,)
         What the rows of a node, or a half-space, were multiplied by.
     unit
-        One of the slacks in the units of these rows.
+        Scale of the slacks, in the units of these rows.
     load_unit
-        One of the last unknown.
+        Scale of the last unknown.
     basis
         Of the slips.
     """

@@ -20,7 +20,7 @@ HALVINGS = 60
 
 @inner
 def along(A, b, f, q, p, angle):  # type: ignore[no-untyped-def]
-    """Of slip in a direction: what drives it, what holds it per slip, and how far it is off across."""
+    """For slip in a given direction: driving force, stiffness, residual of the transverse equation."""
     x, y = math.cos(angle), math.sin(angle)
     ahead = A[0] * x + A[1] * y, A[1] * x + A[2] * y
     holds = x * ahead[0] + y * ahead[1] + f * (b[0] * x + b[1] * y)

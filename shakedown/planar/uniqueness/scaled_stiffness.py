@@ -1,4 +1,4 @@
-"""The contact stiffness and the friction in units of their own: the same bits whatever the units were."""
+"""The contact stiffness and the friction without units, scaled by powers of two: no bit depends on units."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
