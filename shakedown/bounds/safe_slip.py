@@ -130,7 +130,7 @@ def _in_space(zone: Zone, load_factor: float, transient: bool, tolerances: Toler
     if transient:
         zone.check_transient()
     rows = zone_rows(zone, transient)
-    found = safest(rows, load_factor, tolerances)
+    found = safest(rows, load_factor)
     residual = rows.relative_excess(found.x, load_factor)
     status, margin, active, slip = (
         Status.OPTIMAL,

@@ -139,14 +139,14 @@ def relieving(rows: DiscRows) -> bool:
 def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
     basis, direction = basis_of(rows), np.zeros(rows.stiffness.shape[-1])
     if not relieving(rows):
-        best = end_of(scaled_discs(rows, basis, -1.0), tolerances)
+        best = end_of(scaled_discs(rows, basis, -1.0))
         if best.status == Status.INFEASIBLE:
             return _infeasible(rows, best)
         if best.optimal:
             least, missing = _least(rows, basis, balanced, tolerances)
             return replace(_optimal(rows, best), least_load_factor=least, missing=missing)
         direction = best.x
-    start = end_of(scaled_discs(rows, basis, +1.0), tolerances)
+    start = end_of(scaled_discs(rows, basis, +1.0))
     if not start.optimal:
         return _infeasible(rows, start)
     return _unbounded(rows, direction, start, tolerances)
@@ -169,7 +169,7 @@ def _least(
     still = np.hypot(rows.c[:, 1], rows.c[:, 2]) <= rows.c[:, 0]
     if balanced or (np.all(still) and np.all(rows.half_spaces.g >= 0)):
         return 0.0, ()
-    found = sought(end_of, scaled_discs(rows, basis, +1.0), tolerances)
+    found = sought(end_of, scaled_discs(rows, basis, +1.0))
     if isinstance(found, Missing):
         return nan, (f"λ_lo: {found.reason}",)
     return _least_of(rows, found, tolerances), ()
@@ -201,7 +201,7 @@ def _imbalance(rows: DiscRows, y: FloatArray, z: FloatArray) -> float:
 
 def _unbounded(rows: DiscRows, direction: FloatArray, start: DiscEnd, tolerances: Tolerances) -> DiscLimit:
     beyond = start.load_factor + start.scaled.load_unit
-    safe = [safest(rows, beyond, tolerances).x, start.x + start.scaled.load_unit * direction]
+    safe = [safest(rows, beyond).x, start.x + start.scaled.load_unit * direction]
     return DiscLimit(
         Status.UNBOUNDED, inf, direction, np.zeros_like(rows.c), np.zeros_like(rows.half_spaces.g), _none(),
         residual=_excess_along(rows, direction),
@@ -231,9 +231,9 @@ def _without(taken: Frictionless, balanced: bool, tolerances: Tolerances) -> Dis
     at = taken.forced if taken.forced > NOTHING else 0.0
     gaps = replace(rest.half_spaces, g=rest.half_spaces.g - at * rest.half_spaces.d, d=nothing)
     fixed = replace(rest, c=rest.c + at * rest.e, e=none, half_spaces=gaps)
-    safe = safest(fixed, 0.0, tolerances)
+    safe = safest(fixed, 0.0)
     if fixed.relative_excess(safe.x, 0.0) > tolerances.feasibility:
-        return _infeasible(fixed, end_of(scaled_discs(fixed, basis_of(fixed), +1.0), tolerances))
+        return _infeasible(fixed, end_of(scaled_discs(fixed, basis_of(fixed), +1.0)))
     return DiscLimit(
         Status.OPTIMAL,
         at,

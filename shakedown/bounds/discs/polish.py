@@ -9,7 +9,6 @@ from scipy.linalg import lu_factor, lu_solve
 from shakedown.bounds.discs.scaled_discs import DiscEnd, ScaledDiscs, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.ground.tolerances import Tolerances
 from shakedown.programs.disc_solver import disc_end
 from shakedown.programs.interior.disc_program import DiscProgram
 from shakedown.programs.interior.self_dual import SelfDualEnd
@@ -34,15 +33,15 @@ class _Active:
     norm: bool
 
 
-def end_of(scaled: ScaledDiscs, tolerances: Tolerances) -> DiscEnd:
+def end_of(scaled: ScaledDiscs) -> DiscEnd:
     """The end of a program, polished, in the units of its joint.
 
     Raises
     ------
     SolverError
-        If no road comes to an end.
+        If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, disc_end(scaled.program, tolerances)))
+    return in_units(scaled, polished(scaled.program, disc_end(scaled.program)))
 
 
 def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:

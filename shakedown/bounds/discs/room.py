@@ -40,7 +40,7 @@ class Safest:
     reduced_accuracy: bool
 
 
-def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances) -> Safest:
+def safest(rows: DiscRows, load_factor: float) -> Safest:
     """max t: f p − |q| ≥ t (f |B_i| + |A_i|) at every node and load step, half-spaces likewise.
 
     A change δ of the slips changes f p − |q| by (f|B_i| + |A_i|) |δ| at most: slips up to t away are safe.
@@ -61,7 +61,7 @@ def safest(rows: DiscRows, load_factor: float, tolerances: Tolerances) -> Safest
     down[:, 0] = -slopes[rows.node]
     held = replace(H, g=g + cap * other_slopes, d=other_slopes)
     moved = replace(rows, c=c - cap * down, e=down, half_spaces=held)
-    end = end_of(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap), tolerances)
+    end = end_of(scaled_discs(moved, basis_of(rows), -1.0, 2.0 * cap))
     margin = end.load_factor - cap if end.optimal else -np.inf
     return Safest(end.x, margin, cap, end.carrying, end.accuracy > ACCURATE)
 
@@ -84,9 +84,9 @@ def safe_under_mean_load(problem: Problem, tolerances: Tolerances) -> bool:
     if mean.relative_excess(x, 0.0) > 0:
         taken = without_frictionless(mean, tolerances)
         if taken is None:
-            x = safest(mean, 0.0, tolerances).x
+            x = safest(mean, 0.0).x
         elif taken.against.size:
             return False
         else:
-            x = taken.slips(safest(taken.rest, 0.0, tolerances).x, 0.0)
+            x = taken.slips(safest(taken.rest, 0.0).x, 0.0)
     return mean.relative_excess(x, 0.0) <= tolerances.feasibility

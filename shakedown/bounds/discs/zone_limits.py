@@ -45,7 +45,7 @@ def zone_limit(rows: DiscRows, compared: bool, tolerances: Tolerances) -> ZoneLi
         return ZoneLimit(inf, nothing, nothing)
     if found.status == Status.OPTIMAL:
         return ZoneLimit(found.load_factor, found.x, found.multipliers)
-    margin = safest(rows, 0.0, tolerances).margin if compared else 0.0
+    margin = safest(rows, 0.0).margin if compared else 0.0
     return ZoneLimit(-inf, nothing, found.multipliers, margin)
 
 

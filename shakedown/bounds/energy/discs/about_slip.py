@@ -134,7 +134,7 @@ class DiscsAbout:
         Where no limit knows the radius, w = (λ,): it would have no end.
         """
         loads = np.append(self.row_d, 1.0 if reverse else -1.0)
-        if self.all_s.max(initial=0.0) <= ROUND_OFF:
+        if not self.knows_radius:
             return self.program(self.d[:, :, None], loads[:, None], np.zeros(1))
         found = self.program(
             np.stack([self._of_radius(self.disc_s), self.d], axis=2),
@@ -142,6 +142,11 @@ class DiscsAbout:
             np.zeros(1),
         )
         return replace(found, norm=np.array([1.0, 0.0]), offset=self.offset)
+
+    @property
+    def knows_radius(self) -> bool:
+        """Whether any limit depends on the radius by more than round-off."""
+        return bool(self.all_s.max(initial=0.0) > ROUND_OFF)
 
     @cached_property
     def unit_of_radius(self) -> float:
@@ -171,23 +176,33 @@ class DiscsAbout:
             np.array(ends),
         )
 
+    @cached_property
+    def margin_sizes(self) -> FloatArray:
+        """What margins of discs and rows are relative to (K + k,)."""
+        slopes = np.linalg.norm(self.H, axis=(1, 2))[self.node]
+        return np.maximum(self.sizes, np.append(slopes, np.linalg.norm(self.rows, axis=1)))
+
+    def margin(self, y: FloatArray, load_factor: float, radius: float) -> float:
+        """The smallest margin that discs and rows keep at y with a radius, relative, at most 1."""
+        room = self.room(y, load_factor) - radius * self.all_s
+        sizes = np.where(self.margin_sizes > 0, self.margin_sizes, 1.0)
+        return min(1.0, float(np.min(room / sizes, initial=1.0)))
+
     def room_program(self, *, ball: bool) -> DiscProgram:
         """The largest margin t ≤ 1 that all keep, relative to their sizes, w = (R, λ, t).
 
-        With the ball about y that holds δ, or, without, for R = 0.
+        With the ball about y that holds δ; or, without, w = (t,) at one load factor, for R = 0. Where no
+        limit knows the radius, w = (λ, t).
         """
-        slopes = np.linalg.norm(self.H, axis=(1, 2))[self.node]
-        sizes = np.maximum(self.sizes, np.append(slopes, np.linalg.norm(self.rows, axis=1)))
-        K = len(self.node)
-        discs = [self._of_radius(self.disc_s), self.d, self._of_radius(sizes[:K])]
+        sizes = self.margin_sizes
+        K, kept = len(self.node), np.array([ball and self.knows_radius, ball, True])
+        discs = np.stack([self._of_radius(self.disc_s), self.d, self._of_radius(sizes[:K])], axis=2)
         rows = np.column_stack([self.row_s, self.row_d, sizes[K:]])
-        further = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
-        if ball:
-            found = self.program(np.stack(discs, axis=2), np.vstack([rows, further]), np.array([0.0, 1.0]))
-            return replace(found, norm=np.array([1.0, 0.0, 0.0]), offset=self.offset)
-        return self.program(
-            np.stack(discs[1:], axis=2), np.vstack([rows, further])[:, 1:], np.array([0.0, 1.0])
+        ends = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])[kept[1:]]
+        found = self.program(
+            discs[..., kept], np.vstack([rows, ends])[:, kept], np.array([0.0, 1.0])[kept[1:]]
         )
+        return replace(found, norm=np.array([1.0, 0.0, 0.0]), offset=self.offset) if kept[0] else found
 
     def _of_radius(self, values: FloatArray) -> FloatArray:
         """What is taken of the radius of every disc alone, (K, 3)."""

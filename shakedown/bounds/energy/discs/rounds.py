@@ -10,21 +10,19 @@ import numpy as np
 from shakedown.bounds.energy.discs.about_slip import DiscsAbout, discs_about
 from shakedown.bounds.energy.discs.ball_limits import DiscLimits, Places
 from shakedown.bounds.energy.discs.own_share import MOST, best_share
-from shakedown.bounds.energy.discs.sharp_end import SharpEnd, balance, sharp_end
+from shakedown.bounds.energy.discs.sharp_end import ROUGH, SharpEnd, balance, sharp_end
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
-from shakedown.programs.disc_solver import solved
+from shakedown.programs.disc_solver import DiscSolution, solved
 from shakedown.programs.scaling import typical_size
 
 ROUNDS = 4
 HALF = 0.5
 GAIN = 1e-4  # relative: less than this, and no further round is made
 NEWTON_STEPS = 30  # towards the largest load factor at a centre; each ends nearer
-ROUGH = 1e-4  # accuracy of a margin that is enough: next to nothing compared with the forces, what is
-# left of the balance counts for too much, and other solvers come no nearer
 ROUND_OFF = 4 * np.finfo(float).eps
 NEGLIGIBLE = 1e-9  # share of a disc in the proof, relative to the largest, below which it is not named
 
@@ -144,12 +142,18 @@ def room_about(limits: DiscLimits, start: FloatArray, distance: float) -> Room:
 
 
 def _room(limits: DiscLimits, about: DiscsAbout, start: FloatArray) -> Room:
-    end = solved(about.room_program(ball=True))
+    end = _widest(about, ball=True)
+    load_factor, radius = max(float(end.w[-2]), 0.0), float(np.linalg.norm(end.y)) + about.offset
+    slip = start + limits.metric.inverse @ end.y * about.length
+    return Room(about.margin(end.y, load_factor, radius), slip, load_factor, radius * about.length)
+
+
+def _widest(about: DiscsAbout, *, ball: bool) -> DiscSolution:
+    """Where the largest margin is; how large it is there is to be computed anew."""
+    end = solved(about.room_program(ball=ball), ROUGH)
     if end.status != Status.OPTIMAL:
         raise SolverError(f"the program for the largest margin ended as '{end.status}'")
-    radius, load_factor, margin = end.w.tolist()
-    slip = start + limits.metric.inverse @ end.y * about.length
-    return Room(margin, slip, load_factor, radius * about.length)
+    return end
 
 
 def largest(limits: DiscLimits, load_factor: float, tolerances: Tolerances, *, split: bool) -> Found:
@@ -186,7 +190,7 @@ def holding(
     def one(each: DiscLimits) -> Found:
         about = discs_about(each, state).at_load(load_factor)
         unit = about.unit_of_radius
-        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y), ROUGH)
+        end = sharp_end(about.margin_program(), lambda y: _largest_margin(about, y))
         margin = end.value / unit
         end = replace(end, w=np.array([margin + end.w[0], margin]), proved=end.proved / unit)
         return _found(each, about, end, state)
@@ -200,10 +204,8 @@ def holding(
 def widest(limits: DiscLimits, load_factor: float) -> tuple[FloatArray, float]:
     """The slip with the largest margin to all limits, relative, at a load factor; and that margin."""
     about = discs_about(limits, np.zeros(limits.n)).at_load(load_factor)
-    end = solved(about.room_program(ball=False))
-    if end.status != Status.OPTIMAL:
-        raise SolverError(f"the program for the largest margin ended as '{end.status}'")
-    return limits.metric.inverse @ end.y * about.length, float(end.w[-1])
+    y = _widest(about, ball=False).y
+    return limits.metric.inverse @ y * about.length, about.margin(y, 0.0, 0.0)
 
 
 def full_share(limits: DiscLimits) -> FloatArray:

@@ -8,10 +8,12 @@ import numpy as np
 from shakedown.bounds.discs.polish import polished
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.ground.tolerances import DEFAULT
 from shakedown.programs.disc_solver import disc_end
 from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import USABLE
+
+ROUGH = (
+    1e-4  # accuracy that is enough: what w is worth at y, and what the multipliers prove, is computed anew
+)
 
 Value = Callable[[FloatArray], FloatArray]
 
@@ -45,7 +47,7 @@ class SharpEnd:
         return float(self.w[-1])
 
 
-def sharp_end(program: DiscProgram, value: Value, usable: float = USABLE) -> SharpEnd:
+def sharp_end(program: DiscProgram, value: Value) -> SharpEnd:
     """The end of a program, polished, with the value that the discs allow there in floats.
 
     Parameters
@@ -54,15 +56,13 @@ def sharp_end(program: DiscProgram, value: Value, usable: float = USABLE) -> Sha
         Maximise w_last.
     value
         The w that the discs allow at a given y in floats, with the largest w_last.
-    usable
-        Accuracy of the interior points that is enough to begin with.
 
     Raises
     ------
     SolverError
         If no road comes to an end.
     """
-    end, r = polished(program, disc_end(program, DEFAULT, usable)), program.rank
+    end, r = polished(program, disc_end(program, ROUGH)), program.rank
     discs, rows, _ = program.parts(end.multipliers)
     best = SharpEnd(end.status, end.x[:r], end.x[r:], discs, rows)
     if end.status != Status.OPTIMAL:
