@@ -134,6 +134,14 @@ def test_what_cannot_be_followed_stops_with_a_reason():
     assert held.cycle() is None
 
 
+def test_a_path_ends_with_the_load_step_that_was_not_solved():
+    lifted = Problem(A=[[1.0]], B=[[0.0]], f=0.5, q_w=np.zeros((4, 1)), p_w=[[1.0], [1.0], [-1.0], [1.0]])
+    motion = FixedSteps(lifted, 1.0)
+    assert motion.cycle(record=True) is None
+    assert motion.stop.reason == "node 0 lifts off at load step 2, and the problem has no C"
+    assert motion.history.p_w.ravel().tolist() == [1.0, 1.0, -1.0]
+
+
 def test_load_steps_are_cut_in_space_only():
     with pytest.raises(UsageError, match="parts: expected 1 with one tangential direction, found 2"):
         FixedSteps(shakedown.example("two-node"), 0.5, parts=2)
