@@ -29,7 +29,7 @@ from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import MAX_SWEEPS
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels import event_loop
+from shakedown.motion.kernels import event_loop, moving_state
 from shakedown.motion.kernels.active_set import factorize
 from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.motion.kernels.moving_state import begin, course, room_for
@@ -179,13 +179,13 @@ def _event_seconds(hard: Scene) -> float:
         evolution.method.u[:], evolution.method.active.state[:] = start.u, start.contact
         factorize(evolution.method.active)
         begin(evolution.method.motion)
-        status = event_loop.follow(run, 1, event_loop.EFFORT)
-        while status in (event_loop.PAUSED, event_loop.RECORD_FULL):
-            status = event_loop.follow(run, 1, event_loop.EFFORT)
+        status = event_loop.follow(run, 1, moving_state.EFFORT)
+        while status in (moving_state.PAUSED, moving_state.RECORD_FULL):
+            status = event_loop.follow(run, 1, moving_state.EFFORT)
         return status
 
     seconds, status = median_time(follow, least=0.01, runs=1 if _long(hard) else 3)
-    return seconds if status == event_loop.DONE else float("nan")
+    return seconds if status == moving_state.DONE else float("nan")
 
 
 def _event_long(hard: Scene) -> Path:

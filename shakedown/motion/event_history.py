@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,13 +94,14 @@ class EventHistory(Result):
         )
 
     @classmethod
-    def joined(cls, pieces: "Sequence[EventHistory]") -> "EventHistory":
+    def joined(cls, pieces: "Sequence[EventHistory]") -> Self:
         """One path after the other."""
-        return cls(*(np.concatenate([getattr(part, key) for part in pieces]) for key in cls.__annotations__))
+        columns = ([getattr(part, key) for part in pieces] for key in cls.__dataclass_fields__)
+        return cls(*(np.concatenate(column) for column in columns))
 
-    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "EventHistory":
+    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> Self:
         """The history at chosen rows only."""
-        return EventHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
+        return type(self)(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
 
     def refined(self) -> "EventHistory":
         """The path with so many rows that straight lines follow it: without curves its own."""

@@ -18,7 +18,7 @@ from shakedown.motion.directed.space_events import SpaceEvents
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import Beginning
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.event_loop import (
+from shakedown.motion.kernels.moving_state import (
     DONE,
     LIFTS_OFF,
     NO_RATES,
@@ -220,11 +220,10 @@ class Evolution(Motion):
         parts = [
             self._joined(list(pieces), self._first if first else self._later) for first, pieces in by_course
         ]
-        if self.stop is None:
-            present = self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)
-            parts.append(self._joined([present], self._later))
-        kind = self.method.HISTORY
-        return kind.joined(parts or [kind.none(self.problem.n)])
+        present = self.method.present(self.done, self.load[-1] + self.kappa @ self.method.u)
+        end = self._joined([present], self._later)
+        parts.append(end if self.stop is None else end.rows(np.arange(0)))
+        return type(end).joined(parts)
 
     def _joined(self, pieces: list[Any], path: FloatArray) -> EventHistory:
         """The history of pieces of one course."""

@@ -13,9 +13,10 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales
 from shakedown.motion.cycle_record import Interim, State, Totals
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.kernels import event_loop as kernel
 from shakedown.motion.kernels.active_set import active_set, factorize
+from shakedown.motion.kernels.event_loop import follow
 from shakedown.motion.kernels.moving_state import (
+    EFFORT,
     LOAD_STEP,
     Course,
     Precision,
@@ -60,8 +61,6 @@ class PlaneEvents:
     precision
         What counts as zero.
     """
-
-    HISTORY = EventHistory
 
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
@@ -138,7 +137,7 @@ class PlaneEvents:
 
     def follow(self, cycles: int) -> int:
         """Follow the course until it has been passed so often; the status with which the loop ends."""
-        status: int = kernel.follow(self._present, cycles, kernel.EFFORT)
+        status: int = follow(self._present, cycles, EFFORT)
         return status
 
     def progress(self) -> Progress:

@@ -2,12 +2,15 @@
 
 import numpy as np
 
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.directed.curved_history import CurvedHistory
-from shakedown.motion.directed.curved_violation import curved_violation
 from shakedown.motion.event_history import EventHistory, EventKind
+from shakedown.motion.kernels.contact_status import OPEN
+
+WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are looked at
 
 
 def path_violation(
@@ -27,3 +30,33 @@ def path_violation(
     q, p = reactions(problem, history.q_w, history.p_w, history.v, history.w)
     at_end = law_violation(problem.f, q[1:], p[1:], history.w[1:], slip, scale)
     return float(at_end.max(initial=0.0))
+
+
+def curved_violation(problem: Problem, load_factor: float, history: CurvedHistory) -> float:
+    """Largest relative violation of the law along a path, re-computed from its slips and gaps.
+
+    At the beginning of every step the whole law, the slip being that of the step at the rate there; that
+    the step ends where the next begins; at its end and within it that limits are kept, gaps and pressures
+    not negative. Within a step a polynomial stands for the path, so that this is some multiple of the
+    accuracy asked for (:func:`law_resolution`).
+    """
+    steps = np.flatnonzero(history.duration > 0)
+    steps = steps[steps + 1 < len(history)]
+    if not len(steps):
+        return 0.0
+    scale = scales(problem, load_factor)
+
+    def at(share: float, slip: FloatArray) -> float:
+        there = history.within(steps, np.full(len(steps), share))
+        q, p = reactions(problem, there.q_w, there.p_w, there.v, there.w)
+        return float(law_violation(problem.f, q, p, there.w, slip, scale).max())
+
+    opened = np.repeat(history.state[steps] == OPEN, 2, axis=1)
+    first = np.where(opened, 0.0, history.curve[steps][:, 0, problem.layout.slips])
+    still = np.zeros_like(first)
+    ends = max(at(0.0, first), at(1.0, still))
+    within = max(at(share, still) for share in WITHIN)
+    end, after = history.within(steps, np.ones(len(steps))), history.rows(steps + 1)
+    smooth = after.kind != EventKind.JUMPS
+    apart = (np.abs(part[smooth]).max(initial=0.0) for part in (end.v - after.v, end.w - after.w))
+    return float(max(ends, within, max(apart) / scale.length))

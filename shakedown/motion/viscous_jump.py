@@ -24,10 +24,20 @@ from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, law_violation
-from shakedown.motion.kernels import event_loop as kernel
 from shakedown.motion.kernels.active_set import ActiveSet, active_set, factorize, solve
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import Precision, begin, course, motion_at_rest, room_for
+from shakedown.motion.kernels.event_loop import follow
+from shakedown.motion.kernels.moving_state import (
+    DONE,
+    EFFORT,
+    NO_RATES,
+    PAUSED,
+    Precision,
+    begin,
+    course,
+    motion_at_rest,
+    room_for,
+)
 from shakedown.motion.kernels.rate_problem import rates
 from shakedown.motion.kernels.rate_search import enumerate_states
 from shakedown.motion.kernels.run import run_along
@@ -258,12 +268,12 @@ class ViscousMotion(Relaxation):
         if factorize(act) <= 0:
             return None
         begin(mo)
-        status = kernel.follow(run, 1, kernel.EFFORT)
-        while status == kernel.PAUSED or (
-            status == kernel.NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
+        status = follow(run, 1, EFFORT)
+        while status == PAUSED or (
+            status == NO_RATES and enumerate_states(act, run.rates, self.precision.rate)
         ):
-            status = kernel.follow(run, 1, kernel.EFFORT)
-        if status != kernel.DONE or not np.isfinite(mo.u).all():
+            status = follow(run, 1, EFFORT)
+        if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), act.state.copy(), mo.work, mo.slip, mo.dissipation)
 

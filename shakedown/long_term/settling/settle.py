@@ -37,8 +37,7 @@ from shakedown.long_term.settling.search import (
     Search,
     Standing,
 )
-from shakedown.motion.kernels.event_loop import DONE, EFFORT, PAUSED, RECORD_FULL
-from shakedown.motion.kernels.moving_state import begin
+from shakedown.motion.kernels.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
 from shakedown.motion.kernels.named_state import call_at, entered, inner
 from shakedown.motion.kernels.run import Run
 

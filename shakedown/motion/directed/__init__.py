@@ -8,7 +8,7 @@ Reading order: ``sliding`` (the state as compiled code takes it), ``exchange`` (
 ``speeds`` (rates of the nodes that slip), ``explicit_step`` (Dormand and Prince's pair), ``turning_step``
 (Radau's method near the apex), ``rate_choice`` (which nodes move after an event), ``event_search`` (the
 first event within a step), ``curved_loop`` (one load step, from event to event); ``curved_history`` (the
-path), ``curved_violation`` (the law along it), ``directed_jump`` (across instants without rates),
+path), ``directed_jump`` (across instants without rates),
 ``space_events`` (all of it, as an evolution follows it). Nothing of it is compiled before a joint with
 two directions moves.
 """

@@ -1,6 +1,5 @@
 """The path of a motion in two tangential directions: events, and smooth curves between them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,27 +32,6 @@ class CurvedHistory(EventHistory):
     duration: FloatArray
     curve: FloatArray
     reaction_curve: FloatArray
-
-    @classmethod
-    def none(cls, n: int) -> "CurvedHistory":
-        """A path of n nodes on which nothing is recorded."""
-        times, numbers = np.empty(0), np.empty(0, dtype=np.int64)
-        slips, gaps, curve = np.empty((0, 2 * n)), np.empty((0, n)), np.empty((0, DEGREE, 3 * n))
-        states = np.empty((0, n), dtype=np.int64)
-        return cls(
-            times, numbers, numbers, slips, gaps, slips, gaps, slips, gaps, states, times, curve, curve
-        )
-
-    @classmethod
-    def joined(cls, pieces: Sequence[EventHistory]) -> "CurvedHistory":
-        """One path after the other."""
-        return cls(
-            *(np.concatenate([getattr(part, key) for part in pieces]) for key in cls.__dataclass_fields__)
-        )
-
-    def rows(self, index: NDArray[np.intp] | NDArray[np.bool_]) -> "CurvedHistory":
-        """The history at chosen rows only."""
-        return CurvedHistory(*(getattr(self, key)[index] for key in self.__dataclass_fields__))
 
     def within(self, row: NDArray[np.intp], share: FloatArray) -> "CurvedHistory":
         """The states at a share of the step that begins in a row, (k,) of both."""

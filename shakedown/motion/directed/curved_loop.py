@@ -14,14 +14,12 @@ share in proportion to its length, and a small one besides; the lower order, tha
 the ends of a step, may be in error by the whole of it.
 """
 
-from functools import cache
-
 import numpy as np
-from numba import types
 
 from shakedown.motion.directed.event_search import (
     NEVER,
     distance,
+    distance_rate,
     end_of_step,
     expected,
     first_event,
@@ -32,13 +30,11 @@ from shakedown.motion.directed.exchange import MOST_EXCHANGES, arrange, compute_
 from shakedown.motion.directed.explicit_step import BETWEEN, ENDS, explicit_step, find_curve, stop_within
 from shakedown.motion.directed.rate_choice import choose_rates
 from shakedown.motion.directed.sliding import (
-    CURVE_RECORD,
     CURVES,
     DEGREE,
     EXPLICIT,
     RADAU,
     REACHES_LIMIT,
-    SLIDING,
     STAGES,
     STOPS,
     CurveRecord,
@@ -46,11 +42,20 @@ from shakedown.motion.directed.sliding import (
 )
 from shakedown.motion.directed.turning_step import turning, turning_step
 from shakedown.motion.kernels.contact_status import OPEN, STICK
-from shakedown.motion.kernels.moving_state import CLOSES, LOAD_STEP
-from shakedown.motion.kernels.named_state import address_of, handed_on, inner, summing
+from shakedown.motion.kernels.moving_state import (
+    CLOSES,
+    DONE,
+    LIFTS_OFF,
+    LOAD_STEP,
+    NO_RATES,
+    NOT_SETTLED,
+    PAUSED,
+    RECORD_FULL,
+    TOO_MANY_EVENTS,
+)
+from shakedown.motion.kernels.named_state import entered, inner, summing
 
-DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED, AT_EVENT = range(8)
-EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
+AT_EVENT = PAUSED + 1  # within a load step
 AHEAD = 1.05  # how far to go, relative to the time at which the next event is expected
 SHORTEST = 1e-13  # of a load step: steps that would have to be shorter have no rates before them
 BESIDE = 0.002  # of the error of a passage, that a step may use whatever its length
@@ -74,32 +79,25 @@ GAUSS_WEIGHTS = 5 / 18, 8 / 18, 5 / 18  # … at which speeds tell a length
 STOPPED = 1e-6  # speed, relative to the fastest, that is none at a stop
 
 
-@handed_on
-def follow_curve(sl: Sliding, rec: CurveRecord, passes: int, effort: int) -> int:
-    """Carry the state along its course until it has been passed so often since it was begun.
+@entered
+def follow_curve(sl: Sliding, rec: CurveRecord, effort: int) -> int:
+    """Carry the state along its course to its end.
 
     Ends with DONE, or with why the motion stopped; after RECORD_FULL and PAUSED, and where there were
     NO_RATES and the state has jumped, it can be entered again.
     """
     sl.effort, sl.allowed, rec.rows, status = 0, effort, 0, DONE
-    while sl.passes < passes and status == DONE:
-        if sl.step == 0 and sl.time == 0.0 and not sl.entered:
-            sl.h = 1.0
-            if sl.exchanges > 0:
-                sl.exchanges = MOST_EXCHANGES + 1
+    if sl.step == 0 and sl.time == 0.0 and not sl.entered:
+        sl.h = 1.0
+        if sl.exchanges > 0:
+            sl.exchanges = MOST_EXCHANGES + 1
+    while sl.step < sl.steps and status == DONE:
         status = load_step(sl, rec)
-        if sl.step == sl.steps:
-            sl.passes += 1
-            sl.step = 0
-        if status == DONE and sl.passes < passes and sl.effort > sl.allowed:
+        if status == DONE and sl.step < sl.steps and sl.effort > sl.allowed:
             status = PAUSED
+    if sl.step == sl.steps:
+        sl.passes = 1
     return status
-
-
-@cache
-def address_of_follow_curve() -> int:
-    """Where compiled code finds :func:`follow_curve`."""
-    return address_of(follow_curve, SLIDING, CURVE_RECORD, types.int64, types.int64)
 
 
 @inner
@@ -374,7 +372,7 @@ def refined_length(sl: Sliding, guess: float, far: float) -> tuple[float, float,
         value = beyond(sl)
         if abs(value) <= met:
             break
-        rate = rate_beyond(sl)
+        rate = 0.0 if kind == STOPS else distance_rate(sl, sl.event_node, kind, 1)
         if rate < 0.0 and abs(value) < -CLOSE * h * rate and h - value / rate < far:
             share = 1.0 - value / (rate * h)
             find_curve(sl, h)
@@ -394,21 +392,6 @@ def refined_length(sl: Sliding, guess: float, far: float) -> tuple[float, float,
     if h > SHORTEST:
         find_curve(sl, h)
     return h, better_error(sl, error), 1.0
-
-
-@inner
-def rate_beyond(sl: Sliding) -> float:
-    """Rate of the distance from the event at the end of the step; 0 where it is not known."""
-    i, kind, n = sl.event_node, sl.kind, sl.n
-    if kind == STOPS:
-        return 0.0
-    x, y, p = 2 * i, 2 * i + 1, 2 * n + i
-    if kind != REACHES_LIMIT:
-        return sl.next_rate[p]
-    qx, qy = sl.next_out[x], sl.next_out[y]
-    size = np.sqrt(qx * qx + qy * qy)
-    along = (qx * sl.next_rate[x] + qy * sl.next_rate[y]) / size if size > 0.0 else 0.0
-    return sl.friction[i] * sl.next_rate[p] - along
 
 
 @inner

@@ -13,7 +13,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.motion.contact_law import Scales
-from shakedown.motion.directed import curved_loop as kernel
+from shakedown.motion.directed.curved_loop import follow_curve
 from shakedown.motion.directed.sliding import (
     SLIP,
     Measures,
@@ -22,6 +22,7 @@ from shakedown.motion.directed.sliding import (
 )
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
 from shakedown.motion.kernels.contact_status import OPEN, STICK
+from shakedown.motion.kernels.moving_state import DONE, PAUSED
 from shakedown.motion.viscous_jump import Relaxation, StepEnd
 
 OF_THE_WAY = 1e-6  # error of an implicit step, relative to the length scale: the end state is exact
@@ -79,13 +80,13 @@ class DirectedJump(Relaxation):
         mo, room = sliding(stiffer, self.law.f, path, 0, True), curve_room(0, len(self.law.f))
         mo.set(**self.measures._asdict())
         mo.u[:], mo.contact[:] = self.u, self.contact
-        status = kernel.PAUSED
-        while status == kernel.PAUSED:
-            status = kernel.follow_curve(mo, room, 1, LABOUR)
-            self.at_once = status == kernel.PAUSED and mo.taken > MOST_TAKEN
+        status = PAUSED
+        while status == PAUSED:
+            status = follow_curve(mo, room, LABOUR)
+            self.at_once = status == PAUSED and mo.taken > MOST_TAKEN
             if self.at_once:
                 return None
-        if status != kernel.DONE or not np.isfinite(mo.u).all() or mo.passes < 1:
+        if status != DONE or not np.isfinite(mo.u).all():
             return None
         return StepEnd(mo.u.copy(), mo.contact.copy(), mo.work, mo.slipped)
 

@@ -15,7 +15,6 @@ from shakedown.motion.kernels.moving_state import CLOSES, OPENS
 from shakedown.motion.kernels.named_state import inner, summing
 
 SAMPLES = 8  # of a distance within a step
-HALVINGS = 40  # of a step before the first of them, where a distance is used up at once
 NEVER = 2.0  # in shares of a step
 
 

@@ -10,8 +10,8 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales, swing
 from shakedown.motion.cycle_record import Interim, State, Totals
-from shakedown.motion.directed import curved_loop as kernel
 from shakedown.motion.directed.curved_history import CurvedHistory
+from shakedown.motion.directed.curved_loop import follow_curve
 from shakedown.motion.directed.directed_jump import DirectedJump, end_at_once
 from shakedown.motion.directed.exchange import make_afresh
 from shakedown.motion.directed.sliding import (
@@ -26,6 +26,7 @@ from shakedown.motion.directed.sliding import (
 )
 from shakedown.motion.event_history import EventKind
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.motion.kernels.moving_state import EFFORT
 from shakedown.motion.kernels.run import Progress, progress
 
 RECORD_ROWS = 256
@@ -81,8 +82,6 @@ class SpaceEvents:
         What counts as zero, and how accurate the path is.
     """
 
-    HISTORY = CurvedHistory
-
     def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
         self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
         self._rooms: dict[bool, CurveRecord] = {}
@@ -120,7 +119,7 @@ class SpaceEvents:
 
     def follow(self, cycles: int) -> int:
         """Follow one cycle, however many there are; the status with which the loop ends."""
-        status: int = kernel.follow_curve(self.sliding, self._record, 1, kernel.EFFORT)
+        status: int = follow_curve(self.sliding, self._record, EFFORT)
         return status
 
     def progress(self) -> Progress:

@@ -3,7 +3,7 @@
 They know arrays and small named states, no ``Problem``. Reading order: ``swept_stiffness`` (κ with its
 open nodes eliminated, and the state in it), ``node_alone`` (the law at one node, its neighbours held),
 ``sweeps`` (Gauss–Seidel over the nodes), ``dense_solver`` (linear equations), ``newton_rounds`` (Newton on
-the slipping nodes), ``one_step`` (both together, and the law re-checked), ``load_steps`` (many in a row),
+the slipping nodes), ``load_steps`` (both together, the law re-checked, step after step),
 ``implicit_step`` (what Python calls).
 """
 

@@ -39,10 +39,17 @@ from shakedown.motion.kernels.active_set import (
 from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import (
     CLOSES,
+    DONE,
+    LIFTS_OFF,
     LOAD_STEP,
+    NO_RATES,
+    NOT_SETTLED,
     OPENS,
+    PAUSED,
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
+    RECORD_FULL,
+    TOO_MANY_EVENTS,
     Course,
     Motion,
     Record,
@@ -59,8 +66,6 @@ from shakedown.motion.kernels.quiet_steps import (
 from shakedown.motion.kernels.rate_problem import APEX, ON_BACKWARD, ON_FORWARD, Rates, locate, solve_rates
 from shakedown.motion.kernels.run import RUN, Run
 
-DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)
-EFFORT = 200_000_000  # multiplications and additions after which a call returns, about a fifth of a second
 # Load steps that an event counts for: it adds more round-off to κ u than one of them.
 EVENT = MOST_FOLLOWED // 8
 SIGNATURE_TIME = 1e-12  # share of a load step below which a passing state is not part of the signature

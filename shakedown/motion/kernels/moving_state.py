@@ -18,6 +18,8 @@ from shakedown.motion.kernels.named_state import (
     made,
 )
 
+DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
+EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
 LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
 
 

@@ -88,6 +88,6 @@ def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
 def test_a_kernel_stands_on_the_rooms_whose_code_is_linked_into_it():
     importlib.import_module("shakedown.long_term.settling.settle")
     below = code_stamp.modules_below("shakedown.long_term.settling.settle")
-    kernels = ("active_set", "contact_status", "event_loop", "named_state", "quiet_steps", "rate_problem")
+    kernels = ("active_set", "contact_status", "moving_state", "named_state", "rate_problem", "run")
     assert {f"shakedown.motion.kernels.{room}" for room in kernels} <= set(below)
     assert "shakedown.motion.kernels.gauss_seidel" not in below
