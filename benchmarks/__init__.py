@@ -39,6 +39,7 @@ STUDIES: tuple[str, ...] = (
     "large_joints",
     "long_term",
     "many_states",
+    "open_zones",
     "reaction_planes",
     "receding",
     "receding_zones",

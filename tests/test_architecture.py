@@ -74,6 +74,7 @@ INSIDE = {  # what commands and studies reach for beside public names: checks of
     ("benchmarks.siconos_agreement", "shakedown.motion.kernels.contact_status"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.intersection"),
     ("benchmarks.enumeration", "shakedown.planar.enumeration.tasks"),
+    ("benchmarks.open_zones", "shakedown.bounds.opened_by_mean_load"),
     ("benchmarks.space_scenes", "shakedown.motion.initial_state"),
     ("benchmarks.space_scenes", "shakedown.motion.method"),
     ("benchmarks.space_scenes", "shakedown.motion.violation"),

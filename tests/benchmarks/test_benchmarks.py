@@ -9,7 +9,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import shakedown
-from benchmarks import STUDIES, calculix_peer, siconos_peer, timing
+from benchmarks import STUDIES, calculix_peer, open_zones, siconos_peer, timing
 from benchmarks.problems import random_problem
 from benchmarks.rational_path import NoPath, one_step_holds, rational_path
 from benchmarks.stability import verdict
@@ -118,3 +118,12 @@ def test_a_study_measures_prints_and_draws(name: str, monkeypatch: pytest.Monkey
     assert study.tables(rows).strip()
     for figure in study.figures(rows).values():
         figure.canvas.draw()
+
+
+def test_zones_that_are_not_searched_are_counted_as_wrong(monkeypatch) -> None:
+    """With all nodes closed, whatever the mean load opens, a better zone is found and the state does not rest."""
+    honest = shakedown.upper_bound
+    monkeypatch.setattr("shakedown.upper_bound", lambda problem, open_nodes: honest(problem))
+    found = open_zones.measure({"kind": "plane", "seed": 0, "joints": 5})
+    assert found["better zone"] > 0
+    assert not found["other nodes open"]
