@@ -148,7 +148,7 @@ def excess(problem: Problem, opened: tuple[int, ...], slip: np.ndarray, load_fac
 def _compare(problem: Problem, opened: tuple[int, ...], counts: dict) -> None:
     """One joint by all roads."""
     upper = shakedown.upper_bound(problem, open_nodes="auto")
-    zone, found = upper.open_nodes, upper.load_factor
+    zone, found = upper.open_nodes, -np.inf if np.isnan(upper.load_factor) else upper.load_factor
     zones = [zone]
     if problem.n <= max(most for _, least, most in KINDS.values() if least < 7):
         zones = [chosen for k in range(problem.n) for chosen in combinations(range(problem.n), k)]
