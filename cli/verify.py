@@ -58,8 +58,8 @@ SUMMED = "slip per period of the node that slips most, to and fro added up."
     "--random",
     "random_states",
     type=click.IntRange(min=0),
-    default=3,
-    show_default=True,
+    default=None,
+    show_default="3; above 200 node pairs in space 1",
     help="Number of initial states: what random loads leave behind.",
 )
 @click.option(
@@ -88,7 +88,7 @@ def verify(
     problem: Problem,
     output: Path | None,
     load_factors: tuple[float, ...],
-    random_states: int,
+    random_states: int | None,
     seed: int,
     open_nodes: tuple[int, ...] | Literal["auto"],
     cycles: int,

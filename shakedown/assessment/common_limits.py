@@ -3,12 +3,15 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from numpy.typing import ArrayLike
 
 from shakedown.assessment.from_state import FromState
+from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
+from shakedown.bounds.energy.reasons import NO_SAFE_SLIP
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
@@ -21,6 +24,8 @@ from shakedown.planar.universal.universal_bound import UniversalBound, universal
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
     from shakedown.assessment.transient_limit import TransientLimit
+
+MANY_PAIRS = 200  # node pairs, from where on a program or a run in space takes seconds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,14 +101,49 @@ class CommonLimits(Result):
             tolerances=self.tolerances,
         )
 
+    def ball_at(self, load_factor: float) -> EnergyBall | Missing:
+        """An energy ball of this load factor, sought once; Missing above λ_max, where there is none.
+
+        In the plane the largest. In space, where one that holds a slip is found sooner, the one that holds
+        this state best where λ_E proves it, above λ_E a slip that is safe there.
+        """
+        if load_factor not in self._balls:
+            above = not self.open_nodes and load_factor > self.upper.load_factor
+            self._balls[load_factor] = Missing(NO_SAFE_SLIP) if above else sought(self._ball_at, load_factor)
+        return self._balls[load_factor]
+
+    @cached_property
+    def _balls(self) -> dict[float, EnergyBall | Missing]:
+        return {}
+
+    def _ball_at(self, load_factor: float) -> EnergyBall:
+        problem, around, split = self.problem, None, True
+        if problem.directions > 1 and not self.open_nodes:
+            proved, upper = self.energy, self.upper
+            split = False
+            if proved.least_load_factor <= load_factor < proved.load_factor:
+                around, split = proved.initial_slip, problem.n <= MANY_PAIRS
+            elif proved.load_factor <= load_factor < upper.load_factor < inf:
+                # from a slip that is safe at λ_E to one that is at λ_max: between them all are
+                share = (load_factor - proved.load_factor) / (upper.load_factor - proved.load_factor)
+                around = (1.0 - share) * proved.slip + share * upper.slip
+        return energy_ball(problem, load_factor, around=around, split=split, tolerances=self.tolerances)
+
     @cached_property
     def transient(self) -> "TransientLimit | Missing | None":
         """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
         from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
+        from shakedown.long_term.energy_proof import note_bound
+        from shakedown.long_term.passage import Passage
+        from shakedown.long_term.proved.proved_rest import note_largest
 
-        end = scan_end(self.upper)
+        end, problem, bound = scan_end(self.upper), self.problem, self.energy
         if end is None:
             return None
+        if not self.open_nodes:
+            note_largest(problem, self.upper.load_factor)
+            if self.distance == 0.0 and bound.status != Status.UNDECIDED:
+                note_bound(Passage(problem, 0.0, self.tolerances, bound.initial_slip, ()), bound)
         return sought(
             transient_limit,
             self.problem,

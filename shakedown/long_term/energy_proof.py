@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
-from math import nan
-from typing import TypeGuard
+from math import inf, log, nan
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -12,12 +12,11 @@ from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
-from shakedown.ground.evidence import Missing, allowed, present, sought
+from shakedown.ground.evidence import Missing, allowed, sought
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.passage import Passage, Way
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.method import cycles_of
 from shakedown.planar.collapse.box_bound import box_proves
@@ -27,12 +26,38 @@ from shakedown.planar.collapse.box_bound import box_proves
 class EnergyProof:
     """Whether shakedown is proved, and how far the final state may be off, as in :class:`LongTermState`.
 
-    NaN where a box proves it, of which no margin is worked out.
+    NaN where a box proves it, of which no margin is worked out. ``best`` says that the margins are those
+    of the best ball that was found.
     """
 
     proved: bool
     margin: float
     single_node_margin: float
+    best: bool = True
+
+
+class Course(NamedTuple):
+    """How a motion comes to rest.
+
+    Attributes
+    ----------
+    final_slip : (n,)
+        Where [length].
+    open_nodes
+        The nodes that are open there, all others closed.
+    most
+        After how many cycles at most states are looked at.
+    contraction
+        Factor per cycle by which the distance shrinks in the end; NaN unknown.
+    way
+        The states after the first cycles, where they are kept.
+    """
+
+    final_slip: FloatArray
+    open_nodes: tuple[int, ...]
+    most: int
+    contraction: float = nan
+    way: Way | None = None
 
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
@@ -40,9 +65,7 @@ BELOW = 1.0 - 1e-9  # of a load factor up to which something is proved: round-of
 
 
 @on_one_thread
-def energy_proof(
-    problem: Problem, passage: Passage, most: int, final_slip: FloatArray, open_nodes: tuple[int, ...] = ()
-) -> EnergyProof:
+def energy_proof(problem: Problem, passage: Passage, course: Course) -> EnergyProof:
     """What an energy ball, or else the least box, proves of a motion that has been found to shake down.
 
     Within a ball the distance from its centre never grows. So a motion that comes to
@@ -50,63 +73,104 @@ def energy_proof(
     after finitely many cycles: the ball that holds the state at rest best is found, and
     the states that the motion really passes through are looked at until one is inside.
     Where none is, the least box of the state at rest, which is inside those of the states before,
-    tells whether any of theirs can be a proof.
+    tells whether any of theirs can be a proof. In space a ball without shares comes first: one program.
 
     Parameters
     ----------
     problem, passage
         The joint; where the motion began, of the nodes that were followed.
-    most
-        After how many cycles at most states are looked at.
-    final_slip : (n,)
-        Where the motion comes to rest [length].
-    open_nodes
-        The nodes that are open at rest, all others closed.
+    course
+        Where it comes to rest, and what is known of the way.
     """
-    load_factor = passage.load_factor
-    ball = _ball(problem, load_factor, final_slip, passage.tolerances, open_nodes)
-    if ball is not None and any(ball.contains(slip) for slip in slips_in_zone(passage, most, open_nodes)):
-        return EnergyProof(True, float(ball.margin(final_slip)), float(ball.single_node_margin(final_slip)))
-    if bound_proves(bound_of_start(passage), load_factor):
+    load_factor, none = passage.load_factor, problem.directions > 1
+    for split in (False, True) if none else (True,):
+        ball = _ball(problem, passage, course, split)
+        if isinstance(ball, EnergyBall) and comes_into(ball, passage, course):
+            return _proof_of(ball, course, best=split)
+        none = none and ball is None
+    # A ball that holds the start holds the state at rest: λ_E is not worked out where none does.
+    if (not none or _key(passage) in _known_bounds(passage.problem)) and bound_proves(
+        bound_of_start(passage), load_factor
+    ):
         return WITHOUT_MARGIN
-    if open_nodes or problem.directions > 1:  # boxes are of one direction
+    if course.open_nodes or problem.directions > 1:  # boxes are of one direction
         return NO_PROOF
-    states = chain([final_slip], slips_in_zone(passage, most, ()))
+    states = chain([course.final_slip], slips_in_zone(passage, course))
     proofs = (sought(box_proves, problem, slip, load_factor, passage.tolerances) for slip in states)
     return WITHOUT_MARGIN if next(proofs) and any(proofs) else NO_PROOF
 
 
-def slips_in_zone(passage: Passage, most: int, open_nodes: tuple[int, ...]) -> Iterator[FloatArray]:
-    """Slips of all nodes after one cycle after the other, where exactly these are open."""
-    evolution, scene = passage.motion(), passage.scene
+def with_margins(problem: Problem, passage: Passage, course: Course) -> EnergyProof:
+    """The proof by an energy ball with the margins of the ball that holds the state at rest best."""
+    ball = on_one_thread(_ball)(problem, passage, course, split=True)
+    return _proof_of(ball, course, best=True) if isinstance(ball, EnergyBall) else WITHOUT_MARGIN
+
+
+def proof_in(ball: EnergyBall, passage: Passage, course: Course) -> EnergyProof | None:
+    """The proof by a given ball of the load factor; None where it proves nothing."""
+    holds = ball.open_nodes == course.open_nodes and bool(ball.contains(course.final_slip))
+    return _proof_of(ball, course, best=True) if holds and comes_into(ball, passage, course) else None
+
+
+def _proof_of(ball: EnergyBall, course: Course, *, best: bool) -> EnergyProof:
+    slip = course.final_slip
+    return EnergyProof(True, float(ball.margin(slip)), float(ball.single_node_margin(slip)), best)
+
+
+def comes_into(ball: EnergyBall, passage: Passage, course: Course) -> bool:
+    """Whether the motion, which comes to rest in a ball, is seen to be in it after some cycle."""
+    way = course.way
+    if way is None:
+        return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
+    zone = np.isin(np.arange(way.opened.shape[1]), course.open_nodes)
+    inside = ball.contains(way.slips) & (way.opened == zone).all(axis=1)
+    if inside.any():
+        return True
+    away = float(ball.distance(way.slips[-1])) - float(ball.distance(course.final_slip))
+    if _cycles_left(away, float(ball.margin(course.final_slip)), course.contraction) > course.most:
+        return False
+    return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
+
+
+def _cycles_left(away: float, margin: float, contraction: float) -> float:
+    """After how many cycles what is left of a distance that shrinks so is less than a margin, about."""
+    if not away > margin or not contraction > 0.0:
+        return 0.0
+    return log(margin / away) / log(contraction) if contraction < 1.0 else inf
+
+
+def slips_in_zone(passage: Passage, course: Course) -> Iterator[FloatArray]:
+    """Slips of all nodes after one cycle after the other, where exactly the open ones are open.
+
+    Of a way that is kept those after it.
+    """
+    scene, way, done = passage.scene, course.way, 0
+    motion = passage.motion()
+    if way is not None:
+        done = len(way.slips)
+        motion = passage.motion_from(way.state, done)
     nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
-    for record in cycles_of(evolution, most):
-        if tuple(nodes[evolution.state.contact == OPEN].tolist()) == open_nodes:
+    for record in cycles_of(motion, max(course.most - done, 0)):
+        if tuple(nodes[motion.state.contact == OPEN].tolist()) == course.open_nodes:
             yield record.end_slip if scene is None else scene.spread(record.end_slip, scene.initial_slip)
 
 
-def _ball(
-    problem: Problem,
-    load_factor: float,
-    final_slip: FloatArray,
-    tolerances: Tolerances,
-    open_nodes: tuple[int, ...],
-) -> EnergyBall | None:
-    """The ball that holds the state at rest best; None where there is none, or no such zone."""
+def _ball(problem: Problem, passage: Passage, course: Course, split: bool) -> EnergyBall | Missing | None:
+    """The ball that holds the state at rest best; None where none does, or there is no such zone."""
     try:
-        ball = sought(
+        found = sought(
             energy_ball,
             problem,
-            load_factor,
-            around=final_slip,
+            passage.load_factor,
+            around=course.final_slip,
             transient=False,
-            open_nodes=open_nodes,
-            tolerances=tolerances,
+            open_nodes=course.open_nodes,
+            split=split,
+            tolerances=passage.tolerances,
         )
     except UsageError:  # there is no such zone
         return None
-    found = present(ball)
-    return found if found is not None and found.contains(final_slip) else None
+    return found if isinstance(found, Missing) or found.contains(course.final_slip) else None
 
 
 def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[EnergyBound]:
@@ -118,14 +182,22 @@ def bound_proves(bound: EnergyBound | Missing, load_factor: float) -> TypeGuard[
 
 def bound_of_start(begun: Passage) -> EnergyBound | Missing:
     """λ_E of the start, worked out once."""
-    known = _known_bounds(begun.problem)
-    asked = begun.start.tobytes(), begun.open_nodes, begun.tolerances
+    known, asked = _known_bounds(begun.problem), _key(begun)
     if asked not in known:
         known[asked] = allowed(
             energy_bound, begun.problem, begun.start, open_nodes=begun.open_nodes, certify=False,
             tolerances=begun.tolerances,
         )  # fmt: skip
     return known[asked]
+
+
+def note_bound(begun: Passage, bound: EnergyBound) -> None:
+    """Keep λ_E of a start that is known already."""
+    _known_bounds(begun.problem).setdefault(_key(begun), bound)
+
+
+def _key(begun: Passage) -> object:
+    return begun.start.tobytes(), begun.open_nodes, begun.tolerances
 
 
 @once_per_problem

@@ -1,6 +1,10 @@
 """Where a motion began, so that it can be followed again, and what the transient leaves of its start."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -10,6 +14,24 @@ from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
+
+
+class Way(NamedTuple):
+    """What a search has passed through, cycle by cycle, before it first went ahead of the motion.
+
+    Attributes
+    ----------
+    slips : (k, dn)
+        Slips at the ends of the cycles [length].
+    opened : (k, n)
+        Whether each node was open there.
+    state
+        The last state.
+    """
+
+    slips: FloatArray
+    opened: NDArray[np.bool_]
+    state: State
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
+from shakedown.long_term.returning.returned_state import ReturnedState
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
 from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.contact_law import alone, law_resolution, swing
@@ -99,7 +100,12 @@ class Simulation(SettledState):
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
-        """Discontinuities on that path, each with the energy that it releases."""
+        """Discontinuities on that path, each with the energy that it releases.
+
+        In space, where no path was recorded, those of the cycles that the search has followed.
+        """
+        if self.followed is None and isinstance(self.settled, ReturnedState):
+            return self.settled.jumps
         return self.cycles.jumps
 
     @property

@@ -12,8 +12,8 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.long_term.energy_proof import NO_PROOF, EnergyProof, energy_proof
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.energy_proof import NO_PROOF, Course, EnergyProof, energy_proof, with_margins
+from shakedown.long_term.passage import Passage, Way
 from shakedown.motion.cycle_record import State, Stop
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import expanded_history
@@ -142,6 +142,10 @@ class LongTermState(SettledState):
         How many were allowed.
     begun, goal
         Where the motion began, and the state at the start of that period.
+    way
+        What was passed through on the way, where that is kept.
+    proof
+        What proves it, where that is known already.
     """
 
     DOCUMENT: ClassVar[str] = (
@@ -162,6 +166,8 @@ class LongTermState(SettledState):
     most_cycles: int = field(repr=False, compare=False)
     begun: Passage = field(repr=False, compare=False)
     goal: State = field(repr=False, compare=False)
+    way: Way | None = field(default=None, repr=False, compare=False)
+    proof: EnergyProof | None = field(default=None, repr=False, compare=False)
 
     @property
     def scene(self) -> Scene | None:
@@ -225,20 +231,30 @@ class LongTermState(SettledState):
 
         In the energy norm √(eᵀA e) [√(force × length)].
         """
-        return self._proof.margin
+        return self._margins.margin
 
     @property
     def single_node_margin(self) -> float:
         """The slip by which any one node may be off from the long-term state [length]; NaN without a ball."""
-        return self._proof.single_node_margin
+        return self._margins.single_node_margin
 
     @cached_property
     def _proof(self) -> EnergyProof:
-        """Sought when it is asked for, by one cone program."""
+        """Sought when it is asked for, by cone programs."""
         if self.outcome != Outcome.SHAKEDOWN:
             return NO_PROOF
+        return self.proof or energy_proof(self.problem, self.begun, self.course)
+
+    @cached_property
+    def _margins(self) -> EnergyProof:
+        """The proof with the margins of the best ball."""
+        return self._proof if self._proof.best else with_margins(self.problem, self.begun, self.course)
+
+    @property
+    def course(self) -> Course:
+        """How it comes to rest, as proofs ask for it."""
         most = self.cycles_simulated + self.most_cycles
-        return energy_proof(self.problem, self.begun, most, self.final_slip, self.open_nodes)
+        return Course(self.final_slip, self.open_nodes, most, self.contraction, self.way)
 
     @property
     def cycles_to_one_percent(self) -> int:

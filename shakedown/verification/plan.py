@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN
+from shakedown.assessment.common_limits import MANY_PAIRS
 from shakedown.assessment.every_limit import Limits
 from shakedown.assessment.from_state import BOX
 from shakedown.bounds.energy.energy_ball import energy_ball
@@ -102,6 +103,11 @@ class _SafeStart(NamedTuple):
     after_transient: bool
 
 
+def is_large(problem: Problem) -> bool:
+    """Whether runs of a joint take so long that few initial states are simulated."""
+    return problem.directions > 1 and problem.n > MANY_PAIRS
+
+
 def planned_cases(
     limits: Limits,
     load_factors: Sequence[float] | None,
@@ -163,14 +169,15 @@ class _At:
     def __init__(self, limits: Limits, load_factor: float) -> None:
         self.limits, self.load_factor = limits, load_factor
         self.region = region_of(load_factor, limits)
-        self.ball = sought(energy_ball, limits.problem, load_factor, tolerances=limits.tolerances)
+        self.ball = limits.ball_at(load_factor)
 
     def in_ball(self, others: Iterable[FloatArray], seed: int) -> dict[str, FloatArray]:
         """States in the ball, by name: just inside its surface, but no farther away than any other state."""
         ball = self.ball
         if isinstance(ball, Missing) or not 0 < ball.radius < np.inf:
             return {}
-        away = np.random.default_rng(seed).normal(size=(IN_BALL, ball.metric.inverse.shape[1]))
+        count = 1 if is_large(self.limits.problem) else IN_BALL
+        away = np.random.default_rng(seed).normal(size=(count, ball.metric.inverse.shape[1]))
         offsets = ball.at(away, JUST_INSIDE) - ball.slip
         reach = max(np.nan_to_num(abs(other - ball.slip)).max() for other in others)
         farthest = abs(offsets).max(axis=1)

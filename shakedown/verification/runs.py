@@ -5,12 +5,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from shakedown.ground.evidence import Missing
+from shakedown.assessment.every_limit import Limits
+from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
 from shakedown.ground.status import Guarantee, Outcome
-from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
+from shakedown.long_term.energy_proof import proof_in
+from shakedown.long_term.returning.returned_state import ReturnedState
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.verification.load_regions import BELOW, NO_ZONE
@@ -75,9 +76,9 @@ class Run(Result):
         return self.case.open_nodes
 
 
-def run_of(problem: Problem, case: Case, cycles: int, method: str, tolerances: Tolerances) -> Run:
-    """Simulate a case, and hold what comes out against what is predicted."""
-    began = time.perf_counter()
+def run_of(limits: Limits, case: Case, cycles: int, method: str) -> Run:
+    """Simulate a case, and hold what comes out against what is predicted, and against the plan's ball."""
+    began, problem = time.perf_counter(), limits.problem
     if case.after_transient:
         problem = replace(problem, q_transient=None, p_transient=None)
     simulation = simulate(
@@ -88,8 +89,13 @@ def run_of(problem: Problem, case: Case, cycles: int, method: str, tolerances: T
         cycles=cycles,
         method=method,
         record=problem.n <= 2,
-        tolerances=tolerances,
+        tolerances=limits.tolerances,
     )
+    state = simulation.settled
+    if isinstance(state, ReturnedState) and state.outcome == Outcome.SHAKEDOWN:
+        ball = present(limits.ball_at(case.load_factor))
+        proof = None if ball is None else proof_in(ball, state.begun, state.course)
+        simulation = replace(simulation, settled=replace(state, proof=proof))
     seconds = time.perf_counter() - began
     return Run(case, _agreement(case, simulation), simulation, seconds)
 

@@ -30,11 +30,13 @@ from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_
 from shakedown.planar.friction_thresholds import FrictionThresholds
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.verification.open_ends import open_ends
-from shakedown.verification.plan import planned_cases
+from shakedown.verification.plan import is_large, planned_cases
 from shakedown.verification.runs import Run, disagreements, open_questions, run_of
 from shakedown.verification.second_road import SecondRoad, road_findings, second_road
 
 CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
+
+RANDOM_STATES = 3
 
 T = TypeVar("T")
 
@@ -189,7 +191,7 @@ def verify(
     *,
     open_nodes: Iterable[int] | Literal["auto"] = "auto",
     load_factors: Sequence[float] | None = None,
-    random_states: int = 3,
+    random_states: int | None = None,
     seed: int = 0,
     cycles: int = 1000,
     method: str = "event",
@@ -231,7 +233,8 @@ def verify(
         λ = 1 comes first, from the state asked about, whatever else is asked for.
     random_states, seed
         Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
-        (``slip_left_behind``), and the seed these are drawn with.
+        (``slip_left_behind``), and the seed these are drawn with. None: 3, and 1 of joints in space of more
+        than 200 node pairs.
     cycles, method
         As for :func:`shakedown.simulate`.
     budget
@@ -266,6 +269,8 @@ def verify(
     (True, 18)
     """
     require_problem(problem)
+    if random_states is None:
+        random_states = 1 if is_large(problem) else RANDOM_STATES
     _check(random_states, seed)
     for load_factor in load_factors or ():
         check_load_factor(load_factor, problem)
@@ -315,8 +320,8 @@ def _verified(
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(_Beside._fields)
     _find(limits, "transient", work.done)
-    how = settings.cycles, settings.method, tolerances
-    runs = tuple(work.done(functools.partial(run_of, problem, case, *how)) for case in cases)
+    how = settings.cycles, settings.method
+    runs = tuple(work.done(functools.partial(run_of, limits, case, *how)) for case in cases)
     beside = _beside(limits, asked, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(

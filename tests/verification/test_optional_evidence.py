@@ -23,6 +23,7 @@ OPTIONAL = [  # module and name of every step of evidence on which no answer of 
     "planar.friction_thresholds.wedging_threshold",
     "assessment.every_limit.guarantee_curve",
     "assessment.transient_limit.transient_limit",
+    "assessment.common_limits.energy_ball",
     "verification.plan.energy_ball",
     "long_term.energy_proof.energy_ball",
 ]

@@ -13,11 +13,13 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
 from shakedown.joint.rigid_slips import can_drift
+from shakedown.long_term.passage import Way
 from shakedown.long_term.returning.approach import Approach
 from shakedown.long_term.returning.extrapolation import Course, course_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.method import Motion
+from shakedown.motion.viscous_jump import Jump
 
 WINDOW = 7  # states that a limit is worked out from, one period apart
 FEWEST = 4  # of them
@@ -88,6 +90,10 @@ class Settled:
         How far the last period has missed its start, drift apart [length].
     error
         Estimated distance of the state from the long-term state [length].
+    way
+        What it has passed through before it first leapt.
+    jumps
+        Those of the cycles that it has followed, also after a leap.
     stop
         Why the motion ended before its time; None where it did not.
     """
@@ -104,6 +110,8 @@ class Settled:
     return_error: float
     error: float
     start: State
+    way: Way
+    jumps: tuple[Jump, ...]
     stop: Stop | None = None
 
     def undecided(self, reason: str) -> "Settled":
@@ -204,6 +212,8 @@ class ReturnSearch:
             rules.stiffness, self.layout.slip_size // len(rules.stiffness)
         )
         self.wait, self.next_leap = WAIT, 0
+        self.passed: list[State] = []  # before the first leap
+        self.jumps: list[Jump] = []
         self._start_anew()
 
     def _start_anew(self) -> None:
@@ -243,6 +253,9 @@ class ReturnSearch:
         self.cycles, self.events = self.cycles + 1, self.events + record.events
         self.gathered += record.error
         self.records.append(record)
+        self.jumps += record.jumps
+        if not self.leapt:
+            self.passed.append(self.motion.state)
         self.memory.slip(record.slip)
         self.memory.add(self.motion.state)
         return True
@@ -374,16 +387,18 @@ class ReturnSearch:
 
         How far ahead that is; 0 where the first has not done what was foreseen.
         """
-        here, memory, records = self.motion.state, self.memory, list(self.records)
+        here, memory, records, passed = self.motion.state, self.memory, list(self.records), len(self.passed)
         p, rate, reached, last = approach.period, approach.rate, None, 0
         for count in counts:
             start, change = course.ahead(count)
-            size, off = memory.size(change), self._off(start, change, p, here)
+            jumps, size, off = len(self.jumps), memory.size(change), self._off(start, change, p, here)
             if not off <= alike * size + self.rules.noise:
+                del self.jumps[jumps:]
                 break
             reached, last = self.motion.state, count
             if rate < 1.0 and size * rate / (1.0 - rate) <= NEAR * self.rules.noise:
                 break
+        del self.passed[passed:]
         if reached is None:
             self.motion.state, self.memory = here, memory
             self.records = deque(records, maxlen=self.records.maxlen)
@@ -431,6 +446,18 @@ class ReturnSearch:
             return_error=float(np.abs(moved - drift).max()),
             error=max(left, self.rules.noise) + self.gathered + self.unsure,
             start=start,
+            way=self._passed_through,
+            jumps=tuple(self.jumps),
+        )
+
+    @property
+    def _passed_through(self) -> Way:
+        """What was passed through before the first leap."""
+        states = self.passed or [self.motion.state]
+        return Way(
+            np.array([state.u[self.layout.slips] for state in states]),
+            np.array([state.contact == OPEN for state in states]),
+            states[-1],
         )
 
     def _undecided(self, reason: str) -> Settled:
@@ -448,6 +475,8 @@ class ReturnSearch:
             return_error=np.nan,
             error=np.nan,
             start=state,
+            way=self._passed_through,
+            jumps=tuple(self.jumps),
             stop=self.motion.stop,
         )
 

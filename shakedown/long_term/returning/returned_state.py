@@ -1,7 +1,7 @@
 """The long-term state of a motion that is known to an accuracy only, with the evidence for it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import BLURRED, OUTCOMES
-from shakedown.long_term.passage import Passage
+from shakedown.long_term.passage import Passage, Way
 from shakedown.long_term.proved.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
@@ -19,6 +19,7 @@ from shakedown.motion.directed.space_events import SpaceEvents
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import walk
 from shakedown.motion.violation import path_violation
+from shakedown.motion.viscous_jump import Jump
 
 LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
 GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
@@ -36,11 +37,17 @@ class ReturnedState(LongTermState):
     error
         Estimated distance of ``final_slip`` from where the motion really ends, largest entry [length]: from
         the rate at which the cycles close in, and from what leaps ahead leave open. NaN where undecided.
+    way
+        What the search has passed through before it first leapt.
+    jumps
+        Those of the cycles that it has followed.
     """
 
     DOCUMENT: ClassVar[str] = f"{LongTermState.DOCUMENT} error"
 
     error: float
+    way: Way = field(repr=False, compare=False)
+    jumps: tuple[Jump, ...] = field(repr=False)
 
 
 class ReturnedStates:
@@ -163,6 +170,8 @@ def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, mos
         begun=begun,
         goal=found.start,
         error=found.error,
+        way=found.way,
+        jumps=found.jumps,
     )
 
 
