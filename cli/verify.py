@@ -101,10 +101,11 @@ def verify(
 ) -> None:
     """Hold the bounds of FILE against time integration from several states."""
     if output is not None:
-        from shakedown.report.html import report_path, write_report  # what draws is wanted only here
+        from shakedown.report.html import report_path  # what draws is wanted only here
 
         report_path(output)  # before the work, not after
         writes(context, "the JSON beside -o", output.with_suffix(".json"))
+        writes(context, "the page of what is known beside -o", _page_so_far(output))
     record = record_of(context, output, resume)
     with progress("verification", rest=int(output is not None)) as update:
         result = shakedown.verify(
@@ -118,7 +119,8 @@ def verify(
             slip_below=slip_below,
             partial=record,
             resume=resume,
-            save=None if output is None else lambda found: write_report(output, found),
+            save=None if output is None else lambda found: _written(output, found),
+            so_far=None if output is None else lambda found: _shown_so_far(output, found),
             progress=update,
         )
     if nodes is not None:
@@ -131,6 +133,24 @@ def verify(
             say(f"\nreport: {output}, {output.with_suffix('.json')}")
     if not result.agrees:
         context.exit(1)
+
+
+def _page_so_far(output: Path) -> Path:
+    """Where what is known can be read while the work goes on."""
+    return output.with_suffix(f".partial{output.suffix}")
+
+
+def _shown_so_far(output: Path, found: shakedown.Verification) -> None:
+    from shakedown.report.html import write_page
+
+    write_page(_page_so_far(output), found)
+
+
+def _written(output: Path, found: shakedown.Verification) -> None:
+    from shakedown.report.html import write_report
+
+    write_report(output, found)
+    _page_so_far(output).unlink(missing_ok=True)
 
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:

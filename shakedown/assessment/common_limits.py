@@ -133,9 +133,8 @@ class CommonLimits(Result):
     def transient(self) -> "TransientLimit | Missing | None":
         """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
         from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
-        from shakedown.long_term.energy_proof import note_bound
+        from shakedown.long_term.energy_proof import note_bound, note_largest
         from shakedown.long_term.passage import Passage
-        from shakedown.long_term.proved.proved_rest import note_largest
 
         end, problem, bound = scan_end(self.upper), self.problem, self.energy
         if end is None:

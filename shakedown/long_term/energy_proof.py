@@ -61,6 +61,7 @@ class Course(NamedTuple):
 
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
+ABOVE = 1.0 + 1e-7  # of λ_max: more than it may be off
 BELOW = 1.0 - 1e-9  # of a load factor up to which something is proved: round-off of the bound
 
 
@@ -204,3 +205,19 @@ def _key(begun: Passage) -> object:
 def _known_bounds(problem: Problem) -> dict[object, EnergyBound | Missing]:
     """Bounds of one problem that are known already, by start, open nodes and tolerances."""
     return {}
+
+
+def note_largest(problem: Problem, load_factor: float) -> None:
+    """Keep λ_max with all nodes closed: nothing is sought above it that cannot be there."""
+    _known_largest(problem)[:] = [load_factor]
+
+
+@once_per_problem
+def _known_largest(problem: Problem) -> list[float]:
+    """λ_max of a problem, where that is known already."""
+    return []
+
+
+def beyond_all(begun: Passage) -> bool:
+    """Whether a load factor is known to be above λ_max, by more than its round-off."""
+    return any(begun.load_factor > ABOVE * largest for largest in _known_largest(begun.problem))

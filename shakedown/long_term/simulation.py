@@ -272,7 +272,7 @@ def _judged(state: LongTermState, path: Walk) -> LongTermState:
     begun = state.begun
     met = path_violation(begun.problem, begun.load_factor, begun.tolerances, path.history)
     if met <= law_resolution(begun.problem, begun.tolerances):
-        return replace(state, met=met)
+        return replace(state, met=float(np.fmax(met, state.met)))
     n = len(state.final_slip)
     return replace(
         state,

@@ -208,8 +208,8 @@ class LongTermState(SettledState):
     @cached_property
     def residual(self) -> float:
         """Largest relative violation of the friction law (:func:`law_violation`), there or met before."""
-        if not self.period:
-            return self.met
+        if not self.period or (self.way is not None and not np.isnan(self.met)):
+            return self.met  # a search that keeps its way has looked at the period
         begun = self.begun
         found = path_violation(begun.problem, begun.load_factor, begun.tolerances, self._path)
         return found if np.isnan(self.met) else max(self.met, found)

@@ -19,12 +19,23 @@ NOT_SAID = "Nothing is said about the strength of the material, wear, or frettin
 
 
 def banner_class(v: Verification) -> str:
-    """The colour of the banner: green only where the joint shakes down, red where it slips for ever."""
+    """The colour of the banner: green only where the joint shakes down, red where it slips for ever.
+
+    Runs at other load factors that are left open do not colour the answer for the nominal one.
+    """
     run = v.as_given.simulation
+    elsewhere = sum(
+        each.simulation.outcome == Outcome.UNDECIDED and each.simulation.load_factor != run.load_factor
+        for each in v.runs
+    )
     if v.disagreements or run.slides_away or run.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING):
         return "disagree"
     exact = run.proved or run.long_term is not None  # with fixed load steps a slow slip may look like none
-    return "agree" if run.outcome == Outcome.SHAKEDOWN and exact and not v.open_questions else "open"
+    return (
+        "agree"
+        if run.outcome == Outcome.SHAKEDOWN and exact and len(v.open_questions) == elsewhere
+        else "open"
+    )
 
 
 def roads_in_words(v: Verification) -> str:

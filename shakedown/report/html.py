@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from shakedown.assessment.every_limit import JointLimits
-from shakedown.files.atomic_write import atomic_write_together, check_target
+from shakedown.files.atomic_write import atomic_write, atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
@@ -83,6 +83,14 @@ def write_report(path: str | os.PathLike[str], verification: Verification) -> No
     with atomic_write_together([target, target.with_suffix(".json")]) as (html_file, json_file):
         html_file.write(page.encode())
         json_file.write(as_text(document).encode())
+
+
+@checked
+def write_page(path: str | os.PathLike[str], verification: Verification) -> None:
+    """Write the page of a verification alone, as of one that goes on; raises as :func:`write_report`."""
+    page = render(verification).encode()
+    with atomic_write(path) as file:
+        file.write(page)
 
 
 @checked
@@ -162,6 +170,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.limits.universal),
         "margin": margin_in_words(v),
         "reservations": [
+            *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
             *reservations,
             *hints_in_words(problem, v.limits.open_nodes),

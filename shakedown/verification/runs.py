@@ -11,7 +11,6 @@ from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, shor
 from shakedown.ground.status import Guarantee, Outcome
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import proof_in
-from shakedown.long_term.returning.returned_state import ReturnedState
 from shakedown.long_term.simulation import Simulation, simulate
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.verification.load_regions import BELOW, NO_ZONE
@@ -91,8 +90,8 @@ def run_of(limits: Limits, case: Case, cycles: int, method: str) -> Run:
         record=problem.n <= 2,
         tolerances=limits.tolerances,
     )
-    state = simulation.settled
-    if isinstance(state, ReturnedState) and state.outcome == Outcome.SHAKEDOWN:
+    state = simulation.long_term
+    if state is not None and state.way is not None and state.outcome == Outcome.SHAKEDOWN:
         ball = present(limits.ball_at(case.load_factor))
         proof = None if ball is None else proof_in(ball, state.begun, state.course)
         simulation = replace(simulation, settled=replace(state, proof=proof))

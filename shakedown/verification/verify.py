@@ -2,22 +2,28 @@
 
 import functools
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
-from typing import Any, Literal, NamedTuple, TypeVar
+from math import nan
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
 
 from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
-from shakedown.assessment.every_limit import JointLimits, Limits
+from shakedown.assessment.every_limit import Limits
 from shakedown.assessment.slip_limit import SlipLimit
 from shakedown.assessment.transient_limit import TransientLimit
-from shakedown.campaign.recorded_steps import RecordedSteps, recorded_steps
+from shakedown.bounds.interior_point import ConicBound
+from shakedown.campaign.recorded_steps import recorded_steps
 from shakedown.ground.argument_kinds import check_seed
 from shakedown.ground.blas_threads import on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain
+from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import MANY, check_load_factor, checked, require_problem
 from shakedown.joint.problem import Problem
@@ -26,19 +32,15 @@ from shakedown.long_term.nodes.node_results import node_results
 from shakedown.long_term.nodes.node_table import NodeResults
 from shakedown.long_term.nodes.slip_criterion import check_slip_below
 from shakedown.long_term.simulation import simulate
-from shakedown.planar.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
-from shakedown.planar.friction_thresholds import FrictionThresholds
+from shakedown.planar.enumeration.critical import CriticalLoadFactors, subset_count
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.verification.open_ends import open_ends
 from shakedown.verification.plan import is_large, planned_cases
 from shakedown.verification.runs import Run, disagreements, open_questions, run_of
-from shakedown.verification.second_road import SecondRoad, road_findings, second_road
-
-CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
+from shakedown.verification.second_road import SecondRoad, road_findings
+from shakedown.verification.work import Beside, Work, find, sought_beside
 
 RANDOM_STATES = 3
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,8 @@ class Verification(Result):
         that the independent solver does not reach, or not to full accuracy.
     settings
         How it was made.
+    unfinished
+        What is still to come, in words, of one that is shown while it is made; else empty.
     """
 
     assessment: Assessment
@@ -101,6 +105,7 @@ class Verification(Result):
     open_questions: tuple[str, ...]
     notes: tuple[str, ...]
     settings: Settings
+    unfinished: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """The document that ``shakedown-bounds verify --json`` writes."""
@@ -200,6 +205,7 @@ def verify(
     partial: str | os.PathLike[str] | None = None,
     resume: bool = False,
     save: Callable[[Verification], None] | None = None,
+    so_far: Callable[[Verification], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
     tolerances: Tolerances = DEFAULT,
 ) -> Verification:
@@ -249,6 +255,8 @@ def verify(
         Whether to go on with what a killed run has recorded there, if one has.
     save
         Called with the result before what is recorded is removed: what writes it to a file.
+    so_far
+        Called now and then, of work that takes long, with what is known, from the bounds and λ = 1 on.
     progress
         Called with (done, total) after every piece of work: the bounds, every simulation,
         every other bound.
@@ -281,7 +289,7 @@ def verify(
     settings = Settings(random_states, seed, cycles, method)
     header = {} if partial is None else _header(problem, asked, settings, tolerances)
     with recorded_steps(partial, header, problem, resume=resume) as steps:
-        found = _verified(problem, asked, settings, _Work(steps, progress), tolerances)
+        found = _verified(problem, asked, settings, Work(steps, progress, so_far), tolerances)
         if save is not None:
             save(found)
         steps.remove()
@@ -308,7 +316,7 @@ def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tol
 
 
 def _verified(
-    problem: Problem, asked: _Asked, settings: Settings, work: "_Work", tolerances: Tolerances
+    problem: Problem, asked: _Asked, settings: Settings, work: Work, tolerances: Tolerances
 ) -> Verification:
     """The verification itself, piece by piece."""
     start = None if problem.initial_slip is None else problem.initial_slip[0]
@@ -316,13 +324,18 @@ def _verified(
     limits, random = found.details, (settings.random_states, settings.seed)
     simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
     for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
-        _find(limits, name, work.steps.done)
+        find(limits, name, work.steps.done)
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
-    work.pieces = len(cases) + len(_Beside._fields)
-    _find(limits, "transient", work.done)
-    how = settings.cycles, settings.method
-    runs = tuple(work.done(functools.partial(run_of, limits, case, *how)) for case in cases)
-    beside = _beside(limits, asked, work)
+    work.pieces = len(cases) + len(Beside._fields)
+    how, runs = (settings.cycles, settings.method), list[Run]()
+    for case in cases:  # λ = 1 comes first, then λ_T
+        if case.load_factor != AS_GIVEN and "transient" not in vars(limits):
+            find(limits, "transient", work.done)
+        runs.append(work.done(functools.partial(run_of, limits, case, *how)))
+        work.show(lambda: _so_far(found, runs, len(cases), settings))
+    if "transient" not in vars(limits):
+        find(limits, "transient", work.done)
+    beside = sought_beside(limits, asked.budget, asked.slip_below, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(
         assessment=found,
@@ -330,7 +343,7 @@ def _verified(
         critical=beside.critical,
         curve=present(beside.curve),
         slip_limit=present(beside.slip),
-        runs=runs,
+        runs=tuple(runs),
         disagreements=(
             *(text for agrees, text in roads if agrees is False),
             *disagreements(runs, limits.lower),
@@ -344,38 +357,28 @@ def _verified(
     )
 
 
-def _find(limits: Limits, name: str, done: Callable[[Callable[[], Any]], Any]) -> None:
-    """Read a limit, a piece of work, and keep it with the others whether it is found now or was before."""
-    vars(limits)[name] = done(lambda: getattr(limits, name))
-
-
-class _Beside(NamedTuple):
-    """What a verification asks for beside its simulations."""
-
-    second: SecondRoad
-    curve: GuaranteeCurve | Missing | None
-    critical: CriticalLoadFactors | None
-    friction: FrictionThresholds | None
-    transient: TransientLimit | Missing | None
-    slip: SlipLimit | Missing | None
-
-    def missing(self) -> Iterator[str]:
-        """One sentence for each piece of evidence whose solver came to no end."""
-        evidence = {"the guarantee curve": self.curve, "λ_T": self.transient, "the slip limit": self.slip}
-        for name, found in evidence.items():
-            if isinstance(found, Missing):
-                yield f"{name} is missing: {found.reason}"
-
-
-def _beside(limits: Limits, asked: _Asked, work: "_Work") -> _Beside:
-    problem, below = limits.problem, asked.slip_below
-    few = problem.directions == 1 and subset_count(problem.n, len(problem.law.smooth)) <= asked.budget
-    second = work.done(lambda: second_road(problem, limits.bounds, limits.tolerances))
-    curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
-    critical = work.done(lambda: critical_load_factors(problem) if few else None)
-    _find(limits, "friction", work.done)
-    slip = work.done(lambda: None if below is None else limits.slip(below))
-    return _Beside(second, curve, critical, present(limits.friction), limits.transient, slip)
+def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Settings) -> Verification:
+    """What is known before all is done; limits that are not worked out yet are missing."""
+    limits = copy(found.details)
+    later = Missing("still to come")
+    vars(limits).update({name: later for name in ("transient", "friction") if name not in vars(limits)})
+    none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
+    return Verification(
+        assessment=replace(found, details=limits),
+        second=SecondRoad(None, none, 0),
+        critical=None,
+        curve=None,
+        slip_limit=None,
+        runs=tuple(runs),
+        disagreements=tuple(disagreements(runs, limits.lower)),
+        open_questions=(
+            *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
+            *open_questions(runs),
+        ),
+        notes=(),
+        settings=settings,
+        unfinished=f"Unfinished: {len(runs)} of {planned} runs; the independent solver is still to come.",
+    )
 
 
 def _check(random_states: int, seed: int) -> None:
@@ -385,18 +388,3 @@ def _check(random_states: int, seed: int) -> None:
     if random_states < 0:
         raise UsageError(f"random states: expected at least 0, found {random_states}")
     check_seed(seed)
-
-
-class _Work:
-    """Pieces of work, recorded where they are to be, of which somebody is told that they are done."""
-
-    def __init__(self, steps: RecordedSteps, progress: Callable[[int, int], None] | None) -> None:
-        self.steps, self.progress, self.pieces, self.count = steps, progress, 0, 0
-
-    def done(self, step: Callable[[], T]) -> T:
-        """What a piece of work finds."""
-        result = self.steps.done(step)
-        self.count += 1
-        if self.progress is not None:
-            self.progress(self.count, self.pieces)
-        return result

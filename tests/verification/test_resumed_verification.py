@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from command import run
 
 import shakedown
 from shakedown import Problem
 from shakedown.campaign import recorded_steps as room
+from shakedown.report import html
 
 PLANE = shakedown.example("two-node")
 SPACE = Problem(A=[[2, 0], [0, 2]], B=[[0, 0]], f=0.4, q_w=[[0.4, 0], [0.4, 1]], p_w=[[1], [1]])
@@ -29,8 +31,8 @@ def verified(joint, **words):
 def said(found):
     """All that a document says, but how long runs took."""
     document = found.to_dict()
-    for run in document["runs"]:
-        del run["seconds"]
+    for each in document["runs"]:
+        del each["seconds"]
     return document
 
 
@@ -57,7 +59,7 @@ def test_what_is_recorded_is_not_done_again(tmp_path, monkeypatch):
 
     with pytest.raises(shakedown.UsageError, match="cannot be written"):
         verified(PLANE, partial=path, save=disk_is_full)
-    for word in ("plan._At", "verify.second_road", "verify.critical_load_factors"):
+    for word in ("plan._At", "work.second_road", "work.critical_load_factors"):
         monkeypatch.setattr(f"shakedown.verification.{word}", None)
     again = verified(PLANE, partial=path, resume=True)
     assert [run.seconds for run in again.runs] == [run.seconds for run in runs]
@@ -73,3 +75,27 @@ def test_a_verification_asked_otherwise_is_refused(tmp_path):
         verified(PLANE, partial=path, resume=True, cycles=999)
     with pytest.raises(shakedown.UsageError, match="recorded with problem = "):
         verified(shakedown.example("three-node"), partial=path, resume=True)
+
+
+def test_what_is_known_can_be_read_while_the_work_goes_on(tmp_path, monkeypatch):
+    """From the bounds and λ = 1 on, before λ_T: the page says what is missing, and goes when all is there."""
+    pages, target = [], tmp_path / "report.html"
+    monkeypatch.setattr("shakedown.verification.work.SHOWN_EVERY", 0.0)
+    monkeypatch.setattr("shakedown.verification.work.LEISURE", 0.0)
+    written = html.render
+
+    def rendered(found):
+        pages.append((found.unfinished, [run.simulation.load_factor for run in found.runs], written(found)))
+        return pages[-1][-1]
+
+    monkeypatch.setattr(html, "render", rendered)
+    shakedown.save_problem(tmp_path / "joint.npz", SPACE)
+    words = ("verify", "joint.npz", "-o", str(target), "--load-factor", "0.3", "--random", "0")
+    code, _, err = run(*words, cwd=tmp_path)
+    assert code == 0, err
+    unfinished, factors, page = pages[0]
+    assert unfinished.startswith("Unfinished: 1 of ")
+    assert factors == [1.0]
+    assert unfinished in page
+    assert pages[-1][0] == ""
+    assert sorted(path.name for path in tmp_path.glob("report*")) == ["report.html", "report.json"]

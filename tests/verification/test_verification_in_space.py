@@ -8,6 +8,8 @@ import pytest
 from command import run
 
 import shakedown
+from shakedown.ground.evidence import Missing
+from shakedown.motion.integrator import Evolution
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +46,42 @@ def test_the_document_says_what_there_is(found):
     assert len(document["runs"]) == len(found.runs)
     assert len(document["nodes"]["slip_range_x"]) == 2
     assert np.isfinite(document["upper"]["certified"]).all()
+
+
+def test_what_was_followed_once_is_not_followed_again(monkeypatch):
+    """What a document says of 100 nodes took as long as the verification: jumps and proofs of every run."""
+    joint = shakedown.example("four-node-3d")
+    report = shakedown.verify(joint, load_factors=[0.9, 1.3], random_states=1)
+    assert report.nodes.slip_range.shape == (4,)  # λ = 1 alone is looked at instant by instant
+    largest = {run.case.load_factor: run.simulation.proved for run in report.runs}
+    followed, sought = [], []
+    monkeypatch.setattr(Evolution, "cycle", lambda self, **_: followed.append(self))
+    monkeypatch.setattr("shakedown.long_term.energy_proof.energy_ball", lambda *_, **__: sought.append(_))
+    runs = report.to_dict()["runs"]
+    assert {run["proved"] for run in runs if run["load_factor"] == 0.9} == {True}
+    assert all(run["energy_margin"] > 0 for run in runs if run["proved"])
+    assert not followed
+    assert not sought
+    assert not largest[1.3]
+
+
+def test_a_ball_of_the_plan_holds_what_is_proved():
+    limits = shakedown.assess(shakedown.example("four-node-3d")).details
+    energy, upper = limits.energy.load_factor, limits.upper.load_factor
+    for load_factor in (0.9 * energy, 0.5 * (energy + upper)):
+        ball = limits.ball_at(load_factor)
+        assert ball.radius > 0
+        assert limits.ball_at(load_factor) is ball
+        assert bool(ball.contains(np.zeros(8))) == (load_factor < energy)
+    assert isinstance(limits.ball_at(1.01 * upper), Missing)
+
+
+def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkeypatch):
+    joint = shakedown.example("two-node-3d")
+    assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 3
+    monkeypatch.setattr("shakedown.verification.plan.MANY_PAIRS", 1)
+    assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 1
+    assert shakedown.verify(joint, load_factors=[0.5], random_states=2).settings.random_states == 2
 
 
 def test_the_command_answers(tmp_path):

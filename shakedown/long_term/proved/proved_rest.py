@@ -12,7 +12,7 @@ from shakedown.ground.shown_values import short
 from shakedown.ground.status import Outcome
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
-from shakedown.long_term.energy_proof import BELOW, bound_of_start, bound_proves
+from shakedown.long_term.energy_proof import BELOW, beyond_all, bound_of_start, bound_proves
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import scales
@@ -21,7 +21,6 @@ from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 
 CLEAR = 1e-6  # of the slip per period: by less a cycle misses its start that no ball with margins can hold
-ABOVE = 1.0 + 1e-7  # of λ_max: more than it may be off
 CLEAR_ENOUGH = 1e-3  # and how well it is known, where the load factor is in no proof of the start
 
 S = TypeVar("S", bound=LongTermState)
@@ -37,28 +36,12 @@ def heeding_proofs(state: S) -> S:
     """
     if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
         return state
-    if not (state.goal.contact == OPEN).any() and _beyond_all(state.begun):
+    if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
         return state
     proof = proof_of_bounds(state.begun, state.goal)
     if not proof and not _closes(state, CLEAR_ENOUGH):
         proof = proof_by_ball(state.begun, state.goal)
     return _at_rest(state, proof) if proof else state
-
-
-def note_largest(problem: Problem, load_factor: float) -> None:
-    """Keep λ_max with all nodes closed: nothing is sought above it that cannot be there."""
-    _known_largest(problem)[:] = [load_factor]
-
-
-@once_per_problem
-def _known_largest(problem: Problem) -> list[float]:
-    """λ_max of a problem, where that is known already."""
-    return []
-
-
-def _beyond_all(begun: Passage) -> bool:
-    """Whether a load factor is known to be above λ_max, by more than its round-off."""
-    return any(begun.load_factor > ABOVE * largest for largest in _known_largest(begun.problem))
 
 
 @on_one_thread
@@ -128,4 +111,5 @@ def _at_rest(state: S, proof: str) -> S:
         return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
         cycles_simulated=state.cycles_simulated - state.period + 1,
         signature=record.signature,
+        met=np.nan,
     )

@@ -94,6 +94,8 @@ class Settled:
         What it has passed through before it first leapt.
     jumps
         Those of the cycles that it has followed, also after a leap.
+    violation
+        Of the friction law in the last period, relative; NaN where that was not looked at.
     stop
         Why the motion ended before its time; None where it did not.
     """
@@ -112,6 +114,7 @@ class Settled:
     start: State
     way: Way
     jumps: tuple[Jump, ...]
+    violation: float = np.nan
     stop: Stop | None = None
 
     def undecided(self, reason: str) -> "Settled":

@@ -1,7 +1,7 @@
 """The long-term state of a motion that is known to an accuracy only, with the evidence for it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -122,7 +122,7 @@ def settled(motion: Evolution, rules: Rules, halt: Halt | None = None) -> Settle
         else path_violation(motion.problem, motion.load_factor, motion.tolerances, path)
     )
     if violation <= law_resolution(motion.problem, motion.tolerances):
-        return found
+        return replace(found, violation=violation)
     reason = f"the friction law is violated by {violation:.1e} in the period found ({found.reason})"
     return found.undecided(reason)
 
@@ -166,6 +166,7 @@ def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, mos
         return_error=found.return_error / scale.length,
         signature=found.signature,
         stop=found.stop,
+        met=found.violation,
         most_cycles=most,
         begun=begun,
         goal=found.start,
