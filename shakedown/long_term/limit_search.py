@@ -16,7 +16,9 @@ from shakedown.long_term.settling.path_check import Scale, path_check
 from shakedown.long_term.settling.period_map import period_map
 from shakedown.long_term.settling.search import (
     LIMIT_WANTED,
+    REPEATS,
     SINGULAR,
+    WALK,
     Answers,
     Rules,
     Standing,
@@ -32,9 +34,6 @@ from shakedown.long_term.settling.settle import (
     settle,
     standing,
     tell,
-    walk_on,
-    walked,
-    weigh,
 )
 from shakedown.motion.contact_law import alone, swing
 from shakedown.motion.cycle_record import Interim
@@ -48,6 +47,7 @@ OUTCOMES = (  # of the verdicts of compiled code
     Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.UNDECIDED, Outcome.SEPARATION,
     Outcome.SHAKEDOWN, Outcome.CYCLIC_SLIP, Outcome.RATCHETTING, Outcome.SEPARATION,
 )  # fmt: skip
+COUNTED = "phase", "cycles", "events", "remembered", "signed", "patience"  # on a walk
 MOST_REMEMBERED = 4096  # states between two cycles
 CLEAR = 8.0  # times the force that counts as none: what is lost at the events of a period
 BLURRED = 100.0  # times that force: of loads that change by less at most one digit is certain
@@ -114,7 +114,8 @@ class LimitSearch:
         share, lost = evolution.tolerances.periodicity, self._events.precision.force
         near, moving = share * scale.length, swing(evolution.problem, evolution.load)
         self._near = near
-        weigh(self.compiled, scale.force, scale.length, near, 0.0 < moving < BLURRED * lost)
+        self.compiled.set(least_force=scale.force, blurred=0.0 < moving < BLURRED * lost)
+        self.compiled.check.set(force=scale.force, length=scale.length, near=near)
         self.compiled.weight[:] = near / alone(evolution.problem, max(share * moving, CLEAR * lost))
 
     def from_here(self, answers: Answers, halt: Halt | None = None) -> None:
@@ -128,20 +129,26 @@ class LimitSearch:
 
     def _note(self, halt: Halt | None) -> bool:
         """Report how far a walk has got, where that is asked for; always False: do not stop."""
-        if halt is not None and walked(self.compiled)[0]:
+        if halt is not None and self._walks():
             halt.note(self._walked)
         return False
 
-    def _walked(self) -> tuple[Any, ...]:
-        seen, (_, *counted) = self.compiled, walked(self.compiled)
-        *_, remembered, signed, _ = counted
-        past = seen.past[:remembered].copy(), seen.signatures[:signed].copy()
-        return self.evolution.interim(), *past, counted
+    def _walks(self) -> bool:
+        """Whether the search is between two cycles that it has walked."""
+        seen = self.compiled
+        return seen.phase in (WALK, REPEATS) and not seen.resumed and seen.placed and seen.cycles > 0
 
-    def _walk_on(self, interim: Interim, past: FloatArray, signatures: NDArray[Any], counted: Any) -> None:
+    def _walked(self) -> tuple[Any, ...]:
+        seen = self.compiled
+        past = seen.past[: seen.remembered].copy(), seen.signatures[: seen.signed].copy()
+        return self.evolution.interim(), *past, {name: getattr(seen, name) for name in COUNTED}
+
+    def _walk_on(
+        self, interim: Interim, past: FloatArray, signatures: NDArray[Any], counted: dict[str, int]
+    ) -> None:
         self.evolution.go_on(interim)
         self.compiled.past[: len(past)], self.compiled.signatures[: len(signatures)] = past, signatures
-        walk_on(self.compiled, *counted)
+        self.compiled.set(**counted)
 
     def from_slips(self, starts: FloatArray, answers: Answers, stopped: Callable[[], bool]) -> None:
         """Answer for one initial slip (s, n) after the other, until there is no more wish for it."""

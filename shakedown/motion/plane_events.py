@@ -80,7 +80,7 @@ class PlaneEvents:
         self.precision = Precision(t.limit * force, t.limit * scale.length, t.rate, ROUNDING * force)
         self.scale, self._paths = scale, {True: first, False: later}
         for which, way in self._courses.items():
-            way.path[:] = self._paths[which]
+            way.hold(path=self._paths[which])
             way.set(**self.precision._asdict())
 
     def stand(self, state: State) -> bool:

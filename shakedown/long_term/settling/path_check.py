@@ -21,10 +21,9 @@ from shakedown.motion.kernels.named_state import (
     Hash,
     NamedState,
     Reals,
-    entered,
     fields,
     inner,
-    keeping,
+    made,
 )
 
 MOST_ADDED = 64  # changes of κ u, after which it is computed anew, so that round-off does not add up
@@ -97,30 +96,10 @@ PATH_CHECK = PathCheckType(fields(PathCheck))
 def path_check(f: FloatArray, scale: Scale) -> PathCheck:
     """Room to check the path of nodes with these coefficients of friction."""
     n = len(f)
-    arrays = {
-        "u": np.zeros(2 * n),
-        "r": np.zeros(2 * n),
-        "elastic": np.zeros(2 * n),
-        "change": np.zeros(2 * n),
-        "f": np.array(f, dtype=float),
-        "always_open": np.zeros(n, dtype=np.uint8),
-    }
-    return keeping(_path_check(*arrays.values(), *scale), arrays)
-
-
-@entered
-def _path_check(u, r, elastic, change, f, always_open, force, length, near):  # type: ignore[no-untyped-def]
-    new = structref.new(PATH_CHECK)
-    new.u, new.r, new.elastic, new.change = u.ctypes, r.ctypes, elastic.ctypes, change.ctypes
-    new.f, new.always_open, new.force, new.length, new.near = (
-        f.ctypes,
-        always_open.ctypes,
-        force,
-        length,
-        near,
-    )
-    begin_check(new, len(always_open))
-    return new
+    shapes = dict.fromkeys(("u", "r", "elastic", "change"), 2 * n) | {"always_open": n}
+    check = made(PATH_CHECK, shapes, f=np.array(f, dtype=float))
+    check.set(**scale._asdict())
+    return check
 
 
 @inner

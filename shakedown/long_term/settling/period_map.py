@@ -5,7 +5,6 @@ and move within the period. The others keep their slips exactly, so that the map
 these nodes as it is: there lie all its powers of the increment, and their limit.
 """
 
-import numpy as np
 from numba import types
 from numba.experimental import structref
 
@@ -13,7 +12,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.motion.kernels.active_set import ActiveSet, larger
 from shakedown.motion.kernels.contact_status import OPEN, STICK
 from shakedown.motion.kernels.moving_state import Motion
-from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, entered, fields, inner, keeping
+from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, fields, inner, made
 
 
 @structref.register
@@ -79,35 +78,10 @@ PERIOD_MAP = PeriodMapType(fields(PeriodMap))
 
 def period_map(n: int) -> PeriodMap:
     """Room for the map of n nodes."""
-    arrays = {
-        "start": np.zeros(2 * n),
-        "contact": np.zeros(n, dtype=np.int64),
-        "stuck": np.zeros(n, dtype=np.int64),
-        "moves": np.zeros(n, dtype=np.int64),
-        "basis": np.zeros((2 * n, n)),
-        "tangent": np.zeros((2 * n, n)),
-        "delay": np.zeros(n),
-        "power": np.zeros((n, n)),
-        "change": np.zeros(n),
-        "limit": np.zeros(n),
-        "drift": np.zeros(n),
-        "image": np.zeros(n),
-        "work": np.zeros((n, n)),
-        "inverse": np.zeros((n, n)),
-    }
-    return keeping(_period_map(*arrays.values()), arrays)
-
-
-@entered
-def _period_map(  # type: ignore[no-untyped-def]
-    start, contact, stuck, moves, basis, tangent, delay, power, change, limit, drift, image, work, inverse
-):
-    new = structref.new(PERIOD_MAP)
-    new.start, new.contact, new.stuck, new.moves = start.ctypes, contact.ctypes, stuck.ctypes, moves.ctypes
-    new.basis, new.tangent, new.delay, new.power = basis.ctypes, tangent.ctypes, delay.ctypes, power.ctypes
-    new.change, new.limit, new.drift, new.image = change.ctypes, limit.ctypes, drift.ctypes, image.ctypes
-    new.work, new.inverse = work.ctypes, inverse.ctypes
-    new.n, new.t, new.k, new.contraction, new.decaying = len(contact), 0, 0, 0.0, True
+    shapes = {"start": 2 * n, "basis": (2 * n, n), "tangent": (2 * n, n)}
+    shapes |= dict.fromkeys(("contact", "stuck", "moves", "delay", "change", "limit", "drift", "image"), n)
+    new = made(PERIOD_MAP, shapes | dict.fromkeys(("power", "work", "inverse"), (n, n)))
+    new.set(n=n, decaying=True)
     return new
 
 

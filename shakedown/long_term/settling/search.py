@@ -209,42 +209,19 @@ SEARCH = SearchType(fields(Search))
 def search(runs: tuple[Run, Run, Run], pm: PeriodMap, check: PathCheck, rules: Rules) -> Search:
     """A search over three runs of one moving state: the first cycle, the others, the others recorded."""
     n = pm.contact.size
-    arrays = {
-        "past": np.zeros((rules.capacity, 2 * n)),
-        "signatures": np.zeros(2 * rules.longest_period, dtype=np.int64),
-        "wanted": np.zeros(2 * rules.longest_period, dtype=np.int64),
-        "goal": np.zeros(2 * n),
-        "reached": np.zeros(2 * n),
-        "contact": np.zeros(n, dtype=np.int64),
-        "force": np.zeros(2 * n),
-        "drift": np.zeros(2 * n),
-        "weight": np.ones(2 * n),
-        "slip": np.zeros(n),
-        "works": np.zeros(rules.longest_period),
-        "opened": np.zeros(n, dtype=np.int64),
-    }
     parts = dict(zip(("first", "cyclic", "recorded"), runs, strict=True)) | {"map": pm, "check": check}
-    return keeping(_search(*parts.values(), *arrays.values(), rules), parts | arrays)
+    new = keeping(_search(*parts.values()), parts)
+    new.hold_zeros(dict.fromkeys(("signatures", "wanted"), 2 * rules.longest_period))
+    new.hold_zeros({"past": (rules.capacity, 2 * n), "works": rules.longest_period})
+    new.hold_zeros(dict.fromkeys(("goal", "reached", "force", "drift"), 2 * n))
+    new.hold_zeros(dict.fromkeys(("contact", "slip", "opened"), n))
+    new.hold(weight=np.ones(2 * n))
+    new.set(**rules._asdict())
+    return new
 
 
 @entered
-def _search(  # type: ignore[no-untyped-def]
-    first, cyclic, recorded, pm, check, past, signatures, wanted, goal, reached, contact, force, drift,
-    weight, slip, works, opened, rules,
-):  # fmt: skip
+def _search(first, cyclic, recorded, pm, check):  # type: ignore[no-untyped-def]
     new = structref.new(SEARCH)
     new.first, new.cyclic, new.recorded, new.map, new.check = first, cyclic, recorded, pm, check
-    new.past, new.signatures, new.wanted = past.ctypes, signatures.ctypes, wanted.ctypes
-    new.goal, new.reached, new.contact = goal.ctypes, reached.ctypes, contact.ctypes
-    new.force, new.drift, new.slip, new.works = force.ctypes, drift.ctypes, slip.ctypes, works.ctypes
-    new.opened, new.weight = opened.ctypes, weight.ctypes
-    new.most_cycles, new.longest_period, new.capacity = (
-        rules.most_cycles,
-        rules.longest_period,
-        rules.capacity,
-    )
-    new.least_force, new.limit, new.rounding = rules.least_force, rules.limit, rules.rounding
-    new.friction_law, new.stiffness, new.blurred = rules.friction_law, rules.stiffness, False
-    new.row, new.phase, new.verdict, new.placed, new.resumed = 0, START, SEARCHING, False, False
-    new.signature, new.done, new.period, new.jumps, new.from_limit = np.uint64(0), 0, 0, 0, False
     return new

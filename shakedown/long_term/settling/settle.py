@@ -196,34 +196,10 @@ def tell(se: Search, word: int, one: float, other: float) -> None:
         se.verdict = LEFT if word == LEAVES else UNDECIDED
 
 
-@entered
-def walked(se: Search) -> tuple[bool, int, int, int, int, int, int]:
-    """Whether a search is between two cycles that it has walked, its phase, and what it has counted."""
-    between = (se.phase == WALK or se.phase == REPEATS) and not se.resumed and se.placed and se.cycles > 0
-    return between, se.phase, se.cycles, se.events, se.remembered, se.signed, se.patience
-
-
-@entered
-def walk_on(
-    se: Search, phase: int, cycles: int, events: int, remembered: int, signed: int, patience: int
-) -> None:
-    """Go on from there; the states and signatures are given."""
-    begin_walk(se)
-    se.phase, se.cycles, se.events = phase, cycles, events
-    se.remembered, se.signed, se.patience = remembered, signed, patience
-
-
-@entered
-def weigh(se: Search, force: float, length: float, near: float, blurred: bool) -> None:
-    """Set the scales of force and length, the slip or gap that counts as none; whether loads are blurred."""
-    se.least_force, se.check.force, se.check.length, se.check.near = force, force, length, near
-    se.blurred = blurred
-
-
-@entered
 def standing(se: Search) -> Standing:
     """Where a search has got to, and what it has counted."""
+    at = se.content
     return Standing(
-        se.phase, se.cycles, se.events, se.period, se.done, se.jumped, se.jumps, se.from_limit, se.map.k,
-        se.contraction, se.far, se.friction, se.damping, se.check.violation, se.signature,
+        at.phase, at.cycles, at.events, at.period, at.done, at.jumped, at.jumps, at.from_limit, se.map.k,
+        at.contraction, at.far, at.friction, at.damping, se.check.violation, at.signature,
     )  # fmt: skip

@@ -127,6 +127,12 @@ class NamedState(structref.StructRefProxy):
             setattr(self.content, name, array.__array_interface__["data"][0])
         vars(self).update(arrays)
 
+    def hold_zeros(self, shapes: Mapping[str, Any]) -> None:
+        """Set arrays of zeros."""
+        kind: Any = type(self)
+        elements = _elements(kind)
+        self.hold(**{name: np.zeros(shape, elements[name]) for name, shape in shapes.items()})
+
 
 @cache
 def fields(state: Any) -> list[tuple[str, types.Type]]:
@@ -155,9 +161,8 @@ def _content(state: Any) -> Any:
 def made(kind: types.StructRef, shapes: Mapping[str, Any], **arrays: NDArray[Any]) -> Any:
     """A state of a compiled type with these arrays, and some of zeros; all numbers are zero."""
     state = _maker(kind)()
-    python_class: Any = type(state)
-    elements = _elements(python_class)
-    state.hold(**{name: np.zeros(shape, elements[name]) for name, shape in shapes.items()}, **arrays)
+    state.hold_zeros(shapes)
+    state.hold(**arrays)
     return state
 
 
