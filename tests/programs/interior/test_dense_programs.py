@@ -55,20 +55,25 @@ def test_no_optimum_is_claimed_where_there_is_none():
 
 @pytest.mark.parametrize("size", [1, 5, 30])
 def test_optimum_over_a_cone_has_its_conditions(size):
-    """x = −c/|c| of the ball, cut by a plane: primal and dual values agree, nothing is broken."""
+    """The farthest of rows that leave the ball its room: primal and dual values agree, nothing is broken."""
     for seed in range(20):
-        rng = np.random.default_rng(seed)
-        rows = rng.normal(size=(2 * size, size))
-        matrix = np.vstack([np.column_stack([rows, np.zeros(2 * size)]), np.append(np.zeros(size), 1.0)])
-        right = np.append(rng.uniform(0.2, 1.0, 2 * size), 1.5)
-        cost, offset = np.append(rng.normal(size=size), 0.0), 0.25
+        rng, count = np.random.default_rng(seed), 3 * size + 2
+        rows, room, slope = (
+            rng.normal(size=(count, size)),
+            rng.uniform(0.1, 0.4, count),
+            rng.normal(size=count),
+        )
+        rows[0], room[0], slope[0], slope[1] = 0.0, 1.0, 0.0, 1.0  # a largest radius, and a row that limits
+        matrix, right = np.column_stack([rows, room, slope]), rng.uniform(0.5, 1.0, count)
+        cost, offset = np.append(np.zeros(size + 1), -1.0), 0.25
         x, y = cone_optimum(matrix, right, cost, size, offset)
-        assert np.linalg.norm(x[:-1]) + offset <= x[-1] + 1e-9
+        assert np.linalg.norm(x[:size]) + offset <= x[size] + 1e-9
         assert np.max(matrix @ x - right) <= 1e-9
         assert y.min() >= 0
         pull = cost + matrix.T @ y  # what the cone takes up
-        assert np.linalg.norm(pull[:-1]) <= pull[-1] + 1e-6
-        assert cost @ x == pytest.approx(-(right @ y) + offset * pull[-1], rel=1e-6)
+        assert np.linalg.norm(pull[:size]) <= pull[size] + 1e-6
+        assert pull[-1] == pytest.approx(0.0, abs=1e-6)
+        assert cost @ x == pytest.approx(-(right @ y) + offset * pull[size], rel=1e-6)
 
 
 def test_the_cone_of_arithmetic_is_consistent():
