@@ -15,7 +15,6 @@ PRIMAL, DUAL = 4, 1  # HiGHS's simplex strategies
 TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 MOST_PIVOTS = 200  # for each row and column; on stiffness that is round-off the simplex may go in circles
 REDUCED_TOLERANCE = 1e-7  # HiGHS's own
-OWN_SCALING = 4  # of HiGHS's simplex: the strongest
 _BASIC = highspy.HighsBasisStatus.kBasic
 
 OPTIONS: dict[str, bool | int | float | str] = {
@@ -36,7 +35,6 @@ RUNGS: tuple[dict[str, float | str], ...] = (
     {},
     {"simplex_strategy": DUAL},
     {**_LOOSE},
-    {**_LOOSE, "simplex_scale_strategy": OWN_SCALING},
     {**_LOOSE, "solver": "ipm"},  # with a crossover to a vertex: another method altogether
 )
 

@@ -47,8 +47,10 @@ class Simplex:
     array([1.6, 1.2])
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, *, dense: bool = True) -> None:
+        """Hold a program; ``dense`` is for those whose first solve ends at an optimum, far from the start."""
         self.program, self.scales = program.scaled()
+        self._may_be_dense = dense
         self._meeting: Meeting | None = None  # of the last vertex, where no solver has led to it
         self._made: highspy.Highs | None = None
 
@@ -90,8 +92,8 @@ class Simplex:
         Raises
         ------
         SolverError
-            If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances,
-            in its own scaling and by interior points.
+            If HiGHS ends without an answer, also from scratch, by the dual method, at loosened tolerances and
+            by interior points.
         """
         found = self._dense()
         if found is not None:
@@ -162,7 +164,8 @@ class Simplex:
     def _dense(self) -> Solution | None:
         """The vertex that dense interior points lead to, where that is quicker than the first simplex."""
         rows, columns = self.program.matrix.shape
-        if self._made or self._meeting is not None or not DENSE_FROM <= columns <= rows:
+        first = self._may_be_dense and not self._made and self._meeting is None
+        if not first or not DENSE_FROM <= columns <= rows:
             return None  # a wide one is square in memory
         sides = self.program.inequalities()
         matrix, right, named = (np.concatenate([part[k] for part in sides]) for k in range(3))

@@ -12,7 +12,7 @@ from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
 from shakedown.programs.solver import ROADS, solve
 
-RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_rescaled", "_interior")
+RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_interior")
 
 
 def linear(seed=0):

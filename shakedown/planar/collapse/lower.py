@@ -131,7 +131,7 @@ class LowerBound(Result):
         if self.node < 0:
             return self.collapse_limits
         rows = constraints(self.problem)
-        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self.tolerances))
+        program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=self.tolerances), dense=False)
         values = collapse_values(rows.n, collapses(rows, program, collapse_limits(rows), all_nodes=True))
         values[self.node] = self.load_factor
         return values
@@ -230,7 +230,7 @@ def lower_bound(
 
 def _first_collapse(problem: Problem, certify: bool, tolerances: Tolerances) -> LowerBound:
     rows = constraints(problem)
-    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances))
+    program = Simplex(load_factor_program(rows, towards=+1.0, tolerances=tolerances), dense=False)
     if not mean_load_is_safe(problem, rows, program, certify, tolerances):
         return _without_collapse(problem, Status.INFEASIBLE, nan, tolerances)
     limits = collapse_limits(rows)
