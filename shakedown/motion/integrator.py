@@ -122,7 +122,7 @@ class Evolution(Motion):
 
     def enter_cycle(self, done: int) -> None:
         """So many cycles are done, and nothing has stopped the motion or made it jump in the next."""
-        super().enter_cycle(done)
+        self.done, self.stop = done, None
         self.left, self.slides = False, False
         self.jumps: list[Jump] = []  # of the present cycle
         self._nudged: tuple[int, float, int] | None = None  # load step, time in it, retries of the last jump
@@ -158,17 +158,20 @@ class Evolution(Motion):
 
     def _what_it_did(self) -> CycleRecord:
         did, jumps = self.method.totals(), tuple(self.jumps)
-        work = did.work + sum(jump.work for jump in jumps)
-        if did.friction is None:
+        work, friction, damping = did.work.copy(), did.friction, 0.0
+        if jumps:
+            work += sum(jump.work for jump in jumps)
+            damping = float(sum(jump.damping_work for jump in jumps))
+        if friction is None:
             friction = float(work.sum())
-        else:
-            friction = did.friction + sum(jump.friction_work for jump in jumps)
+        elif jumps:
+            friction += sum(jump.friction_work for jump in jumps)
         return CycleRecord(
             end_slip=self.method.u[self.problem.layout.slips].copy(),
             slip=did.slip,
             work=work,
             friction_dissipation=friction,
-            jump_dissipation=float(sum(jump.damping_work for jump in jumps)),
+            jump_dissipation=damping,
             opened=did.opened,
             closed=did.closed,
             events=did.events,
