@@ -173,7 +173,7 @@ def _given(table: TomlTable, n: int) -> FloatArray | None:
         length = np.linalg.norm(np.atleast_2d(found), axis=1)
     if not (long := (length > 0) & (length < np.inf)).all():
         raise ProblemError(
-            f"{table.where}: {keys[0]}: expected vectors of finite length > 0, found "
+            f"{table.where}: {keys[0]}: expected vectors of length > 0 and < inf, found "
             f"{np.atleast_2d(found)[~long][0].tolist()}"
             + f" at node {int(np.argmin(long))}"
             * (normal is None)
