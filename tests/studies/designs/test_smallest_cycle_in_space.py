@@ -54,7 +54,8 @@ def test_states_are_drawn_within_the_discs_of_the_first_load_and_at_their_rim(lo
     assert beyond.mean() < 0.2
 
 
-def test_the_command():
+def test_the_command(found, monkeypatch):
+    monkeypatch.setattr(shakedown, "smallest_cycle", lambda *_, **__: found)
     code, text, err = run("adversary", "one-node-3d", "--rounds", "1", "--states", "6", "-q")
     assert (code, err) == (0, "")
     assert max(map(len, text.splitlines())) <= 80
