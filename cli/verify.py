@@ -155,6 +155,7 @@ def _written(output: Path, found: shakedown.Verification) -> None:
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
     from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
+    from shakedown.report.conclusion import agreement_in_words
 
     length = length_unit(problem)
     limits = result.limits
@@ -176,8 +177,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
     lines += [paragraph(sentence) for sentence in sentences]
     if not findings:
         judged = sum(run.agrees is not None for run in result.runs)
-        agree = f"Prediction and time integration agree in all {judged} runs with a prediction."
-        lines += ["", agree]
+        lines += ["", paragraph(agreement_in_words(judged, len(result.runs)))]
     more = _details(problem, result) if details else [MORE]
     return "\n".join([*lines, *more])
 

@@ -86,14 +86,16 @@ class Assessment(Result):
     def impossible_above(self) -> float:
         """λ_max: above it the joint cannot shake down with all nodes in contact.
 
-        inf where a safe slip exists at every load factor, and where the nodes of ``details.open_nodes`` are
-        open: of other zones nothing is said. 0 where no slip is safe at any load factor, NaN where a search
-        found none and left out zones.
+        Where λ_max is certified that is the upper end of what encloses it. inf where a safe slip exists at
+        every load factor, and where the nodes of ``details.open_nodes`` are open: of other zones nothing is
+        said. 0 where no slip is safe at any load factor, NaN where a search found none and left out zones.
         """
         upper = self.details.upper
         if upper.open_nodes:
             return inf
-        return 0.0 if upper.status == Status.INFEASIBLE else upper.load_factor
+        if upper.status == Status.INFEASIBLE:
+            return 0.0
+        return upper.load_factor if upper.certified is None else max(upper.load_factor, upper.certified[1])
 
     @property
     def said_as_given(self) -> Said:

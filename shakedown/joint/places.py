@@ -60,6 +60,14 @@ def check_places(arrays: Mapping[str, FloatArray]) -> None:
                 f"key '{key}': expected vectors of length 1, found the length {length[place]:.9g} "
                 f"at node {place[0]}"
             )
+    if "tangent" in arrays and "normal" in arrays:
+        slanted = np.abs(np.einsum("ij,ij->i", arrays["tangent"], arrays["normal"]))
+        if np.any(slanted > DEFAULT.printed_digits):
+            j = int(np.argmax(slanted > DEFAULT.printed_digits))
+            raise ProblemError(
+                "key 'tangent': expected a direction at a right angle to 'normal', found the scalar product "
+                f"{slanted[j]:.9g} at node {j}"
+            )
     if "tangents" in arrays:
         first, second = np.moveaxis(arrays["tangents"], 1, 0)
         normal = arrays.get("normal", np.zeros_like(first))

@@ -49,9 +49,22 @@ def roads_in_words(v: Verification) -> str:
             (asked := len(v.open_questions) - sliding, f"Open: {count(asked, 'question')}."),
         )
         return " ".join(text for number, text in said if number > 0)
+    return agreement_in_words(judged, len(v.runs))
+
+
+def agreement_in_words(judged: int, runs: int) -> str:
+    """That nothing contradicts in so many runs of which an outcome is predicted, of all.
+
+    Examples
+    --------
+    >>> agreement_in_words(0, 4)
+    'The bounds predict no outcome of any of the 4 runs: there is nothing to agree with.'
+    """
+    if not judged:
+        return f"The bounds predict no outcome of any of the {runs} runs: there is nothing to agree with."
     return (
         f"Prediction and time integration agree in all {judged} runs for which the bounds predict "
-        f"an outcome ({len(v.runs)} runs in all)."
+        f"an outcome ({runs} runs in all)."
     )
 
 
@@ -74,7 +87,7 @@ def margin_in_words(v: Verification) -> str:
     >>> import shakedown
     >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
     No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_box = 0.7315934 (proved), λ_T = 0.731593 (simulated,
+    λ_box = 0.7315934 (proved), λ_T = 0.7315932 (simulated,
     proved there).
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN

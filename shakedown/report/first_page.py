@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import certain_digits, down, few
+from shakedown.ground.shown_values import down, few
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.nodes.node_table import STATUSES
 from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
+from shakedown.report.limit_words import digits_of_transient_limit
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import PageTable, transient_is_proved
 from shakedown.verification.verify import Verification
@@ -98,7 +99,7 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
     limit = v.transient
     if limit is not None and np.isfinite(limit.load_factor):
         proved = ", proved there" * transient_is_proved(v)
-        digits = certain_digits(limit.load_factor, limit.high)
+        digits = digits_of_transient_limit(limit)
         what = f"λ_T: it shakes down from this state up to there, simulated{proved}"
         rows.append(["simulated limit", at_load_factor(problem, limit.load_factor, down, digits), what])
     collapse = v.limits.lower

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.shown_values import certain_digits, down, few, up
+from shakedown.ground.shown_values import DIGITS, certain_digits, down, few, up
 from shakedown.report.node_words import open_in_words
 
 if TYPE_CHECKING:
@@ -43,8 +43,15 @@ def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str
 
 
 def transient_limit_as_text(limit: TransientLimit) -> str:
-    """λ_T in as many digits as its bisection has made certain."""
-    return down(limit.load_factor, certain_digits(limit.load_factor, limit.high))
+    """λ_T in as many digits as are certain."""
+    return down(limit.load_factor, digits_of_transient_limit(limit))
+
+
+def digits_of_transient_limit(limit: TransientLimit) -> int:
+    """How many digits its bisection has made certain; all that are shown where shakedown is proved there."""
+    if limit.proved >= limit.load_factor:
+        return DIGITS
+    return certain_digits(limit.load_factor, limit.high)
 
 
 def transient_in_words(

@@ -33,6 +33,8 @@ def zone_in_words(upper: UpperBound, problem: Problem | None = None) -> list[str
             f"{where} no load factor is safe: no slip keeps every closed node within its friction "
             "limits and every open one open, even under the mean load alone."
         ]
+    if nothing_found := without_safe_slip_in_words(upper):
+        return [nothing_found]
     least = upper.least_load_factor
     begins = f" from λ_lo = {up(least)} on" if least > 0 else ""
     begun = f"{where} there is a safe slip{begins}"

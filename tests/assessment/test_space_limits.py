@@ -87,7 +87,7 @@ def test_three_numbers_of_the_reference_joints(name):
     low, high = found.details.upper.certified
     assert low <= found.impossible_above <= high
     bounds = shakedown.shakedown_bounds(shakedown.example(name))
-    assert bounds.upper.load_factor == found.impossible_above
+    assert bounds.upper.load_factor == found.details.upper.load_factor
     assert bounds.to_dict()["lower"] is None
     assert "SpaceBounds(" in repr(bounds)
 
@@ -101,3 +101,23 @@ def test_what_the_bounds_decide_of_the_load_as_given():
         "proved_from_this_state",
         "impossible_above",
     ]
+
+
+def test_a_load_factor_within_the_enclosure_of_the_largest_is_not_said_to_be_impossible():
+    """Node 1 has no friction, and its pressure 1 + λ cos t ends at λ = 1: λ_max is 1 but for round-off."""
+    turn = 2 * np.pi * np.arange(8) / 8
+    B = np.zeros((2, 4))
+    B[[0, 1], [0, 2]] = 0.3
+    joint = shakedown.Problem(
+        A=2 * np.eye(4),
+        B=B,
+        C=2 * np.eye(2),
+        f=[0.5, 0.0],
+        q_w=np.outer(np.cos(turn), [0.04, 0.0, 0.0, 0.0]),
+        p_w=np.column_stack([np.ones(8), 1.0 + np.cos(turn)]),
+    )
+    found = shakedown.assess(joint)
+    low, high = found.details.upper.certified
+    assert low <= 1.0 <= high
+    assert found.impossible_above == max(high, found.details.upper.load_factor) >= 1.0
+    assert found.said_as_given == "open"

@@ -366,3 +366,20 @@ def test_every_example_survives_the_round_trip(tmp_path, name):
 def test_unknown_example_is_refused():
     with pytest.raises(shakedown.UsageError, match="two-node"):
         shakedown.example("three")
+
+
+def test_a_transient_of_no_load_step_is_none():
+    joint = shakedown.example("two-node")
+    empty = dataclasses.replace(joint, q_transient=np.empty((0, 2)), p_transient=np.empty((0, 2)))
+    assert empty.q_transient is None
+    assert empty.p_transient is None
+    assert empty == joint
+    assert shakedown.assess(empty).proved_from_every_state == shakedown.assess(joint).proved_from_every_state
+
+
+def test_a_tangent_along_the_normal_is_refused():
+    up = np.tile([0.0, 0.0, 1.0], (2, 1))
+    with pytest.raises(
+        ProblemError, match="key 'tangent': expected a direction at a right angle to 'normal'"
+    ):
+        dataclasses.replace(shakedown.example("two-node"), normal=up, tangent=up)

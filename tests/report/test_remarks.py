@@ -12,9 +12,10 @@ from shakedown.report.assessment_words import quickly_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words
 from shakedown.report.friction_words import critical_in_words
-from shakedown.report.limit_words import transient_in_words
+from shakedown.report.limit_words import transient_in_words, transient_limit_as_text
 from shakedown.report.page_tables import remarks
 from shakedown.report.run_words import as_given_in_words
+from shakedown.report.zone_words import zone_in_words
 from tests.altered import with_limits
 
 
@@ -159,3 +160,17 @@ def test_what_rests_on_a_stiffness_of_unknown_accuracy_says_so_first():
     assert about.startswith("All of this is about the stiffness to its last stored")
     clear = replace(unclear, stiffness_accuracy=1e-7)
     assert len(quickly_in_words(energy, upper, clear)) == 1
+
+
+def test_a_zone_in_which_nothing_was_found_has_no_limit_to_speak_of():
+    block = shakedown.example("receding-block")
+    upper = shakedown.upper_bound(block, open_nodes=(0,))
+    none = replace(upper, status=shakedown.Status.UNDECIDED, load_factor=np.nan, reason="none was tried")
+    assert zone_in_words(none, block) == ["No safe slip was found at any load factor: none was tried."]
+
+
+def test_where_shakedown_is_proved_the_simulated_limit_is_not_cut_below_that():
+    limit = shakedown.transient_limit(shakedown.example("two-node"))
+    near = replace(limit, load_factor=0.7315934, high=0.7315939, proved=np.nan)
+    assert transient_limit_as_text(near) == "0.731593"
+    assert transient_limit_as_text(replace(near, proved=near.load_factor)) == "0.7315934"

@@ -9,6 +9,7 @@ from scipy.optimize import linprog
 import shakedown
 from benchmarks.problems import in_units, joint, random_problem
 from shakedown.joint.loading import loading
+from shakedown.planar.universal.exact_swing import ExactStates
 from shakedown.planar.universal.swing_bound import swing_bound
 
 SWING = [
@@ -361,3 +362,19 @@ def test_means_of_their_own_keep_the_swing_bound_a_bound():
             for _ in range(3):
                 state = shakedown.long_term_state(problem, 0.999 * bound, 3 * rng.normal(size=3))
                 assert state.outcome == "shakedown"
+
+
+def test_a_program_without_an_end_leaves_the_swing_bound_uncertified():
+    """Multipliers of a program that came to no end are NaN, which is no rational number."""
+    turn = 2 * np.pi * np.arange(8) / 8
+    joint = shakedown.Problem(
+        A=[[1.4042322500363935, -0.5501425858550895], [-0.5501425858550895, 1.3749416789698292]],
+        B=[[1.7351477917039924, -0.872874908743741], [-0.7259111316343567, -0.2283129001678779]],
+        C=[[2.680573390956351, -0.933817044015774], [-0.933817044015774, 0.9078929038651441]],
+        f=[0.8516215692572957, 0.5496679424813072],
+        q_w=np.outer(np.cos(turn), [-0.0869, -0.5838]) + np.outer(np.sin(turn), [-0.12, -0.415]),
+        p_w=np.outer(np.cos(turn), [-0.275, 0.25]) + np.outer(np.sin(turn), [0.108, -0.0986]) + 1.0,
+    )
+    states = ExactStates(joint)
+    assert states.line(0, 1, np.full(4, np.nan)) is None
+    assert swing_bound(joint).load_factor >= 0.0
