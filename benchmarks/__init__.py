@@ -66,4 +66,5 @@ STUDIES: tuple[str, ...] = (
     "universal_adversary",
     "universal_cost",
     "worked_examples",
+    "verify_times",
 )

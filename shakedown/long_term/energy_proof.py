@@ -124,10 +124,11 @@ def comes_into(ball: EnergyBall, passage: Passage, course: Course) -> bool:
     if way is None:
         return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
     zone = np.isin(np.arange(way.opened.shape[1]), course.open_nodes)
-    inside = ball.contains(way.slips) & (way.opened == zone).all(axis=1)
+    slips = np.array([record.end_slip for record in way.records])
+    inside = ball.contains(slips) & (way.opened == zone).all(axis=1)
     if inside.any():
         return True
-    away = float(ball.distance(way.slips[-1])) - float(ball.distance(course.final_slip))
+    away = float(ball.distance(slips[-1])) - float(ball.distance(course.final_slip))
     if _cycles_left(away, float(ball.margin(course.final_slip)), course.contraction) > course.most:
         return False
     return any(ball.contains(slip) for slip in slips_in_zone(passage, course))
@@ -148,7 +149,7 @@ def slips_in_zone(passage: Passage, course: Course) -> Iterator[FloatArray]:
     scene, way, done = passage.scene, course.way, 0
     motion = passage.motion()
     if way is not None:
-        done = len(way.slips)
+        done = len(way.records)
         motion = passage.motion_from(way.state, done)
     nodes = np.arange(passage.problem.n) if scene is None else np.flatnonzero(scene.moving)
     for record in cycles_of(motion, max(course.most - done, 0)):

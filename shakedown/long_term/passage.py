@@ -10,7 +10,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
-from shakedown.motion.cycle_record import State
+from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
@@ -21,15 +21,15 @@ class Way(NamedTuple):
 
     Attributes
     ----------
-    slips : (k, dn)
-        Slips at the ends of the cycles [length].
+    records
+        What the cycles did.
     opened : (k, n)
-        Whether each node was open there.
+        Whether each node was open at the end of each.
     state
         The last state.
     """
 
-    slips: FloatArray
+    records: tuple[CycleRecord, ...]
     opened: NDArray[np.bool_]
     state: State
 

@@ -87,10 +87,14 @@ class Simulation(SettledState):
         """Slip, dissipation and open nodes of the cycles that were followed one by one from the start on.
 
         From event to event the first cycle includes the transient load steps; with fixed
-        load steps these come before it and are not counted.
+        load steps these come before it and are not counted. In space, where no path was recorded, those
+        before the search first leapt ahead.
         """
         if self.followed is not None or self.long_term is None:
             return self.followed or Walk(self.initial_slip, (), None)
+        way = self.long_term.way
+        if way is not None:
+            return Walk(self.initial_slip, way.records, None)
         return way_there(self.long_term, record=False)
 
     @property

@@ -97,6 +97,7 @@ class Evolution(Motion):
         self.left: bool  # whether contact is lost for good
         self.slides: bool  # whether a jump has no end although nodes are in contact
         self.held: bool  # whether the moving nodes of the state set last are: nothing goes on from it if not
+        self.may_jump = True  # else it ends where it would jump: for who looks at a state without jumps
         self.begin(load_factor, initial_slip, open_nodes)
 
     def _begin(self, start: Beginning, transient: FloatArray) -> None:
@@ -183,6 +184,8 @@ class Evolution(Motion):
     def jump(self, now: Progress) -> bool:
         """Carry the state across an instant without rates; False where the motion does not come to rest."""
         method, path, step = self.method, self.path, now.step
+        if not self.may_jump:
+            return False
         if len(self.jumps) == MOST_JUMPS * self.problem.n * (len(path) - 1):
             return False
         retries, rate = self._retries(step, now.time), path[step + 1] - path[step]

@@ -39,6 +39,7 @@ OVERLOAD = (
 )
 IN_BALL = 2  # initial states in the energy ball, per load factor
 JUST_INSIDE = 1 - 1e-8  # of its radius: the proof is for less than all of it
+FEW_PAIRS = 50  # of which runs in space take hundredths of a second
 JUST_BELOW = 1 - 1e-6  # of the box bound, where it proves most from the state given
 
 
@@ -106,6 +107,11 @@ class _SafeStart(NamedTuple):
 def is_large(problem: Problem) -> bool:
     """Whether runs of a joint take so long that few initial states are simulated."""
     return problem.directions > 1 and problem.n > MANY_PAIRS
+
+
+def takes_long(problem: Problem) -> bool:
+    """Whether runs of a joint take so long that several threads are worth it."""
+    return problem.directions > 1 and problem.n > FEW_PAIRS
 
 
 def planned_cases(

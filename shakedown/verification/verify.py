@@ -19,7 +19,7 @@ from shakedown.assessment.transient_limit import TransientLimit
 from shakedown.bounds.interior_point import ConicBound
 from shakedown.campaign.recorded_steps import recorded_steps
 from shakedown.ground.argument_kinds import check_seed
-from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.blas_threads import all_cores, on_one_thread
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, present
 from shakedown.ground.shown_values import plain
@@ -35,10 +35,10 @@ from shakedown.long_term.simulation import simulate
 from shakedown.planar.enumeration.critical import CriticalLoadFactors, subset_count
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.verification.open_ends import open_ends
-from shakedown.verification.plan import is_large, planned_cases
+from shakedown.verification.plan import is_large, planned_cases, takes_long
 from shakedown.verification.runs import Run, disagreements, open_questions, run_of
 from shakedown.verification.second_road import SecondRoad, road_findings
-from shakedown.verification.work import Beside, Work, find, sought_beside
+from shakedown.verification.work import Beside, SideBySide, Work, find, sought_beside
 
 RANDOM_STATES = 3
 
@@ -328,13 +328,17 @@ def _verified(
     cases = planned_cases(limits, asked.load_factors, *random, work.steps)
     work.pieces = len(cases) + len(Beside._fields)
     how, runs = (settings.cycles, settings.method), list[Run]()
-    for case in cases:  # λ = 1 comes first, then λ_T
-        if case.load_factor != AS_GIVEN and "transient" not in vars(limits):
-            find(limits, "transient", work.done)
-        runs.append(work.done(functools.partial(run_of, limits, case, *how)))
+    steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
+    first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
+    steps.insert(first, lambda: limits.transient)
+    side_by_side = SideBySide(steps, all_cores() if takes_long(problem) else 1)
+    for number in range(len(steps)):
+        ended = work.done(functools.partial(side_by_side.result, number))
+        if number == first:
+            vars(limits)["transient"] = ended
+        else:
+            runs.append(ended)
         work.show(lambda: _so_far(found, runs, len(cases), settings))
-    if "transient" not in vars(limits):
-        find(limits, "transient", work.done)
     beside = sought_beside(limits, asked.budget, asked.slip_below, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(

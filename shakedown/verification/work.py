@@ -1,7 +1,9 @@
 """The pieces of work of a verification: recorded, counted, and shown while they are done."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from threading import Thread
 from typing import Any, NamedTuple, TypeVar
 
 from shakedown.assessment.every_limit import JointLimits, Limits
@@ -53,6 +55,36 @@ class Work:
 def find(limits: Limits, name: str, done: Callable[[Callable[[], Any]], Any]) -> None:
     """Read a limit, a piece of work, and keep it with the others whether it is found now or was before."""
     vars(limits)[name] = done(lambda: getattr(limits, name))
+
+
+class SideBySide:
+    """Steps that threads do one after the other from the first that is asked for; in one thread when asked.
+
+    What they take most of their time for is compiled, and lets others work.
+    """
+
+    def __init__(self, steps: Sequence[Callable[[], Any]], threads: int) -> None:
+        self.steps, self.threads = steps, threads
+        self._ends: dict[int, Future[Any]] = {}
+
+    def result(self, number: int) -> Any:
+        """What a step finds; those after it are begun."""
+        if self.threads == 1:
+            return self.steps[number]()
+        if not self._ends:
+            self._ends = {k: Future() for k in range(number, len(self.steps))}
+            left = iter(self._ends.items())
+            for _ in range(self.threads):  # an interrupt does not wait for them
+                Thread(target=self._work, args=(left,), daemon=True).start()
+        return self._ends[number].result()
+
+    def _work(self, left: Iterator[tuple[int, "Future[Any]"]]) -> None:
+        for number, end in left:
+            try:
+                end.set_result(self.steps[number]())
+            except BaseException as error:
+                end.set_exception(error)
+                return
 
 
 class Beside(NamedTuple):

@@ -39,6 +39,7 @@ FEWEST = {
     "space_peers": [{"part": "steps", "scene": "25, closed, few slip", "method": "implicit"}],
     "space_upper": [{"grid": [3, 3], "joint": "half-space", "road": "cvxpy + Clarabel, v"}],
     "stability": [{"scene": "from the limit"}],
+    "verify_times": [{"what": "λ_max"}],
 }
 
 # Studies whose own loops take seconds to compile and, for these cases, tenths of a second as Python.

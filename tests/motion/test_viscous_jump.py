@@ -95,6 +95,16 @@ def test_cycles_with_jumps_are_periodic():
     assert again.method.u[:2] == pytest.approx(state.final_slip, abs=1e-8)
 
 
+def test_a_motion_that_may_not_jump_ends_there():
+    jump = shakedown.example("jump")
+    motion = Evolution(jump, 1.0, jump.initial_slip[0])
+    motion.may_jump = False
+    assert motion.cycle() is None
+    motion = Evolution(jump, 1.0, jump.initial_slip[0])
+    record = motion.cycle()
+    assert record is None or record.jumps
+
+
 def copies(problem, count, *, one_after_another):
     """Joints beside each other that do not feel each other; the load of copy k falls in load step k."""
     eye, n = np.eye(count), problem.n

@@ -99,3 +99,21 @@ def test_what_is_known_can_be_read_while_the_work_goes_on(tmp_path, monkeypatch)
     assert unfinished in page
     assert pages[-1][0] == ""
     assert sorted(path.name for path in tmp_path.glob("report*")) == ["report.html", "report.json"]
+
+
+@pytest.mark.usefixtures("short_scan")
+def test_threads_change_no_run(tmp_path, monkeypatch):
+    alone = said(shakedown.verify(SPACE, random_states=2))
+    monkeypatch.setattr("shakedown.verification.plan.FEW_PAIRS", 0)
+    monkeypatch.setattr("shakedown.verification.verify.all_cores", lambda: 3)
+    path = tmp_path / "report.html.partial"
+    assert said(shakedown.verify(SPACE, random_states=2, partial=path)) == alone
+
+
+@pytest.mark.usefixtures("short_scan")
+def test_what_fails_in_a_thread_is_raised(monkeypatch):
+    monkeypatch.setattr("shakedown.verification.plan.FEW_PAIRS", 0)
+    monkeypatch.setattr("shakedown.verification.verify.all_cores", lambda: 2)
+    monkeypatch.setattr("shakedown.verification.verify.run_of", lambda *_: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        verified(SPACE)

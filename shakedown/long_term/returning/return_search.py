@@ -17,8 +17,8 @@ from shakedown.long_term.passage import Way
 from shakedown.long_term.returning.approach import Approach
 from shakedown.long_term.returning.extrapolation import Course, course_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
+from shakedown.motion.integrator import Evolution
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.method import Motion
 from shakedown.motion.viscous_jump import Jump
 
 WINDOW = 7  # states that a limit is worked out from, one period apart
@@ -203,7 +203,7 @@ class ReturnSearch:
         When to end.
     """
 
-    def __init__(self, motion: Motion, rules: Rules) -> None:
+    def __init__(self, motion: Evolution, rules: Rules) -> None:
         self.motion, self.rules, self.layout = motion, rules, motion.problem.layout
         self.records: deque[CycleRecord] = deque(maxlen=FEWEST * rules.longest_period)
         self.cycles = self.events = 0
@@ -215,7 +215,7 @@ class ReturnSearch:
             rules.stiffness, self.layout.slip_size // len(rules.stiffness)
         )
         self.wait, self.next_leap = WAIT, 0
-        self.passed: list[State] = []  # before the first leap
+        self.passed: list[tuple[CycleRecord, State]] = []  # before the first leap
         self.jumps: list[Jump] = []
         self._start_anew()
 
@@ -258,7 +258,7 @@ class ReturnSearch:
         self.records.append(record)
         self.jumps += record.jumps
         if not self.leapt:
-            self.passed.append(self.motion.state)
+            self.passed.append((record, self.motion.state))
         self.memory.slip(record.slip)
         self.memory.add(self.motion.state)
         return True
@@ -420,7 +420,11 @@ class ReturnSearch:
         u = start.copy()
         u[self.layout.gaps][like.contact != OPEN] = 0.0
         self.motion.state = State(u, like.contact)
-        if not all(self._cycle() for _ in range(p)):
+        # A jump, which may take minutes to follow, is not foreseen where the cycles before had none.
+        self.motion.may_jump = any(record.jumps for record in self.records)
+        followed = all(self._cycle() for _ in range(p))
+        self.motion.may_jump = True
+        if not followed:
             return np.inf
         return self.memory.size(self.motion.state.u - u - change)
 
@@ -456,12 +460,9 @@ class ReturnSearch:
     @property
     def _passed_through(self) -> Way:
         """What was passed through before the first leap."""
-        states = self.passed or [self.motion.state]
-        return Way(
-            np.array([state.u[self.layout.slips] for state in states]),
-            np.array([state.contact == OPEN for state in states]),
-            states[-1],
-        )
+        records, states = tuple(record for record, _ in self.passed), [state for _, state in self.passed]
+        opened = np.array([state.contact == OPEN for state in states])
+        return Way(records, opened, states[-1] if states else self.motion.state)
 
     def _undecided(self, reason: str) -> Settled:
         state = self.motion.state

@@ -1,0 +1,116 @@
+"""How long real joints take: ``verify`` with its report, λ_max, λ_E, maps; from builders and problem files.
+
+``VERIFY_TIMES=joint.npz,other.npz python -m benchmarks verify_times --short`` takes files of the user's own.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from matplotlib.figure import Figure
+
+import shakedown
+from benchmarks.bodies.lap_joint import lap_joint
+from benchmarks.half_space import half_space
+from shakedown import Problem
+from shakedown.report.html import write_report
+from shakedown.report.node_words import table
+
+TITLE = "Real joints: processor time of verify with its report, of the bounds and of maps"
+FILES = "VERIFY_TIMES"  # problem files instead of the joints below, separated by commas
+JOINTS: dict[str, Callable[[], Problem]] = {
+    "four-node-3d": lambda: shakedown.example("four-node-3d"),
+    "bolted-flange": lambda: shakedown.example("bolted-flange"),
+    "half-space 10 × 10": lambda: half_space(10, 10),
+    "lap joint, 189 pairs": lambda: lap_joint((36, 8, 3)),
+    "lap joint, 441 pairs": lambda: lap_joint((36, 20, 3)),
+    "lap joint, 675 pairs": lambda: lap_joint((48, 24, 3)),
+}
+MAPS = {"two-node": (0.7, 100_000), "four-node-3d": (1.0, 10_000)}  # load factor, states
+FEWER = 100  # times fewer states in the short form
+
+
+def cases(short: bool) -> list[dict]:
+    files = [name for name in os.environ.get(FILES, "").split(",") if name]
+    joints = files or list(JOINTS)[: 2 if short else None]
+    verified = [{"joint": name, "what": "verify"} for name in joints]
+    bounds = [{"joint": joints[-1], "what": what} for what in ("λ_max", "λ_E")]
+    maps = [
+        {"joint": name, "what": "map", "states": states // (FEWER if short else 1)}
+        for name, (_, states) in MAPS.items()
+    ]
+    return verified + bounds + ([] if files else maps)
+
+
+def measure(case: dict) -> dict:
+    joint = joint_of(case["joint"])
+    began, spent = time.perf_counter(), time.process_time()
+    found = {
+        "verify": lambda: _verified(joint, began),
+        "λ_max": lambda: {"value": shakedown.upper_bound(joint, certify=False).load_factor},
+        "λ_E": lambda: {"value": shakedown.energy_bound(joint, certify=False).load_factor},
+        "map": lambda: _mapped(joint, MAPS[case["joint"]][0], case["states"]),
+    }[case["what"]]()
+    seconds = {"processor": time.process_time() - spent, "clock": time.perf_counter() - began}
+    return found | seconds | {"pairs": joint.n}
+
+
+@cache
+def joint_of(name: str) -> Problem:
+    """A joint by name, or of a file; compiled code is there already when its time is taken."""
+    joint = JOINTS[name]() if name in JOINTS else _of_file(name)
+    shakedown.simulate(joint, 0.0, cycles=1)
+    return joint
+
+
+def _of_file(name: str) -> Problem:
+    return shakedown.load_problem(name) if Path(name).exists() else shakedown.example(name)
+
+
+def _verified(joint: Problem, began: float) -> dict:
+    readable = []
+    found = shakedown.verify(joint, so_far=lambda _: readable.append(time.perf_counter() - began))
+    with TemporaryDirectory() as folder:
+        write_report(Path(folder) / "report.html", found)
+    return {
+        "runs": len(found.runs),
+        "open": len(found.open_questions),
+        "disagreements": len(found.disagreements),
+        "readable": readable[0] if readable else None,
+    }
+
+
+def _mapped(joint: Problem, load_factor: float, states: int) -> dict:
+    found = shakedown.initial_state_map(joint, load_factor, states=states, workers=None)
+    return {"states": states, "value": found.shakedown_fraction}
+
+
+def tables(rows: list[dict]) -> str:
+    headers = [
+        "joint",
+        "pairs",
+        "what",
+        "processor, s",
+        "clock, s",
+        "readable after, s",
+        "runs",
+        "open",
+        "disagree",
+    ]
+    return table(headers, [_line(row) for row in rows])
+
+
+def _line(row: dict) -> list[str]:
+    what = f"{row['what']}, {row['states']:,} states" if "states" in row else row["what"]
+    seconds = [f"{row[key]:.3g}" for key in ("processor", "clock")]
+    readable = "-" if row.get("readable") is None else f"{row['readable']:.3g}"
+    rest = [str(row.get(key, "-")) for key in ("runs", "open", "disagreements")]
+    return [row["joint"], str(row["pairs"]), what, *seconds, readable, *rest]
+
+
+def figures(_: list[dict]) -> dict[str, Figure]:
+    """None: the table says it."""
+    return {}
