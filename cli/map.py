@@ -109,7 +109,7 @@ class GridSlip(click.ParamType):
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
-    help="Number of processes; all cores by default, where it is worth while.",
+    help="Number of processes; by default all cores, in one process where that is quicker.",
 )
 @scheduler_option
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw it here (PNG, PDF or SVG).")

@@ -20,6 +20,7 @@ from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
 
 LITTLE = 1 << 17  # states times nodes squared: a few seconds at most
+MUCH = 1 << 22  # the same: half a minute or more
 IN_SPACE = 16  # times the work of a state in the plane, and of its pieces so many less
 FEW = 1 << 20  # slips of one load factor that are sent to other processes: 8 MB
 COLUMNS = (  # what is kept of every state in any case
@@ -63,6 +64,7 @@ class MapPieces:
     search: MapSearch
     slips: tuple[FloatArray, ...] = ()  # of all states at each load factor, where they are drawn already
     slip_ranges: bool = False  # whether to follow every state that does not come to rest once more for them
+    threads: int = 1  # that share a piece
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -90,9 +92,18 @@ class MapPieces:
     @property
     def little(self) -> bool:
         """Whether other processes would take longer to start than this one to be done."""
+        return self._work < LITTLE
+
+    @property
+    def for_threads(self) -> bool:
+        """Whether threads of this process do it sooner than processes that begin anew: in the plane."""
+        return self.samplings[0].problem.directions == 1 and LITTLE <= self._work < MUCH
+
+    @property
+    def _work(self) -> int:
         first = self.samplings[0]
         states = len(self.samplings) * first.states * (1 if first.problem.directions == 1 else IN_SPACE)
-        return states * first.problem.n**2 < LITTLE
+        return states * first.problem.n**2
 
     @property
     def _per_load_factor(self) -> int:
@@ -130,6 +141,7 @@ class MapPieces:
             max_cycles=self.search.max_cycles,
             longest_period=self.search.longest_period,
             tolerances=self.search.tolerances,
+            threads=self.threads,
         )
         columns = {key: getattr(found, key) for key in COLUMNS}
         if self.slip_ranges:

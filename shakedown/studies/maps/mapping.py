@@ -5,7 +5,7 @@ import logging
 import os
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, overload
@@ -16,6 +16,7 @@ from shakedown.campaign.crew import Crew
 from shakedown.campaign.journal import journal_at
 from shakedown.campaign.pieces import run_campaign
 from shakedown.files.atomic_write import check_target, record_beside
+from shakedown.ground.blas_threads import all_cores
 from shakedown.ground.errors import UsageError
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import visible
@@ -129,8 +130,9 @@ def initial_state_map(
     resume
         Whether to go on with what is recorded there; a map that is whole already is read.
     workers, scheduler
-        Who works: see :class:`Crew`. None is one process for a little work, else all cores. A
-        script has to keep the call under ``if __name__ == "__main__":`` where it is more than one.
+        Who works: see :class:`Crew`. None is one process for a little work, in the plane with threads for
+        half a minute's, else all cores. A script has to keep the call under ``if __name__ == "__main__":``
+        where it is more than one.
     max_cycles, longest_period
         As for :func:`long_term_state`.
     slip_below
@@ -191,8 +193,8 @@ def initial_state_map(
     work = MapPieces(
         chosen, MapSearch(max_cycles, longest_period, tolerances), slip_ranges=slip_below is not None
     )
-    if workers is None and work.little:
-        workers = 1
+    if workers is None and (work.little or (work.for_threads and scheduler is None)):
+        workers, work = 1, replace(work, threads=all_cores() if work.for_threads else 1)
     columns = _columns(work, target, resume, Crew(workers, scheduler), progress)
     each = chosen[0].states
     maps = tuple(

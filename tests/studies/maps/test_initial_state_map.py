@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.studies.maps import map_pieces
 from shakedown.studies.maps.map_pieces import BLOCK
 from shakedown.studies.maps.several_maps import InitialStateMaps
 from tests.joints import FAMILY, member
@@ -16,6 +17,22 @@ JOINT = shakedown.example("two-node")
 @pytest.fixture(scope="module")
 def found():
     return shakedown.initial_state_map(JOINT, 0.7, states=256, seed=1)
+
+
+def test_half_a_minute_in_the_plane_is_for_threads(found, monkeypatch):
+    """Two processes took four times as much of the processor as one for 65,536 states."""
+    asked, states_of = [], map_pieces.long_term_states
+    monkeypatch.setattr(map_pieces, "LITTLE", 1)
+    monkeypatch.setattr("shakedown.studies.maps.mapping.all_cores", lambda: 3)
+
+    def noted(*given, threads, **named):
+        asked.append(threads)
+        return states_of(*given, threads=threads, **named)
+
+    monkeypatch.setattr(map_pieces, "long_term_states", noted)
+    again = shakedown.initial_state_map(JOINT, 0.7, states=256, seed=1, workers=None)
+    assert set(asked) == {3}
+    assert np.array_equal(again.final_slip, found.final_slip)
 
 
 def test_it_agrees_state_by_state_with_the_long_term_state(found):
