@@ -7,6 +7,7 @@ import numpy as np
 
 from shakedown.assessment.every_limit import JointLimits
 from shakedown.bounds.upper import UpperBound
+from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, down, up
 from shakedown.ground.visible_text import with_unit
@@ -186,7 +187,7 @@ def nodes_table(v: Verification) -> PageTable:
     if isinstance(limits, JointLimits):
         columns[with_unit("critical slip state at λ_1", length)] = list(map(number, limits.lower.slip))
     columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
-    if isinstance(limits, JointLimits):
+    if isinstance(limits, JointLimits) and not isinstance(limits.friction, Missing):  # it may be to come
         columns["friction threshold"] = [number(f, DIGITS) for f in limits.friction.single_node]
     columns[with_unit("slip per period at λ = 1", length)] = [number(slip, 4) for slip in slips]
     work = with_unit("friction work per period at λ = 1", work_unit(force, length))

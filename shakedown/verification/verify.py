@@ -174,9 +174,7 @@ class Verification(Result):
     @property
     def as_given(self) -> Run:
         """The nominal load (λ = 1) from the first given state, or from slip zero."""
-        name = "zero" if self.problem.initial_slip is None else "given 0"
-        found = [run for run in self.runs if run.simulation.load_factor == AS_GIVEN and run.initial == name]
-        return found[0]
+        return next(run for run in self.runs if _is_as_given(run, self.problem))
 
     @cached_property
     def nodes(self) -> NodeResults:
@@ -338,7 +336,8 @@ def _verified(
             vars(limits)["transient"] = ended
         else:
             runs.append(ended)
-        work.show(lambda: _so_far(found, runs, len(cases), settings))
+        if any(_is_as_given(run, problem) for run in runs):
+            work.show(lambda: _so_far(found, runs, len(cases), settings))
     beside = sought_beside(limits, asked.budget, asked.slip_below, work)
     roads = list(road_findings(limits.bounds, beside.second, tolerances))
     return Verification(
@@ -359,6 +358,11 @@ def _verified(
         notes=(*(text for agrees, text in roads if agrees is None), *beside.missing()),
         settings=settings,
     )
+
+
+def _is_as_given(run: Run, problem: Problem) -> bool:
+    name = "zero" if problem.initial_slip is None else "given 0"
+    return run.initial == name and run.simulation.load_factor == AS_GIVEN
 
 
 def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Settings) -> Verification:
