@@ -85,7 +85,7 @@ class UpperBound(Result):
         and has no safe slip of its own; NaN where infeasible.
     certified
         (low, high) with the exact λ_max of the problem as stored between them: neighbouring floats, with
-        two directions about 1e-10 apart, relatively (docs/space.md, U1 and U2); (inf, inf) where it is
+        two directions 1e-10 apart as a rule, relatively (docs/space.md, U1 and U2); (inf, inf) where it is
         proved unbounded, else None.
     exact
         Whether the status was checked in exact arithmetic, with two directions with every rounding bounded.

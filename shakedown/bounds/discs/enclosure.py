@@ -127,15 +127,18 @@ def _fits(rows: DiscRows, balance: Balance) -> bool:
     return bool(np.all(outside >= 0) and np.all(outside[balance.disc] >= needed))
 
 
-def fitting(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]]) -> Balance | None:
+def fitting(
+    repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]], most: float = inf
+) -> Balance | None:
     """Exact multipliers next to y, as little of inner ones mixed in as it takes; None where there are none.
 
-    ``inner`` has multipliers with room, and by how much each is worse than y.
+    ``inner`` has multipliers with room, and by how much each is worse than y; ``most`` is what may be lost.
     """
     first, rows = repair.balanced(y), repair.proof.rows
     if _fits(rows, first):
         return first
-    outside, needed = np.maximum(-_rooms(rows, y), 0.0), first.correction.sum(axis=1)
+    outside = np.maximum(-np.minimum(_rooms(rows, y), _rooms(rows, first.y)), 0.0)
+    needed = first.correction.sum(axis=1)
     best, share, lost = None, inf, inf
     for other, worse in inner:
         room = _rooms(rows, other)
@@ -145,7 +148,7 @@ def fitting(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]]
         wanted = float(max(np.max(outside / (outside + room)), np.max(needed / (needed + largest))))
         if wanted * worse < lost:
             best, share, lost = other, wanted, wanted * worse
-    if best is None:
+    if best is None or lost > most:
         return None
     for _ in range(ROUNDS):
         share = min(1.0, SPARE * share)
@@ -175,9 +178,16 @@ def _totals(proof: Proof, balance: Balance) -> tuple[float, float, float, float]
     return found[0], found[1], found[2], found[3]
 
 
-def proved_high(repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]]) -> float:
-    """A load factor above which no slip is safe, from multipliers with Σ yᵀ e < 0; inf if none is proved."""
-    balance = fitting(repair, y, inner)
+def proved_high(
+    repair: Repair, y: FloatArray, inner: list[tuple[FloatArray, float]], tolerances: Tolerances
+) -> float:
+    """A load factor above which no slip is safe, from multipliers with Σ yᵀ e < 0; inf if none is proved.
+
+    Where that would be ``second_road`` of the terms of its proof above the optimum, it is not looked for.
+    """
+    constant = repair.proof.loads.c[repair.proof.rows.node]
+    most = tolerances.second_road * float(np.abs(np.einsum("ij,ij->i", y, constant)).sum())
+    balance = fitting(repair, y, inner, most)
     if balance is None:
         return inf
     _, most, _, slope = _totals(repair.proof, balance)
@@ -260,7 +270,7 @@ def enclosed(
     repair = Repair(proof)
     if not repair.inverse.proved:
         return Missing(TOO_SOFT)
-    high = proved_high(repair, best.y, best.multipliers)
+    high = proved_high(repair, best.y, best.multipliers, tolerances)
     return (low, high) if np.isfinite(high) else Missing(NO_INNER)
 
 
