@@ -197,8 +197,10 @@ class Problem(ReadOnly):
         _check_values(arrays)
         if "stiffness_accuracy" in arrays:
             object.__setattr__(self, "stiffness_accuracy", float(arrays.pop("stiffness_accuracy")))
-        if not len(arrays.get("q_transient", [None])):  # no load step is no transient
-            arrays |= {"q_transient": None, "p_transient": None}
+        for key in ("q_transient", "p_transient"):
+            if key in arrays and not len(arrays[key]):  # no load step is no transient
+                del arrays[key]
+                object.__setattr__(self, key, None)
         for key, array in arrays.items():
             object.__setattr__(self, key, array)
         for key, found in listed.items():
