@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.discs.zone_limits import wishes, zone_limit
+from shakedown.bounds.discs.zone_limits import limits_left, wishes, zone_limit
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.bounds.row_programs import contradiction, load_factor_program
 from shakedown.ground.errors import UsageError
@@ -25,6 +25,8 @@ from shakedown.programs.solver import solve
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
 MOST_ZONES = 100  # with two tangential directions: then the best one so far is the answer
+FEW = 16  # nodes: of so few all zones that differ in one are compared, and climbs begin in every start
+NEAREST = 4  # of more: nodes next to opening or closing that are tried where no row asks for more
 EVERY_ZONE_UP_TO = 6  # nodes: of so few every zone is tried
 SEVERAL = (8, 4, 2)  # so many changes at once
 
@@ -132,9 +134,10 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
         if problem.n <= EVERY_ZONE_UP_TO:
             sizes = (combinations(range(problem.n), size) for size in range(1, problem.n))
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
-        else:  # in space a climb takes many cone programs: only from the best start
-            several = problem.directions == 1
-            found = [_climb(visit, start, tolerances) for start in (starts if several else [best.nodes])]
+        else:  # in space a climb takes many cone programs: of large joints only from the best start
+            starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
+            several = problem.directions == 1 or problem.n <= FEW
+            found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
         best = max(found, key=lambda each: each.rank)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
     seen = sum(len(nodes) < problem.n for nodes in visited)
@@ -142,21 +145,30 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
-    """From one zone to better ones while there are any: the best that differs in one node.
+    """From one zone to better ones while there are any, up to where none that differs in one node is.
 
-    With two tangential directions, where a zone costs a cone program, the first one that is better is taken,
-    and several nodes are changed at once while that helps.
+    Those that its rows ask for are tried first, the others where none of them is better.
     """
     best = visit(start)
     while True:  # ends: every step is better than all before, and there are finitely many zones
-        tried = (visit(nodes) for nodes in _neighbours(best, tolerances))
-        if best.zone is None or best.zone.problem.directions == 1:
-            better = max(tried, key=lambda one: one.rank, default=best)
-        else:
-            better = next((one for one in tried if one.surpasses(best)), best)
-        if not better.surpasses(best):
+        better = _better(visit, best, _asked_for(best, tolerances))
+        if better is best:
+            better = _better(visit, best, _nearest(best))
+        if better is best:
             return best
         best = better
+
+
+def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]]) -> _Visit:
+    """The best of the neighbours, or the zone itself where none is better.
+
+    Of large joints with two tangential directions, where zones cost much, the first one that is better.
+    """
+    tried = map(visit, neighbours)
+    if best.zone is None or best.zone.problem.directions == 1 or best.zone.problem.n <= FEW:
+        better = max(tried, key=lambda one: one.rank, default=best)
+        return better if better.surpasses(best) else best
+    return next((one for one in tried if one.surpasses(best)), best)
 
 
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
@@ -179,8 +191,8 @@ def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances:
     return _Visit(nodes, zone, -inf, nothing, against.multipliers, against.margin)
 
 
-def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
-    """Zones that may be better: those that its rows ask for, the strongest first, and differ in one node.
+def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
+    """Zones that its rows ask for, the strongest first, which differ in one node.
 
     With two tangential directions those that differ in several come before them.
     """
@@ -200,6 +212,22 @@ def _neighbours(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ..
         counts = [count for count in SEVERAL if count <= len(asked)]
         yield from (tuple(sorted(set(visit.nodes) ^ set(asked[:count]))) for count in counts)
     yield from (tuple(sorted(set(visit.nodes) ^ {node})) for node in asked)
+
+
+def _nearest(visit: _Visit) -> Iterator[tuple[int, ...]]:
+    """Zones that differ from a safe one in the node next to opening or closing: in its least limit or gap."""
+    if visit.zone is None or len(visit.slip) == 0:
+        return
+    if visit.zone.problem.directions == 1:
+        rows = visit.zone.constraints
+        nodes, room = rows.node, -rows.relative_excess(visit.slip, visit.load_factor)
+    else:
+        nodes, room = limits_left(zone_rows(visit.zone), visit.slip, visit.load_factor)
+    least = np.full(visit.zone.problem.n, inf)
+    np.minimum.at(least, nodes, room)
+    nearest = np.argsort(least, kind="stable").tolist()
+    count = NEAREST if visit.zone.problem.n > FEW else None
+    yield from (tuple(sorted(set(visit.nodes) ^ {node})) for node in nearest[:count])
 
 
 def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, float]:

@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from shakedown.bounds.discs.disc_limits import largest_load_factor
-from shakedown.bounds.discs.disc_rows import DiscRows
+from shakedown.bounds.discs.disc_rows import DiscRows, Indices
 from shakedown.bounds.discs.room import safest
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
@@ -58,7 +58,11 @@ def wishes(
     """
     y, z = multipliers[: 3 * len(rows.c)].reshape(-1, 3), multipliers[3 * len(rows.c) :]
     of_gaps = z * np.maximum(np.abs(rows.half_spaces.G).max(axis=1, initial=0.0), np.abs(rows.half_spaces.d))
-    wish = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in np.flatnonzero(of_gaps > 0)}
+    of_disc, of_gap = _terms(rows, x, load_factor)
+    parts = z * of_gap  # in λ: next to the largest what carries nothing is round-off of interior points
+    largest = max(parts.max(initial=0.0), (np.abs(y).max(axis=1) * of_disc).max(initial=0.0))
+    pressing = np.flatnonzero((of_gaps > 0) & (parts > CARRIES * largest))
+    wish = {int(rows.half_spaces.node[k]): float(of_gaps[k]) for k in pressing}
     sizes = np.abs(rows.stiffness).max(axis=(1, 2))
     shares = (rows.sums @ y[:, 0]) * np.maximum(sizes, _largest_load(rows))
     if x.size:
@@ -71,6 +75,24 @@ def wishes(
     for node in np.unique(rows.node[apex]).tolist():
         wish[int(rows.names[node])] = float(shares[node])
     return wish
+
+
+def limits_left(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[Indices, FloatArray]:
+    """How near nodes are to opening or closing: nodes (k,), their f p and gaps over the largest terms."""
+    limits = rows.c[:, 0] + load_factor * rows.e[:, 0] + (rows.stiffness[:, 0] @ x)[rows.node]
+    sizes = np.concatenate(_terms(rows, x, load_factor))
+    left = np.append(limits, rows.room(x, load_factor)[1]) / np.where(sizes > 0, sizes, 1.0)
+    return np.append(rows.names[rows.node], rows.half_spaces.node), left
+
+
+def _terms(rows: DiscRows, x: FloatArray, load_factor: float) -> tuple[FloatArray, FloatArray]:
+    """The terms of discs (j,) and half-spaces (o,) added up; without slips those of the mean load."""
+    H = rows.half_spaces
+    if not x.size:
+        return np.abs(rows.c).max(axis=1), np.abs(H.g)
+    of_slip = (np.abs(rows.flat) @ np.abs(x)).reshape(-1, 3)[rows.node]
+    discs = (of_slip + np.abs(rows.c) + load_factor * np.abs(rows.e)).max(axis=1)
+    return discs, np.abs(H.coefficients) @ np.abs(x) + np.abs(H.g) + load_factor * np.abs(H.d)
 
 
 def _largest_load(rows: DiscRows) -> FloatArray:
