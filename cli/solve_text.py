@@ -44,6 +44,10 @@ DIRECTIONS = (
     "x, y: the two tangential directions of a node, in the order of the file; active at λ_max: the load "
     "steps, counted from 0, in which it reaches its friction limit."
 )
+OPEN_NODES = (
+    "open: throughout; under safe slip stands the displacement of the node under the mean load. gap closes: "
+    "at λ_max it does."
+)
 
 
 def quick_text(
@@ -101,7 +105,8 @@ def _in_the_plane(limits: JointLimits, curve: shakedown.GuaranteeCurve | Missing
     slips = [number(slip) for slip in limits.lower.slip]
     witness = with_unit("critical", length_unit(problem)), slips
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
-    return [*lines, "", node_table(problem, columns), "", paragraph(F_THRESHOLD)]
+    remarks = [F_THRESHOLD, *[OPEN_NODES] * bool(limits.upper.open_nodes)]
+    return [*lines, "", node_table(problem, columns), "", *map(paragraph, remarks)]
 
 
 def _in_space(limits: SpaceLimits) -> list[str]:
@@ -112,7 +117,8 @@ def _in_space(limits: SpaceLimits) -> list[str]:
     listed = listing(facts)
     lines = [listed, ""] if listed else []
     lines += [paragraph(sentence) for sentence in space_bounds_in_words(limits)]
-    return [*lines, "", node_table(problem, _safe_columns(problem, upper)), "", paragraph(DIRECTIONS)]
+    remarks = [DIRECTIONS, *[OPEN_NODES] * bool(upper.open_nodes)]
+    return [*lines, "", node_table(problem, _safe_columns(problem, upper)), "", *map(paragraph, remarks)]
 
 
 def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
@@ -195,6 +201,8 @@ def _certified(interval: tuple[float, float] | None, how: str = "exact") -> str:
 def _reached(problem: Problem, upper: shakedown.UpperBound, node: int) -> str:
     """Which limits of a node are reached at λ_max: sides, or with two directions load steps."""
     reached = [where for at, where in upper.active if at == node]
+    if node in upper.open_nodes:
+        return "open; gap closes" if reached else "open"
     if problem.directions == 1:
         return "+".join(SIDE_NAMES[side] for side in reached) or "-"
     return _ranges(sorted(reached)) or "-"

@@ -197,12 +197,17 @@ def nodes_table(v: Verification) -> PageTable:
 
 
 def _limits_reached(problem: Problem, upper: UpperBound) -> list[str]:
-    """Sides of every node, or with two directions load steps."""
-    if problem.directions > 1:
-        steps = [[str(step) for node, step in upper.active if node == j] for j in range(problem.n)]
-        return [f"load step{'s' * (len(each) > 1)} {', '.join(each)}" if each else "–" for each in steps]
-    sides = [[SIDE_NAMES[side] for node, side in upper.active if node == j] for j in range(problem.n)]
-    return [" and ".join(each) or "–" for each in sides]
+    """Sides of every node, or with two directions load steps; of open nodes whether the gap closes."""
+    return [_reached(problem, upper, node) for node in range(problem.n)]
+
+
+def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
+    where = [at for each, at in upper.active if each == node]
+    if node in upper.open_nodes:
+        return "open; gap closes" if where else "open"
+    if problem.directions == 1:
+        return " and ".join(SIDE_NAMES[side] for side in where) or "–"
+    return f"load step{'s' * (len(where) > 1)} {', '.join(map(str, where))}" if where else "–"
 
 
 def printed_nodes(v: Verification) -> frozenset[int] | None:

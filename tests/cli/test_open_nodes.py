@@ -1,10 +1,14 @@
 """Partly open joints on the command line: which nodes are open stands in every answer."""
 
+import re
+
 import numpy as np
 import pytest
 from command import document, run
+from partly_open import partly_open
 
 import shakedown
+from shakedown.report.page_tables import _limits_reached
 
 
 def test_solve_finds_a_zone_where_the_joint_opens():
@@ -22,6 +26,25 @@ def test_the_text_names_the_open_nodes_and_claims_no_upper_bound_of_the_joint():
     for wrong in ("upper bound", "cannot shake down", "No load factor is safe"):
         assert wrong not in text
     assert text.count("open") >= text.count("λ_max")
+
+
+@pytest.mark.parametrize("d", [1, 2])
+def test_the_table_says_which_nodes_are_open_and_which_gaps_close(d, tmp_path):
+    """Open nodes have no friction limit to reach."""
+    joint = shakedown.example("receding-block") if d == 1 else partly_open(11, 7, d=2)
+    shakedown.save_problem(tmp_path / "joint.npz", joint)
+    out = run("solve", str(tmp_path / "joint.npz"), "--details")[1]
+    upper = shakedown.upper_bound(joint, open_nodes="auto")
+    closing = {node for node, _ in upper.active} & {*upper.open_nodes}
+    rows = [line for line in out.partition("active at λ_max")[2].splitlines() if re.match(r" +\d+ ", line)]
+    assert len(rows) == joint.n
+    assert {i for i, row in enumerate(rows) if "open" in row} == {*upper.open_nodes}
+    assert {i for i, row in enumerate(rows) if "open; gap closes" in row} == closing
+    assert "open: throughout; under safe slip stands the displacement" in out
+    reached = _limits_reached(joint, upper)
+    assert {i for i, words in enumerate(reached) if words == "open; gap closes"} == closing
+    assert {i for i, words in enumerate(reached) if words.startswith("open")} == {*upper.open_nodes}
+    assert closing
 
 
 def test_nodes_may_be_named_or_none():

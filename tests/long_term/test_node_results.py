@@ -99,6 +99,18 @@ def test_a_dense_path_shows_the_same(settled):
         assert nodes.slip_range == pytest.approx(np.where(closed.any(axis=0), span, 0.0), abs=2e-3 * slip)
 
 
+@pytest.mark.parametrize("d", [1, 2])
+def test_nodes_that_stay_open_carry_nothing(d):
+    """Not even the round-off of their reactions."""
+    state = shakedown.long_term_state(partly_open(2, 4, d=d), 0.1)
+    nodes, away = node_results(state), list(state.open_nodes)
+    assert away
+    assert np.abs(state.history.p[:, away]).max() > 0
+    assert not nodes.p_max[away].any()
+    assert not nodes.q_max[away].any()
+    assert (np.delete(nodes.p_max, away) > 0).all()
+
+
 def test_a_node_that_stays_closed_slips_at_least_twice_its_range(settled):
     _, state, nodes = settled
     closed = ~np.isin(nodes.status, ["mixed", "open"])

@@ -74,7 +74,9 @@ def node_results(
     k = np.nan if wear_coefficient is None else wear_coefficient
     if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
         raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
-    problem, history = settled.problem, settled.history.refined()
+    problem, history, status = settled.problem, settled.history.refined(), statuses(settled, tolerances)
+    carries = np.array(status) != STAYS_OPEN  # elsewhere reactions are round-off
+    p, q = history.p * carries, history.q * np.repeat(carries, problem.directions)
     force, length = units_of(problem)
     nothing = np.full(problem.n, np.nan)
     area = nothing if problem.node_area is None else problem.node_area
@@ -93,14 +95,14 @@ def node_results(
         label=problem.label or tuple(map(str, range(problem.n))),
         coordinates=coordinates_of(problem),
         area=area,
-        status=statuses(settled, tolerances),
+        status=status,
         slip_range=slip_ranges(settled, tolerances),
         slip_range_of_directions=_direction_ranges(settled, tolerances) if known else None,
         accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
-        p_min=np.maximum(history.p.min(axis=0), 0.0) if known else nothing,
-        p_max=np.maximum(history.p.max(axis=0), 0.0) if known else nothing,
-        q_max=problem.law.size(history.q).max(axis=0) if known else nothing,
-        q_max_of_directions=_largest(problem, history.q) if known else None,
+        p_min=np.maximum(p.min(axis=0), 0.0) if known else nothing,
+        p_max=np.maximum(p.max(axis=0), 0.0) if known else nothing,
+        q_max=problem.law.size(q).max(axis=0) if known else nothing,
+        q_max_of_directions=_largest(problem, q) if known else None,
         work=settled.work_per_cycle,
         wear_coefficient=float(k),
         wear_volume=worn,
