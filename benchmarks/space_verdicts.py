@@ -4,6 +4,7 @@ Random joints with two tangential directions, held or floating, alike or up to a
 slip than in another, from full to no coupling, from slip zero at load factors next to λ_E, λ_T and λ_max. A
 verdict contradicts a proof where it is not shakedown below λ_E, shakedown with all nodes closed above the
 certified λ_max, or ratchetting of a joint without a motion that meets no resistance; so does a λ_T below λ_E.
+Runs at the largest of these distances are held against plain cycles, up to 20,000, where these settle.
 """
 
 import os
@@ -14,6 +15,8 @@ import numpy as np
 import shakedown
 from shakedown import Outcome, Problem, ShakedownError
 from shakedown.joint.rigid_slips import can_drift
+from shakedown.motion.contact_law import scales
+from shakedown.motion.integrator import Evolution
 from shakedown.report.node_words import table
 
 TITLE = "Verdicts in space next to λ_E, λ_T and λ_max"
@@ -24,7 +27,14 @@ COUPLINGS = (1.0, 0.3, 0.03, 0.0)
 DECADES = 3.0  # of a slip, whose square is in its stiffness
 BELOW, ABOVE = 1.0 - 1e-8, 1.0 + 1e-8  # round-off of the limits themselves
 CONTRADICTIONS = ("not at rest below λ_E", "at rest above λ_max", "drifts though held", "λ_T below λ_E")
-COUNTS = ("joints", "runs", *CONTRADICTIONS, "stops", "undecided", "cycles", "most_cycles")
+PLAIN, EVERY = 20_000, 100  # cycles without leaps, and how often they are looked at
+SETTLED = (
+    1e-10  # of the slip of a cycle: what it changes where it repeats; of the length scale: slip that is none
+)
+COUNTS = (
+    "joints", "runs", *CONTRADICTIONS, "told by plain cycles", "unlike plain cycles", "stops", "undecided",
+    "cycles", "most_cycles",
+)  # fmt: skip
 
 
 def cases(short: bool) -> list[dict]:
@@ -95,8 +105,30 @@ def _at_every_limit(problem: Problem, distances: tuple[float, ...], accuracy: fl
                 )
                 open_end = state.outcome == Outcome.UNDECIDED
                 counts["stops" if state.stop is not None else "undecided"] += open_end
+                told = plainly(problem, load_factor) if near == distances[0] and not open_end else None
+                counts["told by plain cycles"] += told is not None
+                counts["unlike plain cycles"] += told not in (None, state.outcome)
                 counts["cycles"] += state.cycles_simulated
                 counts["most_cycles"] = max(counts["most_cycles"], state.cycles_simulated)
+
+
+def plainly(problem: Problem, load_factor: float) -> Outcome | None:
+    """What cycle after cycle settles into; None where it does not within those allowed."""
+    motion, before = Evolution(problem, load_factor), np.zeros(problem.layout.size)
+    none = SETTLED * scales(problem, load_factor).length
+    while motion.done < PLAIN and motion.advance(EVERY) == EVERY:
+        start, record = motion.state.u, motion.cycle()
+        if record is None:
+            return None
+        change, slip = motion.state.u - start, float(record.slip.max())
+        if slip * np.max(np.diag(problem.A)) <= none * np.min(np.diag(problem.A)):
+            return Outcome.SHAKEDOWN
+        if np.abs(change).max() <= SETTLED * slip:
+            return Outcome.CYCLIC_SLIP
+        if np.abs(change - before).max() <= SETTLED * np.abs(change).max():
+            return Outcome.RATCHETTING
+        before = change
+    return None
 
 
 def tables(rows: list[dict]) -> str:

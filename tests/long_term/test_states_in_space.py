@@ -107,6 +107,17 @@ def test_a_slow_approach_ends_where_plain_cycles_do(load_factor, outcome):
     np.testing.assert_allclose(found.slip_per_cycle, last.slip, rtol=1e-3, atol=1e-9)
 
 
+def test_next_to_the_end_of_shakedown_the_slip_grows_in_proportion_to_what_the_load_exceeds():
+    """Down to 5e-8 per cycle, where changes are far below the accuracy of a path: a thousand cycles told nothing."""
+    problem = shakedown.example("one-node-3d")
+    load_factors = 1.249627, 1.2496275, 1.249628
+    found = [shakedown.long_term_state(problem, load_factor) for load_factor in load_factors]
+    slips = [float(state.slip_per_cycle[0]) for state in found]
+    assert {state.outcome for state in found} == {Outcome.CYCLIC_SLIP}
+    assert max(state.cycles_simulated for state in found) < 200
+    assert slips[0] == pytest.approx(2 * slips[1] - slips[2], rel=0.05)
+
+
 def test_a_slow_departure_is_followed_to_its_end():
     """From slip zero two-node-3d comes near a state that it leaves again, for 10,000 cycles."""
     found = shakedown.long_term_state(shakedown.example("two-node-3d"), 0.837368621)

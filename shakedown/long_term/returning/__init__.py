@@ -1,6 +1,5 @@
 """The long-term state of a motion that is known only cycle by cycle: the map from one cycle to the next.
 
-Reading order: ``extrapolation`` (the limit of a sequence of states), ``approach`` (how a sequence of states
-closes in on a period), ``return_search`` (cycle after cycle, and leaps to the limit, until it is clear),
-``returned_state`` (the answer).
+Reading order: ``extrapolation`` (where a sequence of states goes), ``going_ahead`` (to what comes many cycles
+later), ``return_search`` (cycle after cycle, and leaps, until it is clear), ``returned_state`` (the answer).
 """

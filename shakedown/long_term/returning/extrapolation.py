@@ -1,4 +1,4 @@
-"""Where a sequence of states goes that a smooth map makes one after the other: ahead, and in the end."""
+"""Where a sequence of states goes that a smooth map makes one after the other."""
 
 from dataclasses import dataclass
 
@@ -38,29 +38,29 @@ class Course:
         many = np.linalg.matrix_power(one, count)[:, :r]
         return self.last + many[r] @ self.changes, (self.weights @ many[:r]) @ self.changes
 
-    @property
-    def limit(self) -> FloatArray:
-        """Where the sequence ends: x_k + Σ of all changes to come."""
-        left = 1.0 - self.weights.sum()
-        if left == 0.0:
-            return np.full_like(self.last, np.inf)
-        return np.asarray(self.last + np.cumsum(self.weights) @ self.changes / left)
 
-
-def course_of(states: FloatArray) -> Course:
+def course_of(states: FloatArray, root: FloatArray) -> Course:
     """The course of states x_0, …, x_k, (k + 1, N), whose last change is the best sum of those before it.
 
     Where the map is affine on the span of the changes, and the sequence has gone through all of it, it goes
     on exactly so. What the map leaves alone (linear functions of the state that no cycle changes) is kept.
 
+    Parameters
+    ----------
+    states
+        x_0, …, x_k.
+    root : (M, N)
+        A change Δ counts for ‖root Δ‖.
+
     Examples
     --------
     >>> states = np.array([[1.0, 0.0], [0.5, 1.0], [0.25, 1.5], [0.125, 1.75]])
-    >>> course_of(states).limit.round(9), course_of(states).ahead(1)[0].round(9)
-    (array([0., 2.]), array([0.0625, 1.875 ]))
+    >>> state, change = course_of(states, np.eye(2)).ahead(1)
+    >>> state.round(9), change.round(9)
+    (array([0.0625, 1.875 ]), array([-0.03125,  0.0625 ]))
     """
     changes = np.diff(states, axis=0)
-    size = float(np.abs(changes).max()) or 1.0
-    before = changes[:-1] / size
-    weights = np.linalg.lstsq(before.T, changes[-1] / size, rcond=INDEPENDENT)[0]
+    seen = changes @ root.T
+    seen = seen / (float(np.abs(seen).max()) or 1.0)
+    weights = np.linalg.lstsq(seen[:-1].T, seen[-1], rcond=INDEPENDENT)[0]
     return Course(states[-1], changes[1:], weights)

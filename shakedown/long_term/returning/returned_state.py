@@ -22,7 +22,6 @@ from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 
 LOST = 8.0  # times how near its limit a node is at it: what is lost at the events of a period
-GOAL = 10.0  # times what a cycle may miss: from there on a state is the long-term state
 VERDICTS = {outcome: code for code, outcome in reversed(list(enumerate(OUTCOMES)))}
 
 
@@ -136,7 +135,7 @@ def rules_of(motion: Evolution, scale: Scales, most_cycles: int, longest_period:
     moving = swing(motion.problem, motion.load)
     stiffest = np.diag(motion.problem.A).reshape(motion.problem.n, -1).max(axis=1)
     stiffness = np.maximum(stiffest * scale.length / scale.force, 1.0)
-    return Rules(most_cycles, longest_period, noise, GOAL * noise, stiffness, 0.0 < moving < BLURRED * lost)
+    return Rules(most_cycles, longest_period, noise, stiffness, 0.0 < moving < BLURRED * lost)
 
 
 def _state(begun: Passage, found: Settled, start: FloatArray, scale: Scales, most: int) -> ReturnedState:

@@ -1,0 +1,324 @@
+"""Leaps from the last states of a motion to those that it would come to many periods later.
+
+Both ways to leap foresee what a period does where they lead, and hold on to it only where it does so.
+A leap moves a joint for good in what no cycle changes; so the more it moves, the better it has to be known.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.problem import Problem
+from shakedown.joint.rigid_slips import rigid_slips
+from shakedown.long_term.returning.extrapolation import course_of
+from shakedown.motion.integrator import closed_stiffness
+
+ROUND_OFF = 1e-9  # of the largest eigenvalue of a scaled stiffness: smaller ones are none
+WORTH = 8.0  # periods that a leap goes ahead, at least: it costs some, and so does what is seen before it
+PRICE = 1e-5  # of all that a joint has slipped: by so much a leap may be unsure
+LEAST_TURN, MOST_TURN = 1e-3, 0.1  # of a change: what it may differ by from what was foreseen, however far
+
+
+@dataclass(frozen=True)
+class Measure:
+    """What counts of the changes of a state: the energy that they store, which rigid slips do not.
+
+    Attributes
+    ----------
+    root : (M, N)
+        RᵀR = κ: a change d has the size ‖R d‖ [√(force × length)].
+    rigid : (N, r)
+        Slips that change no reaction, orthonormal: cycles are the same wherever these stand.
+    slips : (n,)
+        √ of the largest stiffness of each node, whose slip counts for what it would store.
+    """
+
+    root: FloatArray
+    rigid: FloatArray
+    slips: FloatArray
+
+    def size(self, change: FloatArray) -> float:
+        """Of a change of the state."""
+        return float(np.linalg.norm(self.root @ change))
+
+    def misses(self, change: FloatArray, foreseen: FloatArray, size: float) -> float:
+        """By how much a change misses another one of this size, relative to it: of rigid slips, too."""
+        off = self.size(change - foreseen) / size
+        if not self.rigid.shape[1]:
+            return off
+        return max(off, float(np.linalg.norm(change - foreseen) / np.linalg.norm(foreseen)))
+
+
+@once_per_problem
+def measure_of(problem: Problem) -> Measure:
+    """What counts of the changes of the states of a joint."""
+    stiffness, layout = closed_stiffness(problem).copy(), problem.layout
+    if problem.C is None:  # gaps stay zero
+        stiffness[layout.gaps] = stiffness[:, layout.gaps] = 0.0
+    diagonal = np.diag(stiffness)
+    own = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T) / own / own[:, None])
+    kept = values > ROUND_OFF * values[-1]
+    motions = rigid_slips(problem).motions
+    rigid = np.zeros((layout.size, motions.shape[1]))
+    rigid[layout.slips] = np.linalg.qr(motions)[0] if motions.shape[1] else motions
+    stiffest = np.diag(problem.A).reshape(problem.n, -1).max(axis=1)
+    return Measure(np.sqrt(values[kept])[:, None] * vectors[:, kept].T * own, rigid, np.sqrt(stiffest))
+
+
+class Leap(NamedTuple):
+    """Where to go on from, and what tells whether it was right.
+
+    Attributes
+    ----------
+    start : (N,)
+        The state [length].
+    fits
+        Whether the next period from there, of those in a row, changes the state as foreseen; None: hopeless.
+    unsure
+        How far the state may be off [length].
+    rate
+        Factor per period by which changes shrink.
+    """
+
+    start: FloatArray
+    fits: Callable[[FloatArray], bool | None]
+    unsure: float
+    rate: float
+
+
+@dataclass
+class Ahead:
+    """Leaps along a linear recurrence of the last changes, as far as two of them agree.
+
+    Any number of modes, fast and slow, in as many periods ahead as leave something to be seen.
+    """
+
+    TRIES: ClassVar[int] = 3  # periods after a leap in which what was foreseen has to come
+    FEWEST: ClassVar[int] = 5  # states
+    AGREE: ClassVar[float] = 1e-4  # of the way: by how much two recurrences differ …
+    ROUGHLY: ClassVar[float] = 0.03  # … where the way is short beside all that has slipped
+    ALIKE: ClassVar[float] = 0.1  # of the change foreseen
+    LEFT: ClassVar[float] = 1e-3  # of the last change, at least, where a leap leads
+    GROWN: ClassVar[float] = 2.0  # and at most
+    FURTHER: ClassVar[int] = 4  # times as far after a leap that was taken, and less far after another
+    LONGEST_WAIT: ClassVar[int] = 64  # periods, doubled from leap to leap that leads nowhere
+
+    reach: int = 64
+    wait: int = 0
+    since: int = 0
+    count: int = 0
+
+    def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
+        """As far as the recurrences of the last states, and of those one period before, agree."""
+        if len(window) < self.FEWEST or cycles < self.since:
+            return None
+        root, size = measure.root, measure.size
+        course, earlier = course_of(window, root), course_of(window[:-1], root)
+        x, now, whole = window[-1], size(course.ahead(0)[1]), size(window[-1])
+        found, count = None, int(WORTH)
+        while now > 0.0 and count <= self.reach:
+            (state, change), (other, _) = course.ahead(count), earlier.ahead(count + 1)
+            way, share = size(state - x), size(change) / now
+            if not 0.0 < way < np.inf:
+                break
+            differ = measure.misses(other - x, state - x, way)
+            if differ > max(self.AGREE, min(self.ROUGHLY, PRICE * whole / way)):
+                break
+            if not max(self.LEFT, differ) <= share <= self.GROWN:
+                break
+            found, self.count = (state, share, float(np.abs(state - other).max())), count
+            count *= 2
+        if found is None:
+            return None
+        (state, share, unsure), steps = found, iter(range(self.count, self.count + self.TRIES))
+
+        def fits(change: FloatArray) -> bool:
+            return size(change - course.ahead(next(steps))[1]) <= self.ALIKE * share * now
+
+        return Leap(state, fits, unsure, min(share ** (1.0 / self.count), 1.0))
+
+    def heed(self, taken: bool, cycles: int) -> None:
+        """Farther next time, or not so far."""
+        self.reach = self.count * self.FURTHER if taken else self.count // self.FURTHER
+        if taken:
+            self.wait = 0
+        elif self.reach < WORTH:
+            self.reach, self.wait = int(WORTH) * self.FURTHER, min(2 * self.wait + 5, self.LONGEST_WAIT)
+        self.since = cycles + self.wait
+
+
+class Site(NamedTuple):
+    """Where a crawling motion has leapt from, and what came of it.
+
+    Attributes
+    ----------
+    left
+        How far its limit seemed by the slope of the changes [energy norm].
+    gone
+        How far the leap went [energy norm].
+    toward, turning : (N,)
+        The direction, per unit of way, and by how much it was thought to turn on it, per unit of way.
+    share
+        Of the change before it in that after it.
+    """
+
+    left: float
+    gone: float
+    toward: FloatArray
+    turning: FloatArray
+    share: float
+
+
+@dataclass
+class Crawl:
+    """Leaps of a motion that changes by little from period to period, always the same way: along a curve.
+
+    With F the change per period, the limit is |F| / (1 − rate) away where F falls along a line, and a times
+    as far where |F| falls like the a-th power of the distance: a is seen from leap to leap (Newton's method
+    at a multiple root). So slow a sequence of states is one curve, of which every leap tells the tangent at
+    both ends; how fast it is passed does not matter.
+    """
+
+    TRIES: ClassVar[int] = 6
+    SLOW: ClassVar[float] = 0.03  # change of F per period, relative
+    STEADY: ClassVar[float] = 0.2  # of that: by how much it changes, and F turns
+    FADED: ClassVar[float] = 0.5  # from period to period: what is off dies away after a leap
+    SLACK: ClassVar[float] = 0.3  # of |F|: by how much more or less may be left than foreseen
+    OVERSHOT: ClassVar[float] = 0.125  # of what was foreseen: less left is at the very limit, or beyond
+    AS_FORESEEN: ClassVar[float] = 0.25  # of what was foreseen
+    MOST_BEND: ClassVar[float] = 8.0  # exponent
+    LONGER: ClassVar[float] = 8.0  # times the last leap, at most
+    TRUST: ClassVar[tuple[float, float, float]] = 0.25, 2.0, 7.0  # after vain leaps, at first, at most
+    PAUSE: ClassVar[int] = 32  # periods
+
+    trust: float = TRUST[1]  # e^-trust of the way is left
+    bend: float = 1.0
+    refused: bool = False
+    since: int = 0
+    site: Site | None = None
+    fresh: bool = False  # whether the tangent at the end of the last leap has not been seen
+    planned: Site | None = None
+    foreseen: float = 1.0
+
+    def plan(self, window: FloatArray, measure: Measure, cycles: int) -> Leap | None:
+        """Most of the way to the limit, as far as leaps before have been right."""
+        if len(window) < 4 or cycles < self.since:
+            return None
+        changes = np.diff(window, axis=0)
+        size, slope = measure.size(changes[-1]), self._slope(changes, measure)
+        seen = slope is not None
+        if slope is None:
+            slope = self._slope_since(changes, measure)
+        if slope is None:
+            return None
+        toward, forward, site = changes[-1] / size, slope > 0.0, self.site
+        left = size / max(abs(slope), np.finfo(float).eps)
+        turning, most = np.zeros_like(toward), measure.size(window[-1])
+        if site is not None:
+            turning, most = (toward - site.toward) / site.gone, min(self.LONGER * site.gone, most)
+            if not seen:
+                self.bend = 1.0
+            elif self.fresh and forward:
+                bend = site.gone / (site.left - left) if site.left > left else 1.0
+                self.bend = min(max(bend, 1.0), self.MOST_BEND)
+            self.fresh = False
+        bend = self.bend if forward else 1.0
+        gone = min(-np.expm1(-self.trust) * bend * left, most)
+        if gone < WORTH * size:
+            self.trust, self.refused = max(self.trust, self.TRUST[0]), False
+            self.since = cycles + self.PAUSE
+            return None
+        self.foreseen = (1.0 - gone / (bend * left)) ** bend if forward else 1.0 + gone / left
+        self.planned = Site(left, gone, toward, turning, np.nan)
+        turn = min(MOST_TURN, max(LEAST_TURN, PRICE * measure.size(window[-1]) / gone))
+        return Leap(
+            start=window[-1] + gone * (toward + 0.5 * gone * turning),
+            fits=self._fits(size * (toward + gone * turning), turn, measure),
+            unsure=0.5 * turn * gone * float(np.abs(toward).max()),
+            rate=min(1.0, 1.0 - slope),
+        )
+
+    def _slope(self, changes: FloatArray, measure: Measure) -> float | None:
+        """By how much the change falls per period, relative; None where it does not crawl, or nothing tells.
+
+        From the last periods: over as many as it takes to see it beside the errors of the integration.
+        """
+        sizes, last = [measure.size(change) for change in changes], len(changes) - 1
+        if min(sizes) == 0.0:
+            return None
+        for j in range(1, last // 2 + 1):
+            a, b, c = sizes[last - 2 * j], sizes[last - j], sizes[last]
+            slope = float(1.0 - (c / a) ** (0.5 / j))
+            ends = changes[last] / c, changes[last - j] / b, changes[last - 2 * j] / a
+            turned = max(measure.size(ends[0] - ends[1]), measure.size(ends[1] - ends[2]))
+            if max(turned, abs(c / b - b / a)) / j <= self.STEADY * abs(slope) <= self.STEADY * self.SLOW:
+                return slope
+        return None
+
+    def _slope_since(self, changes: FloatArray, measure: Measure) -> float | None:
+        """The same since the last leap, where it is too small to be seen from period to period."""
+        if self.site is None or len(changes) < 4 or not 0.0 < self.site.share < 0.9:
+            return None
+        before, now = measure.size(changes[-2]), measure.size(changes[-1])
+        if not (before > 0.0 and now > 0.0):
+            return None
+        slope = (1.0 - self.site.share) / self.site.share * now / self.site.gone
+        turned = measure.size(changes[-1] / now - changes[-2] / before)
+        return slope if turned <= MOST_TURN and slope <= self.SLOW else None
+
+    def _fits(
+        self, foreseen: FloatArray, turn: float, measure: Measure
+    ) -> Callable[[FloatArray], bool | None]:
+        """Whether a change has the direction foreseen, and a share of the size."""
+        offs, whole, direction = list[float](), measure.size(foreseen), measure.root @ foreseen
+
+        def fits(change: FloatArray) -> bool | None:
+            assert self.planned is not None
+            share = float((measure.root @ change) @ direction) / whole**2
+            if share == 0.0:
+                return None
+            off = measure.misses(change, share * foreseen, whole)
+            self.planned = self.planned._replace(share=share)
+            least = max(self.OVERSHOT * self.foreseen, self.foreseen - self.SLACK)
+            if least <= share <= self.foreseen + self.SLACK and off <= turn * share:
+                return True
+            offs.append(off)
+            return False if len(offs) < 3 or offs[-1] <= self.FADED * offs[-2] else None
+
+        return fits
+
+    def heed(self, taken: bool, cycles: int) -> None:
+        """Trust more, or less."""
+        assert self.planned is not None
+        if not taken:
+            self.trust, self.refused, self.since = self.trust / 2.0, True, cycles + 1
+            return
+        self.site, self.fresh = self.planned, True
+        if not self.refused and abs(self.site.share - self.foreseen) <= self.AS_FORESEEN * self.foreseen:
+            self.trust = min(2.0 * self.trust, self.TRUST[2])
+        self.refused = False
+
+    def forget(self) -> None:
+        """Know nothing of the last leap, as after one of another kind."""
+        self.site, self.bend, self.fresh = None, 1.0, False
+
+    def rigid_miss(self, window: FloatArray, measure: Measure) -> FloatArray | None:
+        """Rigid slip by which the last leap missed the curve, by its tangents at both ends; None: unseen.
+
+        Nothing else tells, as cycles are the same wherever the joint stands.
+        """
+        site, rigid = self.site, measure.rigid
+        if not self.fresh or site is None or not rigid.shape[1] or len(window) < 4:
+            return None
+        changes = np.diff(window, axis=0)
+        if self._slope(changes, measure) is None:
+            return None
+        toward = changes[-1] / measure.size(changes[-1])
+        off = 0.5 * site.gone * (toward - site.toward - site.gone * site.turning)
+        self.site = site._replace(turning=(toward - site.toward) / site.gone)
+        return np.asarray(rigid @ (rigid.T @ off))
