@@ -145,7 +145,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
 
 
 def _climb(visit: Visitor, start: tuple[int, ...], tolerances: Tolerances) -> _Visit:
-    """From one zone to better ones while there are any, up to where none that differs in one node is.
+    """From one zone to better ones while there are any; of many nodes only the nearest to a change are tried.
 
     Those that its rows ask for are tried first, the others where none of them is better.
     """
