@@ -78,7 +78,8 @@ class PlaneEvents:
         locked, t = np.abs(self.kappa) @ np.abs(start), self.tolerances
         force = max(scale.force, float(locked.max()))
         self.precision = Precision(t.limit * force, t.limit * scale.length, t.rate, ROUNDING * force)
-        self.scale, self._paths = scale, {True: first, False: later}
+        self.scale = scale
+        self._paths = {True: np.ascontiguousarray(first), False: np.ascontiguousarray(later)}
         for which, way in self._courses.items():
             way.hold(path=self._paths[which])
             way.set(**self.precision._asdict())
