@@ -1,28 +1,41 @@
-"""The end of a program, by the road that its cones ask for: the simplex, or interior points."""
+"""The end of a program, by the road that its cones ask for: the simplex, or interior points in many ways."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.conic import Way, by_clarabel
 from shakedown.programs.interior.dense_programs import cone_optimum
-from shakedown.programs.program import Program, Solution, ended
+from shakedown.programs.program import INF, Program, Solution, ended
 from shakedown.programs.simplex import Simplex
 
 DENSE_FROM = 60  # rows, from where on dense interior points are quicker
-WAY = Way(1e-11, 0.99, rescaled=True, reduced=1e-6, stalled=True)
-ROADS = 2
+CUT, MOST_CUTS = 1e-7, 300  # how near to a cone cutting planes must come, relatively; as many as may be
+WAYS = tuple(
+    Way(accuracy, step, rescaled, reduced=1e-6, stalled=True)
+    for accuracy, step, rescaled in (
+        (1e-11, 0.99, True),
+        (1e-11, 0.9, True),
+        (1e-11, 0.99, False),
+        (1e-8, 0.9, True),
+    )
+)
+ROADS = len(WAYS) + 2
 
 
 def solve(program: Program, road: int = 0) -> Solution:
     """The end of a program; of one with cones on the first road, from this one on, that comes to one.
 
-    Without cones the simplex (:class:`Simplex`). With cones Clarabel, and dense interior points for one cone
-    over the first columns, which come first where there are many rows: :data:`ROADS` in all.
+    Without cones the simplex (:class:`Simplex`). With cones Clarabel's interior points with its own scaling
+    on top, with shorter steps, without that scaling, to less accuracy; dense interior points, for one cone
+    over the first columns, which come first where there are many rows; then linear programs that cut the
+    cones (:func:`cut_cones`): :data:`ROADS` in all.
 
     Raises
     ------
@@ -39,9 +52,10 @@ def solve(program: Program, road: int = 0) -> Solution:
     """
     if not program.cones:
         return Simplex(program).solve()
-    ways: list[Callable[[Program], Solution]] = [partial(by_clarabel, way=WAY), by_dense_points]
+    ways: list[Callable[[Program], Solution]] = [partial(by_clarabel, way=way) for way in WAYS]
+    ways.insert(0 if program.linear >= DENSE_FROM else len(ways), by_dense_points)
     failures = []
-    for each in (ways[::-1] if program.linear >= DENSE_FROM else ways)[road:]:
+    for each in (*ways, cut_cones)[road:]:
         found = sought(each, program)
         if not isinstance(found, Missing):
             return found
@@ -68,3 +82,62 @@ def by_dense_points(program: Program) -> Solution:
     rest = scaled.cost + y @ matrix  # what the cone takes up
     y = np.concatenate([y, rest[[rank, *range(rank)]]])
     return ended(scaled, scales, Status.OPTIMAL, x, y)
+
+
+def cut_cones(program: Program) -> Solution:
+    """The program by linear programs over planes that touch its cones (Kelley), by simplex.
+
+    What they find is outside the cones; the plane that touches a cone next to there is added until the
+    solution is in all to round-off. The planes begin with those of a box.
+
+    Raises
+    ------
+    SolverError
+        If a linear program has no end, or the cuts do not come to one.
+    """
+    blocks = list(program.blocks())
+    planes = [np.vstack([np.eye(count - 1), -np.eye(count - 1)]) for count in program.cones]
+    for _ in range(MOST_CUTS):
+        end = Simplex(_cut(program, planes)).solve()
+        if not end.optimal:
+            break  # nothing proves that it is infeasible itself; a ray need not be one of the cones
+        inside = True
+        for k, rows in enumerate(blocks):
+            u, terms = program.right[rows] - program.matrix[rows] @ end.x, np.abs(program.matrix[rows][0])
+            length = float(np.linalg.norm(u[1:]))
+            if length > u[0] + CUT * float(terms @ np.abs(end.x)):
+                planes[k], inside = np.vstack([planes[k], u[1:] / length]), False
+        if inside:
+            scaled, scales = program.scaled()
+            y = _of_cones(program, planes, end.multipliers)
+            return ended(scaled, scales, Status.OPTIMAL, end.x / scales.x, y / scales.y)
+    raise SolverError(f"the cone program of shape {program.matrix.shape} has no end by cutting planes")
+
+
+def _cut(program: Program, planes: list[FloatArray]) -> Program:
+    """Of every cone u_0 ≥ w · (u_1, …) for the directions w of its planes, and u_0 ≥ 0."""
+    matrix, right = [program.matrix[: program.linear]], [program.right[: program.linear]]
+    for rows, known in zip(program.blocks(), planes, strict=True):
+        directions = np.vstack([known, np.zeros(known.shape[1])])
+        block, sides = program.matrix[rows], program.right[rows]
+        matrix.append(block[0] - directions @ block[1:])
+        right.append(sides[0] - directions @ sides[1:])
+    left = np.full(len(program.right), program.left)[: program.linear]
+    cut = sum(len(known) + 1 for known in planes)
+    return replace(
+        program,
+        matrix=np.vstack(matrix),
+        right=np.concatenate(right),
+        cones=(),
+        left=np.append(left, np.full(cut, -INF)),
+    )
+
+
+def _of_cones(program: Program, planes: list[FloatArray], y: FloatArray) -> FloatArray:
+    """Multipliers of the rows in cones, from those of the planes that touch them."""
+    found, start = [y[: program.linear]], program.linear
+    for known in planes:
+        weights = y[start : start + len(known) + 1]
+        found += [weights.sum(keepdims=True), -weights[:-1] @ known]
+        start += len(weights)
+    return np.concatenate(found)

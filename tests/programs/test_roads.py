@@ -1,5 +1,7 @@
 """A solver that fails hands over to the next: other options, another scaling, another method."""
 
+from dataclasses import replace
+
 import joints
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.programs import solver
 from shakedown.programs.program import Program
 from shakedown.programs.simplex import Simplex
-from shakedown.programs.solver import ROADS, solve
+from shakedown.programs.solver import ROADS, cut_cones, solve
 
 RUNGS = ("_warm", "_cold", "_dual", "_loosened", "_interior")
 
@@ -66,6 +68,13 @@ def test_every_road_of_the_cone_program_ends_at_the_same_value(seed):
     assert values == pytest.approx([values[0]] * ROADS, rel=1e-6)
 
 
+@pytest.mark.parametrize("factor", [1e-7, 1.0, 1e7])
+def test_cutting_planes_know_no_units(factor):
+    program = cone(1)
+    scaled = replace(program, right=factor * program.right)
+    assert cut_cones(scaled).x == pytest.approx(factor * cut_cones(program).x, rel=1e-9)
+
+
 def test_the_next_road_is_taken_where_one_fails(monkeypatch):
     program, expected = cone(0), solve(cone(0))
 
@@ -75,6 +84,8 @@ def test_the_next_road_is_taken_where_one_fails(monkeypatch):
     monkeypatch.setattr(solver, "by_clarabel", fails)
     assert program.cost @ solve(program).x == pytest.approx(program.cost @ expected.x, rel=1e-6)
     monkeypatch.setattr(solver, "cone_optimum", lambda *scaled: None)
+    assert program.cost @ solve(program).x == pytest.approx(program.cost @ expected.x, rel=1e-6)
+    monkeypatch.setattr(solver, "cut_cones", lambda program: fails(program, None))
     with pytest.raises(SolverError, match="no end"):
         solve(program)
 

@@ -139,7 +139,7 @@ def relieving(rows: DiscRows) -> bool:
 def _limit(rows: DiscRows, balanced: bool, tolerances: Tolerances) -> DiscLimit:
     basis, direction = basis_of(rows), np.zeros(rows.stiffness.shape[-1])
     if not relieving(rows):
-        best = end_of(scaled_discs(rows, basis, -1.0))
+        best = end_of(scaled_discs(rows, basis, -1.0), tolerances.stored_digits)  # re-computed later
         if best.status == Status.INFEASIBLE:
             return _infeasible(rows, best)
         if best.optimal:

@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_solver import disc_end
 from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import SelfDualEnd
+from shakedown.programs.interior.self_dual import USABLE, SelfDualEnd
 from shakedown.programs.interior.small_cones import TRIPLE
 
 STEPS = 12
@@ -33,15 +33,15 @@ class _Active:
     norm: bool
 
 
-def end_of(scaled: ScaledDiscs) -> DiscEnd:
-    """The end of a program, polished, in the units of its joint.
+def end_of(scaled: ScaledDiscs, usable: float = USABLE) -> DiscEnd:
+    """The end of a program, polished, in the units of its joint; one less accurate than ``usable`` is none.
 
     Raises
     ------
     SolverError
         If it comes to no end.
     """
-    return in_units(scaled, polished(scaled.program, disc_end(scaled.program)))
+    return in_units(scaled, polished(scaled.program, disc_end(scaled.program, usable)))
 
 
 def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:

@@ -229,6 +229,8 @@ def end_of(about: ConeRows, tolerances: Tolerances) -> Farthest:
     """
     best, failure = None, "the cone program ended with limits broken"
     for road in range(ROADS):
+        if best is not None and road == ROADS - 1:
+            break  # cutting planes are for where nothing else has come to an end
         end = sought(farthest, about, tolerances, road)
         if isinstance(end, Missing):
             failure = end.reason
