@@ -27,6 +27,7 @@ COUPLINGS = (1.0, 0.3, 0.03, 0.0)
 DECADES = 3.0  # of a slip, whose square is in its stiffness
 BELOW, ABOVE = 1.0 - 1e-8, 1.0 + 1e-8  # round-off of the limits themselves
 CONTRADICTIONS = ("not at rest below λ_E", "at rest above λ_max", "drifts though held", "λ_T below λ_E")
+BEYOND = 10.0  # times λ_E: how far λ_T is looked for where the joint wedges and λ_max is unbounded
 PLAIN, EVERY = 20_000, 100  # cycles without leaps, and how often they are looked at
 SETTLED = (
     1e-10  # of the slip of a cycle: what it changes where it repeats; of the length scale: slip that is none
@@ -85,7 +86,10 @@ def _at_every_limit(problem: Problem, distances: tuple[float, ...], accuracy: fl
     proved = shakedown.energy_bound(problem, certify=False).load_factor
     upper = shakedown.upper_bound(problem)
     certain = upper.certified[1] if upper.certified is not None else np.inf
-    limit = shakedown.transient_limit(problem, steps=10, accuracy=accuracy)
+    if not (np.isfinite(upper.load_factor) or 0.0 < proved < np.inf):
+        return  # nothing to stand next to
+    largest = None if np.isfinite(upper.load_factor) else BEYOND * proved
+    limit = shakedown.transient_limit(problem, steps=10, accuracy=accuracy, largest=largest)
     counts["joints"] += 1
     counts["λ_T below λ_E"] += bool(limit.low < BELOW * proved)
     for around in (proved, limit.low, upper.load_factor):
