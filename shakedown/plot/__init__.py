@@ -4,18 +4,22 @@ Every function takes ``ax``, the axes to draw on; without it a new figure is mad
 ``plot.save(axes, path)`` writes to a file. Labels carry the units of the problem where they are
 known. The report is drawn by the same functions.
 
-Reading order: ``backend`` (none), ``style`` (axes, colours, units), ``joint`` (nodes, loads, what limits it),
-``loops`` (hysteresis, loading), ``contact_line`` (what happens along the contact), ``zone_map``
-(where and when it sticks, slips, opens), ``planes`` (slip space, reaction space), ``load_factors``
-(limits on one scale, guarantee, interaction, slip per cycle), ``regions`` (design diagrams), ``basins``
-(maps of initial states), ``motion`` (one instant, and animations); with two tangential directions the contact
-is an area: ``patch_places``, ``patch_colours``, ``patch_arrows``, ``patch_zones``, ``patch_orbits``;
-``inline_svg`` (pictures inside a page).
+From a result to a picture: ``drawn_path`` reads a result (its path, an instant, what nodes do along it),
+a module below works out what is seen, ``style`` has what all of them look like (axes, colours, legends).
+
+- the joint as given: ``joint`` (nodes, loads, what limits it), ``loops`` (the loading of a node)
+- a number per node, lines along a contact, colours over a patch: ``over_contact``
+- an arrow or a mark per node of a patch, at an instant: ``patch_arrows`` (on the places of ``patch_places``)
+- loops of a node (hysteresis, orbits), reactions in time: ``loops``
+- where and when a contact sticks, slips, opens: ``zone_map``
+- slip space, reaction space: ``planes``; the same at an instant, and animations: ``motion``
+- limits on one scale, against a parameter or the cycle: ``load_factors``; design diagrams: ``regions``
+- maps of initial states: ``basins``
+- inside a page: ``inline_svg``; without a window: ``backend``
 """
 
 import shakedown.plot.backend  # noqa: F401  before matplotlib
 from shakedown.plot.basins import basin, shakedown_share
-from shakedown.plot.contact_line import dissipation_along, friction_use, pressure, slip_along, slip_range
 from shakedown.plot.joint import contact, loads_along, loads_in_time, sensitivity
 from shakedown.plot.load_factors import (
     guarantee,
@@ -24,17 +28,33 @@ from shakedown.plot.load_factors import (
     slip_over_load,
     slip_per_cycle,
 )
-from shakedown.plot.loops import hysteresis, load_loop, reactions_in_time
+from shakedown.plot.loops import (
+    hysteresis,
+    load_loop,
+    load_orbits,
+    reaction_orbits,
+    reactions_in_time,
+    slip_orbits,
+)
 from shakedown.plot.motion import animate_reactions, animate_slip_space, reactions_at, slip_space_at
-from shakedown.plot.patch_arrows import friction_use_at, loads_over_patch, slips_over_patch, tractions_at
-from shakedown.plot.patch_colours import (
+from shakedown.plot.over_contact import (
+    dissipation_along,
+    friction_use,
+    pressure,
     pressure_over_patch,
+    slip_along,
     slip_over_patch,
+    slip_range,
     welded_pressure_over_patch,
     work_over_patch,
 )
-from shakedown.plot.patch_orbits import load_orbits, reaction_orbits, slip_orbits
-from shakedown.plot.patch_zones import zones_at
+from shakedown.plot.patch_arrows import (
+    friction_use_at,
+    loads_over_patch,
+    slips_over_patch,
+    tractions_at,
+    zones_at,
+)
 from shakedown.plot.planes import reaction_space, slip_space
 from shakedown.plot.regions import regions
 from shakedown.plot.style import save

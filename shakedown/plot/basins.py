@@ -20,7 +20,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
-from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, node_name
+from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, finished, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
 DISSIPATION = "cividis_r"  # even in lightness, and for readers with colour-blindness
@@ -254,7 +254,5 @@ def shakedown_share(found: MappedRange, *, ax: Axes | None = None) -> Axes:
     percent, interval = 100.0 * found.shakedown_fraction, 100.0 * found.interval
     axes.fill_between(found.load_factors, *interval.T, color=BLUE, alpha=0.2, lw=0, label="95 % interval")
     axes.plot(found.load_factors, percent, "o-", color=BLUE, ms=4, label="shakes down")
-    axes.set(xlabel="load factor λ", ylabel="initial states [%]", ylim=(-3.0, 103.0))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    axes.set_ylim(-3.0, 103.0)
+    return finished(axes, "load factor λ", "initial states [%]")

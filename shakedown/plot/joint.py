@@ -13,9 +13,23 @@ from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of
-from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, axes_for, flanks, node_name, positions
+from shakedown.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    axes_for,
+    draw_arrows,
+    finished,
+    flanks,
+    node_name,
+    positions,
+)
 
 MOST_ARROWS = 40
+SHAFT = 0.004  # of the width of the axes
 LONGEST_ARROW = 0.16  # of the size of the picture
 NORMAL = 0.06  # length of a normal, of the size of the picture
 PARALLEL = 1e-6  # largest difference of unit vectors that are taken as equal
@@ -64,32 +78,18 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     ends = np.stack([place, place + NORMAL * size * normal], axis=1)[shown]
     axes.add_collection(LineCollection(list(ends), colors=GREY, linewidths=0.8, label="normals"))
     foot, vector = place[shown] - scale * arrows[shown], scale * arrows[shown]
-    axes.quiver(
-        *foot.T,
-        *vector.T,
-        angles="xy",
-        scale_units="xy",
-        scale=1.0,
-        width=0.004,
-        color=BLUE,
-        label="mean load",
-    )
+    draw_arrows(axes, foot, vector, color=BLUE, label="mean load", width=SHAFT)
     loops = [foot[k] - scale * (tips[:, j] - arrows[j]) for k, j in enumerate(shown)]
     closed = [np.vstack([loop, loop[:1]]) for loop in loops]
     axes.add_collection(LineCollection(closed, colors=RED, linewidths=0.9, label="load over a period"))
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     unit = units_of(problem)[1] if problem.x is not None or problem.coordinates is not None else ""
-    axes.set_xlabel(with_unit(label[0], unit))
-    if label[1]:
-        axes.set_ylabel(with_unit(label[1], unit))
-    else:  # side by side: heights mean nothing
+    if not label[1]:  # side by side: heights mean nothing
         axes.set_yticks([])
     if label[0] == "node":
         axes.xaxis.set_major_locator(MaxNLocator(min(problem.n, 9), integer=True, min_n_ticks=1))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, with_unit(label[0], unit), with_unit(label[1], unit) if label[1] else "")
 
 
 def _plane(problem: Problem) -> tuple[FloatArray, FloatArray, FloatArray, tuple[str, str]]:
@@ -143,10 +143,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
             shown = "_nolegend_"
     tractions = problem.node_area is not None
     what, unit = ("welded traction", stress_unit(force, length)) if tractions else ("welded reaction", force)
-    axes.set(xlabel=label, ylabel=with_unit(what, unit))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, label, with_unit(what, unit))
 
 
 @checked
@@ -179,34 +176,22 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
     axes = axes_for(ax)
     for (name, total), colour in zip(_sums(problem, q, p).items(), (BLUE, ORANGE, GREEN), strict=False):
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
-    axes.set(xlabel="time [cycles]", ylabel=with_unit("sum of welded reactions", units_of(problem)[0]))
     axes.set_xlim(0.0, 1.0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 4))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem)[0]))
 
 
 def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
     """Sums over the nodes: normal and tangential, or along the axes where directions differ."""
-    if problem.directions == 2:
-        return _sums_in_space(problem, q, p)
-    normal, tangent = problem.normal, problem.tangent
-    if normal is None or tangent is None or np.allclose(tangent, tangent[0], atol=PARALLEL):
-        return {"Σ p_w, all nodes": p.sum(axis=1), "Σ q_w, all nodes": q.sum(axis=1)}
-    total = p @ normal + q @ tangent
-    loaded = np.abs(normal).max(axis=0) + np.abs(tangent).max(axis=0) > PARALLEL
-    return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
-
-
-def _sums_in_space(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:
-    """The same where there are two tangential directions."""
-    normal, tangents, both = problem.normal, problem.tangents, problem.layout.by_node(q)
+    plane, normal, both = problem.directions == 1, problem.normal, problem.layout.by_node(q)
+    tangents = problem.tangents if not plane or problem.tangent is None else problem.tangent[:, None]
     if normal is None or tangents is None or np.allclose(tangents, tangents[0], atol=PARALLEL):
-        x, y = np.moveaxis(both.sum(axis=1), -1, 0)
-        return {"Σ p_w, all nodes": p.sum(axis=1), "Σ q_w in x": x, "Σ q_w in y": y}
+        names = ["Σ q_w, all nodes"] if plane else ["Σ q_w in x", "Σ q_w in y"]
+        tangential = zip(names, both.sum(axis=1).T, strict=True)
+        return {"Σ p_w, all nodes": p.sum(axis=1), **dict(tangential)}
     total = p @ normal + np.einsum("snd,ndk->sk", both, tangents)
-    return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in range(3)}
+    loaded = np.abs(normal).max(axis=0) + np.abs(tangents).max(axis=(0, 1)) > PARALLEL
+    return {f"Σ along {'xyz'[k]}, all nodes": total[:, k] for k in np.flatnonzero(loaded)}
 
 
 @checked

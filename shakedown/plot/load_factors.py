@@ -17,7 +17,18 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
-from shakedown.plot.style import BLUE, GREEN, GREY, LINES, RED, Style, axes_for, power_of_ten, style_of
+from shakedown.plot.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LINES,
+    RED,
+    Style,
+    axes_for,
+    finished,
+    power_of_ten,
+    style_of,
+)
 
 MANY_CYCLES = 100  # from here on the cycles are drawn on a logarithmic axis
 LETTER = 6.0  # width of one letter on the scale of load factors, in points
@@ -125,11 +136,8 @@ def guarantee(
     if len(positive):
         axes.set_xscale("symlog", linthresh=float(positive.min()), linscale=0.5)
         axes.xaxis.set_major_formatter(power_of_ten)
-    axes.set(xlabel="radius R, in multiples of max |safe slip|", ylabel="load factor λ")
     axes.set_xlim(left=0.0)
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, "radius R, in multiples of max |safe slip|", "load factor λ")
 
 
 @checked
@@ -161,13 +169,10 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
         axes.axvline(limit.load_factor, color=GREEN, ls="--", lw=1, label="up to here it does")
     for load_factor in limit.scanned[np.isinf(limit.slip_range)]:
         axes.axvline(load_factor, color=GREY, ls=":", lw=1)
-    axes.set(xlabel="load factor λ", ylabel=with_unit("largest slip range", units_of(problem)[1]))
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3))
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem)[1]))
 
 
 @checked
@@ -216,11 +221,8 @@ def interaction(
         axes.fill_between(x, below, curve, where=known, color=colour, alpha=0.15, lw=0)
         axes.plot(x, curve, ".-", color=colour, ms=4, label=name)
         below = curve
-    axes.set(xlabel=parameter, ylabel="load factor λ")
     axes.set_ylim(bottom=0.0)
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
+    return finished(axes, parameter, "load factor λ")
 
 
 @checked
@@ -270,15 +272,11 @@ def slip_per_cycle(
               fontsize="small")  # fmt: skip
     if largest <= floor:  # nothing but the floor: no range to scale by
         axes.set_ylim(floor / 30, ROOM * floor)
-    axes.set(xlabel="cycle", yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
-    axes.set_ylabel(with_unit("slip per cycle, largest node", units_of(problem)[1]))
+    axes.set(yscale="log", xscale="log" if longest > MANY_CYCLES else "linear")
     axes.set_ylim(bottom=floor / 30)
     for axis in (axes.xaxis, axes.yaxis) if longest > MANY_CYCLES else (axes.yaxis,):
         axis.set_major_formatter(power_of_ten)
         axis.set_minor_locator(NullLocator())
     if longest <= MANY_CYCLES:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    axes.grid(alpha=0.3)
-    if any(named):
-        axes.legend(fontsize="small")
-    return axes
+    return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem)[1]))

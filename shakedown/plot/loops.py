@@ -1,21 +1,32 @@
-"""Loops: tangential reaction against slip, and the loading in the plane of one node's reactions."""
+"""Loops of nodes: reactions against slips or within their limits, ways of slips, the loading of nodes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
 from shakedown.motion.event_history import EventHistory
-from shakedown.plot.style import GREY, LINES, Recorded, axes_for, node_name, path_of
+from shakedown.plot.drawn_path import (
+    Recorded,
+    chosen_nodes,
+    path_in_the_plane,
+    path_of,
+    pressed,
+    work_of_nodes,
+)
+from shakedown.plot.patch_places import require_space
+from shakedown.plot.style import GREY, LINES, axes_for, finished, node_name
 
 MOST_LOOPS = 4
+FARTHEST = 3.0  # times the limit: reactions beyond, of nodes that hardly press, are cut off
+RIM = np.linspace(0.0, 2.0 * np.pi, 121)
 
 
 @checked
@@ -52,28 +63,91 @@ def hysteresis(
     >>> [text.get_text() for text in plot.hysteresis(state).get_legend().get_texts()]
     ['node 1: 961.9', 'node 0: 0']
     """
-    if problem is not None:
-        require_plane("picture", problem)
-    path = path_of(result)
-    work = friction_work(path)
-    chosen = np.argsort(-work)[:MOST_LOOPS] if nodes is None else chosen_nodes(nodes, path.v.shape[1])
+    path, work = path_in_the_plane(result, problem), work_of_nodes(result)
     force, length = units_of(problem)
     axes = axes_for(ax)
-    for colour, node in zip(LINES * len(chosen), chosen, strict=False):
-        label = with_unit(f"{node_name(int(node), problem)}: {work[node]:.4g}", work_unit(force, length))
+    for colour, node in _worst(work, nodes):
+        label = _with_work(node, work, problem)
         axes.plot(path.v[:, node], path.q[:, node], ".-", color=colour, lw=1.3, ms=3, label=label)
-    axes.set(xlabel=with_unit("slip v", length), ylabel=with_unit("tangential reaction q", force))
-    axes.grid(alpha=0.3)
     axes.ticklabel_format(scilimits=(-2, 3))
-    axes.legend(title="dissipation", fontsize="small")
-    return axes
+    names = with_unit("slip v", length), with_unit("tangential reaction q", force)
+    return finished(axes, *names, of_legend="dissipation")
 
 
-def friction_work(path: EventHistory) -> FloatArray:
-    """What friction takes at each node along a path, (n,): −∫ q dv in contact [force × length]."""
-    closed = path.state[:-1] != 2  # the state of a row holds until the next one
-    work = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
-    return np.asarray(np.where(closed, work, 0.0).sum(axis=0))
+@checked
+def slip_orbits(
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    nodes: Iterable[int] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """The ways of slips in their x and y, each about its own middle, with what friction dissipates there.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
+    problem
+        The joint: units and labels.
+    nodes
+        Which nodes; by default the ones that dissipate most, at most four.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, there is no such node, or the joint has one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.slip_orbits(shakedown.long_term_state(joint, 1.4), joint).get_xlabel()
+    'slip v_x − middle'
+    """
+    require_space("picture of slip orbits", problem)
+    path, work = path_of(result).refined(), work_of_nodes(result)
+    axes, v = axes_for(ax), problem.layout.by_node(path.v)
+    for colour, node in _worst(work, nodes):
+        way = v[:, node] - 0.5 * (v[:, node].min(axis=0) + v[:, node].max(axis=0))
+        axes.plot(*way.T, color=colour, lw=1.3, label=_with_work(node, work, problem))
+        axes.plot(*way[0], "o", mfc="white", color=colour, ms=5, label="_nolegend_")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.ticklabel_format(scilimits=(-2, 3))
+    names = (with_unit(f"slip v_{axis} − middle", units_of(problem)[1]) for axis in "xy")
+    return finished(axes, *names, of_legend="dissipation")
+
+
+@checked
+def reaction_orbits(
+    result: Recorded | EventHistory,
+    problem: Problem,
+    *,
+    nodes: Iterable[int] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """The ways of tangential reactions within the limit, q/(f p): on the rim a node slips, or is about to.
+
+    Parameters as for :func:`slip_orbits`. While a node is open, or about to be, nothing is drawn.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.reaction_orbits(shakedown.long_term_state(joint, 1.4), joint, nodes=[0]).get_xlabel()
+    'q_x / f p [–]'
+    """
+    require_space("picture of reaction orbits", problem)
+    path = path_of(result).refined()
+    axes, p = _disc(ax), np.where(pressed(problem, path), path.p, np.nan)
+    for colour, node in _worst(work_of_nodes(result), nodes):
+        use = _use(problem, path.q, p, node)
+        axes.plot(*use.T, color=colour, lw=1.3, label=node_name(node, problem))
+    return finished(axes, "q_x / f p [–]", "q_y / f p [–]")
 
 
 @checked
@@ -121,22 +195,8 @@ def reactions_in_time(
     axes = axes_for(ax)
     axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
     axes.plot(path.cycle, q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label=name)
-    axes.set(xlabel="time [cycles]", ylabel=with_unit(f"tangential reaction {name}", units_of(problem)[0]))
-    axes.set_title(node_name(node, problem), fontsize="medium")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return axes
-
-
-def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:
-    """The nodes named, at least one; ``UsageError`` where there is none of a number."""
-    chosen = list(nodes)
-    for node in chosen:
-        if not 0 <= node < n:
-            raise UsageError(f"nodes: expected numbers from 0 to {n - 1}, found {node}")
-    if not chosen:
-        raise UsageError("nodes: expected at least one, found none")
-    return chosen
+    label = with_unit(f"tangential reaction {name}", units_of(problem)[0])
+    return finished(axes, "time [cycles]", label, title=node_name(node, problem))
 
 
 @checked
@@ -167,21 +227,104 @@ def load_loop(
     'welded reaction q_w'
     """
     require_plane("picture", problem)
-    chosen = chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)
-    force, _ = units_of(problem)
-    axes = axes_for(ax)
-    q, p = (np.vstack([part, part[:1]])[:, chosen] for part in loading(problem).at(load_factor))
-    top = 1.1 * max(float(p.max()), 0.0)
+    force, axes = units_of(problem)[0], axes_for(ax)
+    loaded = _nodes_loaded(problem, nodes)
+    chosen = [node for _, node in loaded]
+    q, p = _closed_loads(problem, load_factor)
+    top = 1.1 * max(float(p[:, chosen].max()), 0.0)
     for k, f in enumerate(sorted({float(problem.f[node]) for node in chosen})):
         label = "friction limit" if k == 0 else "_nolegend_"
         axes.plot([-f * top, 0.0, f * top], [top, 0.0, top], color=GREY, lw=1, label=label)
-    for colour, node, x, y in zip(LINES * len(chosen), chosen, q.T, p.T, strict=False):
-        axes.plot(x, y, ".-", color=colour, lw=1.3, ms=4, label=node_name(node, problem))
-        axes.plot(x[0], y[0], "o", mfc="white", color=colour, label="_nolegend_")
+    for colour, node in loaded:
+        _draw_load(axes, np.stack([q[:, node], p[:, node]]), colour, node_name(node, problem))
     axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
     axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.set(xlabel=with_unit("welded reaction q_w", force), ylabel=with_unit("welded reaction p_w", force))
-    axes.set_title(f"λ = {load_factor:g}", fontsize="medium")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
+    names = with_unit("welded reaction q_w", force), with_unit("welded reaction p_w", force)
+    return finished(axes, *names, title=f"λ = {load_factor:g}")
+
+
+@checked
+def load_orbits(
+    problem: Problem, nodes: int | Iterable[int] = 0, *, load_factor: float = 1.0, ax: Axes | None = None
+) -> Axes:
+    """The loading of nodes, q_w/(f p_w) over a period: within the disc it does not move a node by itself.
+
+    Parameters
+    ----------
+    problem
+        A joint with two directions, and its loading.
+    nodes
+        Which one, or which ones.
+    load_factor
+        λ, the factor on the periodic part.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If there is no such node, or the joint has one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> plot.load_orbits(shakedown.example("one-node-3d")).get_ylabel()
+    'q_w / f p in y [–]'
+    """
+    require_space("picture of load orbits", problem)
+    loaded, (q, p) = _nodes_loaded(problem, nodes), _closed_loads(problem, load_factor)
+    axes = _disc(ax)
+    for colour, node in loaded:
+        use = _use(problem, q, p, node)
+        use = np.where((np.abs(use) <= FARTHEST).all(axis=1, keepdims=True), use, np.nan)
+        _draw_load(axes, use.T, colour, node_name(node, problem))
+    axes.plot([], [], "o", mfc="white", color=GREY, label="first load step")
+    return finished(axes, "q_w / f p in x [–]", "q_w / f p in y [–]", title=f"λ = {load_factor:g}")
+
+
+def _worst(work: FloatArray, nodes: Iterable[int] | None) -> Iterator[tuple[str, int]]:
+    """The nodes to draw, by default those that dissipate most, and their colours."""
+    most = np.argsort(-work, kind="stable")[:MOST_LOOPS].tolist()
+    return _coloured(most if nodes is None else chosen_nodes(nodes, len(work)))
+
+
+def _coloured(nodes: list[int]) -> Iterator[tuple[str, int]]:
+    return zip(LINES * len(nodes), nodes, strict=False)
+
+
+def _with_work(node: int, work: FloatArray, problem: Problem | None) -> str:
+    """The name of a node, and what friction takes there."""
+    return with_unit(f"{node_name(node, problem)}: {few(work[node])}", work_unit(*units_of(problem)))
+
+
+def _nodes_loaded(problem: Problem, nodes: int | Iterable[int]) -> list[tuple[str, int]]:
+    """One node, or several, and their colours."""
+    return list(_coloured(chosen_nodes(nodes if isinstance(nodes, Iterable) else [nodes], problem.n)))
+
+
+def _closed_loads(problem: Problem, load_factor: float) -> tuple[FloatArray, FloatArray]:
+    """Welded reactions q_w, p_w over a period, with the first load step once more at its end."""
+    q, p = (np.vstack([part, part[:1]]) for part in loading(problem).at(load_factor))
+    return q, p
+
+
+def _draw_load(axes: Axes, way: FloatArray, colour: str, name: str) -> None:
+    """The loading of a node, (2, steps), with a circle at the first load step."""
+    axes.plot(*way, ".-", color=colour, lw=1.3, ms=4, label=name)
+    axes.plot(*way[:, 0], "o", mfc="white", color=colour, label="_nolegend_")
+
+
+def _use(problem: Problem, q: FloatArray, p: FloatArray, node: int) -> FloatArray:
+    """q/(f p) of a node, (s, 2); NaN where it has no limit, or is open."""
+    limit = problem.law.limit(p)[:, node, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(limit > 0, problem.layout.by_node(q)[:, node] / limit, np.nan))
+
+
+def _disc(ax: Axes | None) -> Axes:
+    """Axes with the limit of tangential reactions over f p."""
+    axes = axes_for(ax)
+    axes.plot(np.cos(RIM), np.sin(RIM), color=GREY, lw=1.0, label="limit |q| = f p")
+    axes.set_aspect("equal", adjustable="datalim")
     return axes

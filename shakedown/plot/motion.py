@@ -19,6 +19,7 @@ from shakedown.joint.constraints import constraints
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
+from shakedown.plot.drawn_path import Recorded, path_of
 from shakedown.plot.planes import draw_rows, loads_felt, window
 from shakedown.plot.style import (
     BLACK,
@@ -28,10 +29,8 @@ from shakedown.plot.style import (
     PURPLE,
     RED,
     STATES,
-    Recorded,
     axes_for,
     node_name,
-    path_of,
 )
 from shakedown.programs.polygon import corners
 

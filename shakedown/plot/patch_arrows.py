@@ -1,4 +1,4 @@
-"""Arrows over a patch: tangential reactions, how much of the friction they use, loads, slips."""
+"""Over a patch, arrows and marks: reactions and zones at an instant, use of friction, loads, slips."""
 
 from collections.abc import Mapping
 
@@ -9,20 +9,24 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import few
 from shakedown.joint.arguments import checked, real_array
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
-from shakedown.plot.patch_colours import at_instant
+from shakedown.plot.drawn_path import Recorded, at_instant, path_of, pressed
 from shakedown.plot.patch_places import Places, numbered, patch_axes, places_of, require_space
-from shakedown.plot.style import BLUE, GREY, RED, Recorded, Style, path_of, pressed, style_of
+from shakedown.plot.style import BLUE, GREY, RED, Style, draw_arrows, finished, style_of
 
 MOST_DISCS = 120  # nodes; of more of them arrows alone are drawn, and these a little longer
 MOST_LOOPS = 150  # nodes whose loads are drawn, evenly taken
 DISC, LONG = 0.47, 1.4  # of the usual distance of two nodes: radius of a disc, an arrow without discs
 ROOM = 0.6  # about the outer nodes, of that distance
+SHORT = 3  # digits of a number in a title
 SHAFT = 0.0035  # of the width of the axes
+KINDS = ((0, "stick", "s", BLUE), (1, "slip", "o", RED), (2, "open", "o", "none"))
+LARGEST, SMALLEST, SHARE = 8.0, 2.5, 75.0  # of a marker [points]: about SHARE of them in a row fill a panel
 
 
 @checked
@@ -60,11 +64,9 @@ def tractions_at(
     now, title = at_instant(path_of(result), cycle)
     places, q = places_of(problem), problem.layout.by_node(now.q)[0]
     sizes = np.linalg.norm(q, axis=1)
-    axes = patch_axes(places, ax, ROOM * places.room)
-    scale = _scale(places, sizes, problem.n <= MOST_DISCS)
-    _by_state(axes, places, scale * places.seen(q), now.state[0])
-    axes.set_title(f"{title}, {_largest('|q|', sizes, units_of(problem)[0])}", fontsize="medium")
-    return _finished(axes)
+    axes = _axes(places, ax)
+    _by_state(axes, places, _scale(places, sizes) * places.seen(q), now.state[0])
+    return finished(axes, title=f"{title}, {_largest('|q|', sizes, units_of(problem)[0])}")
 
 
 @checked
@@ -87,17 +89,16 @@ def friction_use_at(
     """
     require_space("picture of a patch", problem)
     now, title = at_instant(path_of(result), cycle)
-    places, few = places_of(problem), problem.n <= MOST_DISCS
+    places, discs = places_of(problem), problem.n <= MOST_DISCS
     limit, held, state = problem.law.limit(now.p)[0], pressed(problem, now)[0], now.state[0]
     use = problem.layout.by_node(now.q)[0] / np.where(held, limit, np.inf)[:, None]
-    reach = DISC * places.spacing if few else LONG * places.room
-    axes = patch_axes(places, ax, ROOM * places.room)
-    if few:
+    reach = _reach(places)
+    axes = _axes(places, ax)
+    if discs:
         _discs(axes, places, np.where(held, reach, 0.0))
     _by_state(axes, places, reach * places.seen(use), state)
     most = float(np.linalg.norm(use, axis=1).max())
-    axes.set_title(f"{title}, largest |q| / f p = {min(most, 1.0):.3g}", fontsize="medium")
-    return _finished(axes)
+    return finished(axes, title=f"{title}, largest |q| / f p = {few(min(most, 1.0), SHORT)}")
 
 
 @checked
@@ -133,8 +134,7 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
     by_node = problem.layout.by_node
     loop = by_node(mean.at(load_factor)[0])
     sizes = np.linalg.norm(loop, axis=2).max(axis=0)
-    scale = _scale(places, sizes, problem.n <= MOST_DISCS)
-    axes = patch_axes(places, ax, ROOM * places.room)
+    scale, axes = _scale(places, sizes), _axes(places, ax)
     chosen = np.unique(np.linspace(0, problem.n - 1, min(problem.n, MOST_LOOPS)).round().astype(int))
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     _arrows(axes, places.points[chosen], scale * places.seen(by_node(mean.q0))[chosen], BLUE, "mean q_w")
@@ -144,10 +144,7 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
         LineCollection(list(ways.swapaxes(0, 1)), colors=RED, linewidths=0.9, label="q_w over a period")
     )
     numbered(axes, places)
-    axes.set_title(
-        f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem)[0])}", fontsize="medium"
-    )
-    return _finished(axes)
+    return finished(axes, title=f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem)[0])}")
 
 
 @checked
@@ -195,26 +192,79 @@ def slips_over_patch(
             raise UsageError(f"slips, {name}: expected shape ({size},), found {slip.shape}")
     vectors = {name: problem.layout.by_node(slip) for name, slip in known.items()}
     sizes = np.concatenate([np.zeros(1), *(np.linalg.norm(each, axis=1) for each in vectors.values())])
-    scale = _scale(places, sizes, problem.n <= MOST_DISCS)
-    axes = patch_axes(places, ax, ROOM * places.room)
+    scale, axes = _scale(places, sizes), _axes(places, ax)
     axes.scatter(places.points[:, 0], places.points[:, 1], s=3.0, color=GREY, lw=0)
     for k, (name, each) in enumerate(vectors.items()):
         look = style_of(name, k, styles)
         _arrows(axes, places.points, scale * places.seen(each), look["color"], look["label"])
     numbered(axes, places)
-    axes.set_title(_largest(what, sizes, units_of(problem)[1]), fontsize="medium")
-    return _finished(axes)
+    return finished(axes, title=_largest(what, sizes, units_of(problem)[1]))
 
 
-def _scale(places: Places, sizes: FloatArray, discs: bool) -> float:
-    """Lengths in the picture per force or slip: the largest of them keeps clear of the neighbours."""
+@checked
+def zones_at(
+    result: Recorded | EventHistory, problem: Problem, cycle: float | None = None, *, ax: Axes | None = None
+) -> Axes:
+    """Stick, slip and open nodes of a patch at one instant, told apart by colour and shape.
+
+    Parameters
+    ----------
+    result
+        A long-term state, or a recorded simulation or evolution, of a joint with two directions.
+    problem
+        The joint: places of its nodes.
+    cycle
+        The time in cycles; by default when the total pressure is largest.
+    ax
+        Where to draw; by default a new figure, which ``plot.save(axes, path)`` writes.
+
+    Raises
+    ------
+    UsageError
+        If no events were recorded, the time lies outside them, or the joint has one direction.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> from shakedown import plot
+    >>> joint = shakedown.example("four-node-3d")
+    >>> plot.zones_at(shakedown.long_term_state(joint, 0.5), joint, 0.0).get_title()
+    't = 0 cycles: 4 stick, 0 slip, 0 open'
+    """
+    require_space("picture of a patch", problem)
+    now, title = at_instant(path_of(result), cycle)
+    places, state = places_of(problem), np.abs(now.state[0])
+    axes = _axes(places, ax, 0.5 * places.spacing)
+    size = float(np.clip(SHARE / np.sqrt(problem.n), SMALLEST, LARGEST))
+    for number, name, shape, colour in KINDS:
+        here = places.points[state == number]
+        edge = GREY if colour == "none" else colour
+        axes.scatter(here[:, 0], here[:, 1], s=size**2, marker=shape, fc=colour, ec=edge, lw=0.8, label=name)
+    numbered(axes, places)
+    counts = ", ".join(f"{int((state == number).sum())} {name}" for number, name, *_ in KINDS)
+    return finished(axes, title=f"{title}: {counts}")
+
+
+def _axes(places: Places, ax: Axes | None, room: float | None = None) -> Axes:
+    """Axes with a grid below what is drawn, and room about the outer nodes."""
+    axes = patch_axes(places, ax, ROOM * places.room if room is None else room)
+    axes.set_axisbelow(True)
+    return axes
+
+
+def _reach(places: Places) -> float:
+    """How long the longest arrow is: it keeps clear of the neighbours, or of many nodes nearly does."""
+    return DISC * places.spacing if len(places.points) <= MOST_DISCS else LONG * places.room
+
+
+def _scale(places: Places, sizes: FloatArray) -> float:
+    """Lengths in the picture per force or slip."""
     most = float(np.nanmax(sizes, initial=0.0))
-    reach = DISC * places.spacing if discs else LONG * places.room
-    return reach / most if most > 0 else 0.0
+    return _reach(places) / most if most > 0 else 0.0
 
 
 def _largest(what: str, sizes: FloatArray, unit: str) -> str:
-    return f"largest {what} = {float(np.nanmax(sizes, initial=0.0)):.3g} {unit}".rstrip()
+    return f"largest {what} = {few(float(np.nanmax(sizes, initial=0.0)), SHORT)} {unit}".rstrip()
 
 
 def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:
@@ -239,15 +289,4 @@ def _discs(axes: Axes, places: Places, radius: FloatArray) -> None:
 
 
 def _arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, colour: str, name: str) -> None:
-    axes.quiver(
-        *feet.T, *vectors.T, angles="xy", scale_units="xy", scale=1.0, width=SHAFT, minlength=0.5,
-        color=colour, label=name, zorder=3,
-    )  # fmt: skip
-
-
-def _finished(axes: Axes) -> Axes:
-    axes.grid(alpha=0.3)
-    axes.set_axisbelow(True)
-    if axes.get_legend_handles_labels()[1]:
-        axes.legend(fontsize="small")
-    return axes
+    draw_arrows(axes, feet, vectors, width=SHAFT, minlength=0.5, color=colour, label=name, zorder=3)

@@ -19,6 +19,7 @@ from shakedown.joint.constraints import BACKWARD, SIDE_NAMES, Constraints, const
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory, EventKind
+from shakedown.plot.drawn_path import Recorded, path_of
 from shakedown.plot.style import (
     BLACK,
     GREEN,
@@ -28,10 +29,8 @@ from shakedown.plot.style import (
     RED,
     SKY,
     STATES,
-    Recorded,
     Style,
     axes_for,
-    path_of,
     style_of,
 )
 from shakedown.programs.polygon import corners

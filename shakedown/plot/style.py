@@ -1,10 +1,10 @@
-"""What all pictures share: axes, colours, units, the recorded path of a result, node positions."""
+"""What all pictures share: axes, colours, units, names, node positions."""
 
 import io
 import math
 import os
 from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -19,7 +19,6 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.motion.event_history import EventHistory
 
 # Okabe–Ito colours, told apart by readers with colour-blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -38,7 +37,6 @@ STATES = {
 LONGEST_LABEL = 40  # letters in a legend
 DOTS_PER_INCH = 150
 UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}  # the same picture has the same bytes
-UNRESOLVED = 1e-6  # of the largest limit: a path in space knows forces to 1e-8 of the largest
 FLANK_GAP = 2.5  # a distance this many times the usual one, and those beside it, separates two flanks
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -46,17 +44,25 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 Style = Mapping[str, Any]  # keywords of Axes.plot
 
 
-class Recorded(Protocol):
-    """A result that holds the events of a path."""
-
-    @property
-    def history(self) -> object:
-        """The recorded events, or None."""
-
-
 def axes_for(ax: Axes | None, size: tuple[float, float] = (6.0, 4.2)) -> Axes:
     """The axes given, or those of a new figure."""
     return Figure(figsize=size, layout="constrained").subplots() if ax is None else ax
+
+
+def finished(axes: Axes, xlabel: str = "", ylabel: str = "", *, title: str = "", of_legend: str = "") -> Axes:
+    """The names of the axes and of the picture, a grid, and a legend where anything drawn has a name."""
+    axes.set(**{name: text for name, text in (("xlabel", xlabel), ("ylabel", ylabel)) if text})
+    if title:
+        axes.set_title(title, fontsize="medium")
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(title=of_legend or None, fontsize="small")
+    return axes
+
+
+def draw_arrows(axes: Axes, feet: FloatArray, vectors: FloatArray, **look: Any) -> None:
+    """Arrows in the units of the axes, (k, 2) and (k, 2)."""
+    axes.quiver(*feet.T, *vectors.T, angles="xy", scale_units="xy", scale=1.0, **look)
 
 
 def power_of_ten(value: float, _: object = None) -> str:
@@ -104,20 +110,6 @@ def save(ax: Axes, path: str | os.PathLike[str]) -> None:
         figure.savefig(picture, format=ending, dpi=DOTS_PER_INCH, metadata=UNDATED.get(ending))
     with atomic_write(path) as file:
         file.write(picture.getbuffer())
-
-
-def path_of(result: Recorded | EventHistory) -> EventHistory:
-    """The recorded events of a result; ``UsageError`` where there are none."""
-    history = result if isinstance(result, EventHistory) else getattr(result, "history", None)
-    if not isinstance(history, EventHistory) or len(history.cycle) == 0:
-        raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
-    return history
-
-
-def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
-    """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
-    limit = problem.law.limit(path.p)
-    return np.asarray((path.state != 2) & (limit > UNRESOLVED * np.abs(limit).max(initial=0.0)))
 
 
 def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:

@@ -11,11 +11,12 @@ from matplotlib.ticker import MaxNLocator
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.joint.arguments import checked, require_plane
+from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.plot.style import BLACK, GREY, STATES, Recorded, axes_for, flanks, path_of, positions
+from shakedown.plot.drawn_path import Recorded, path_in_the_plane
+from shakedown.plot.style import BLACK, GREY, STATES, axes_for, flanks, positions
 
 DOTS = "#D01C8B"  # seen on what sticks and on paper, light or dark
 AT_THE_LIMIT = 1e-9  # how far from its limit, relative, a stuck node counts as being there
@@ -56,9 +57,7 @@ def zones(
     >>> axes.get_ylabel(), axes.get_xlabel()
     ('time [cycles]', 'position along the contact [mm]')
     """
-    if problem is not None:
-        require_plane("picture", problem)
-    path = path_of(result)
+    path = path_in_the_plane(result, problem)
     x, label = positions(problem, path.v.shape[1])
     order = np.argsort(x, kind="stable")
     keep = np.append(np.diff(path.cycle) > 0, True)  # of several events at one instant the last

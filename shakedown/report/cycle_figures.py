@@ -14,8 +14,8 @@ from shakedown.joint.units import units_of, work_unit
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
+from shakedown.plot.drawn_path import work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
-from shakedown.plot.loops import friction_work
 from shakedown.plot.style import node_name
 from shakedown.verification.verify import Verification
 
@@ -91,7 +91,7 @@ def no_pictures(v: Verification) -> str:
 
 def _loops(pictured: Pictured, problem: Problem) -> Picture:
     state = pictured.state
-    path, work = state.history, friction_work(state.history)
+    path, work = state.history, work_of_nodes(state)
     worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > 0] or [0]
     names = [node_name(node, problem) for node in worst]
     total = f"{few(state.dissipation_per_cycle)} {work_unit(*units_of(problem))}".rstrip()

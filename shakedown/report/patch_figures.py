@@ -13,9 +13,9 @@ from shakedown.ground.shown_values import at_lambda, few
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of, work_unit
 from shakedown.motion.event_history import EventHistory
+from shakedown.plot.drawn_path import extreme_rows, work_of_nodes
 from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
 from shakedown.plot.patch_arrows import MOST_DISCS, MOST_LOOPS
-from shakedown.plot.patch_colours import extreme_rows, work_of_nodes
 from shakedown.plot.patch_places import places_of
 from shakedown.plot.style import node_name
 from shakedown.report.cycle_figures import FEW, MOST_NODES, Pictured, as_given_state, cycling_state
@@ -108,7 +108,7 @@ def _size(problem: Problem, field: bool = False, three: bool = False) -> tuple[f
 
 def _orbits(pictured: Pictured, problem: Problem) -> Picture:
     state = pictured.state
-    work = work_of_nodes(state, problem)
+    work = work_of_nodes(state)
     least = NONE * work.max()
     worst = [int(node) for node in np.argsort(-work, kind="stable")[:MOST_NODES] if work[node] > least] or [0]
     names = ", ".join(node_name(node, problem) for node in worst)

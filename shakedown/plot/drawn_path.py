@@ -1,0 +1,98 @@
+"""What pictures read from a result: its recorded path, an instant of it, what each node does along it."""
+
+from collections.abc import Iterable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import few
+from shakedown.joint.arguments import in_the_plane_only, require_plane
+from shakedown.joint.problem import Problem
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.event_history import EventHistory
+
+UNRESOLVED = 1e-6  # of the largest limit: a path in space knows forces to 1e-8 of the largest
+
+
+class Recorded(Protocol):
+    """A result that holds the events of a path."""
+
+    @property
+    def history(self) -> object:
+        """The recorded events, or None."""
+
+
+def path_of(result: Recorded | EventHistory) -> EventHistory:
+    """The recorded events of a result; ``UsageError`` where there are none."""
+    history = result if isinstance(result, EventHistory) else getattr(result, "history", None)
+    if not isinstance(history, EventHistory) or len(history.cycle) == 0:
+        raise UsageError("result: expected recorded events (record=True, method 'event'), found none")
+    return history
+
+
+def path_in_the_plane(result: Recorded | EventHistory, problem: Problem | None) -> EventHistory:
+    """The same, with or without its joint; ``UsageError`` where that has two tangential directions."""
+    if problem is not None:
+        require_plane("picture", problem)
+    path = path_of(result)
+    if path.v.shape != path.p.shape:
+        raise UsageError(in_the_plane_only("picture"))
+    return path
+
+
+def pressed(problem: Problem, path: EventHistory) -> NDArray[np.bool_]:
+    """Where nodes are closed and pressed by more than a path resolves, so that there is a q/(f p), (s, n)."""
+    limit = problem.law.limit(path.p)
+    return np.asarray((path.state != 2) & (limit > UNRESOLVED * np.abs(limit).max(initial=0.0)))
+
+
+def time_in_words(cycle: float) -> str:
+    """An instant of a path."""
+    return f"t = {few(cycle)} cycles"
+
+
+def at_instant(path: EventHistory, cycle: float | None) -> tuple[EventHistory, str]:
+    """The state at a time, by default when the total pressure is largest, and what a picture calls it."""
+    time = float(path.cycle[extreme_rows(path)[0]]) if cycle is None else cycle
+    return path.at(np.array([time])), time_in_words(time)
+
+
+def extreme_rows(path: EventHistory) -> tuple[int, int]:
+    """The rows with the largest and the smallest total pressure, once the first period has begun."""
+    begun = path.cycle >= 0
+    total = np.where(begun if begun.any() else True, path.p.sum(axis=1), np.nan)
+    return int(np.nanargmax(total)), int(np.nanargmin(total))
+
+
+def work_of_nodes(result: Recorded | EventHistory) -> FloatArray:
+    """−∫ q dv in contact along a path, (n,) [force × length]: in space of a long-term state as integrated."""
+    path = path_of(result).refined()
+    nodes = *path.p[1:].shape, -1
+    if isinstance(result, LongTermState) and result.period and path.v.shape != path.p.shape:
+        return np.asarray(result.period * result.work_per_cycle)
+    steps = -0.5 * (path.q[1:] + path.q[:-1]) * np.diff(path.v, axis=0)
+    closed = path.state[:-1] != 2  # the state of a row holds until the next one
+    return np.asarray(np.where(closed, steps.reshape(nodes).sum(axis=-1), 0.0).sum(axis=0))
+
+
+def slip_of_nodes(result: Recorded | EventHistory, problem: Problem) -> FloatArray:
+    """Σ|Δv| in contact along a path, (n,) [length]."""
+    if isinstance(result, LongTermState) and result.period:
+        return np.asarray(result.slip_per_cycle)
+    path = path_of(result).refined()
+    steps = problem.law.size(np.diff(path.v, axis=0))
+    return np.asarray(np.where(path.state[:-1] != 2, steps, 0.0).sum(axis=0))
+
+
+def chosen_nodes(nodes: Iterable[int], n: int) -> list[int]:
+    """The nodes named, at least one; ``UsageError`` where there is none of a number."""
+    chosen = list(nodes)
+    for node in chosen:
+        if not 0 <= node < n:
+            raise UsageError(f"nodes: expected numbers from 0 to {n - 1}, found {node}")
+    if not chosen:
+        raise UsageError("nodes: expected at least one, found none")
+    return chosen
