@@ -7,7 +7,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-EXPECTED = ("py.typed", "__init__.pyi", "files/data/block-9.npz", "importing/templates/abaqus.toml")
+EXPECTED = ("py.typed", "__init__.pyi", "files/data/block-9.npz", "models/importing/templates/abaqus.toml")
 LEAKS = ("tests/", "benchmarks/", "docs/", "conftest.py", "__pycache__", ".nbi", ".nbc")
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from numba import njit
 
 import shakedown
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
-from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.report.node_words import table
 
 TITLE = "Cyclic slip below the first collapse, by status of the guarantee"
@@ -121,7 +121,7 @@ def scaled_to(A: np.ndarray, B: np.ndarray, ratio: float) -> tuple[np.ndarray, n
 
 
 def coupling_of(A: np.ndarray, fB: np.ndarray) -> float:
-    """ρ* of stiffness matrices (``planar.uniqueness.coupling``); inf above critical friction."""
+    """ρ* of stiffness matrices (``bounds.uniqueness.coupling``); inf above critical friction."""
     sides = np.stack([A - fB, A + fB])
     own = np.diagonal(sides, axis1=1, axis2=2)
     if own.min() <= 0:

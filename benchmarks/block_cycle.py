@@ -11,7 +11,7 @@ from benchmarks.timing import in_turn
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 from shakedown.report.node_words import table
 
 TITLE = "Elastic blocks above the upper bound: one exact cycle against one Gauss–Seidel pass"

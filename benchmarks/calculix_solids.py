@@ -21,8 +21,8 @@ from benchmarks import calculix_peer
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.calculix_reactions import read_calculix_output
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
-from shakedown.readers.calculix_reactions import read_calculix_output
 from shakedown.report.node_words import table
 
 Places = list[tuple[float, float]]

@@ -19,8 +19,8 @@ import numpy as np
 import shakedown
 from benchmarks.adversary import scaled_to, symmetric
 from benchmarks.universal_adversary import loaded
+from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.joint.loading import loading
-from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.report.node_words import table
 
 TITLE = "Cyclic slip below the first collapse, and in the least box, for coupling ratios below 1"

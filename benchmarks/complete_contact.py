@@ -38,11 +38,11 @@ from skfem import MeshQuad
 
 import shakedown
 from shakedown import Outcome, Problem
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction, contact_problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.contact_law import scales
 from shakedown.motion.evolve import evolve
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
 from shakedown.report.node_words import table
 
 TITLE = "Complete contact: final states that follow from random transients"

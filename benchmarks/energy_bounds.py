@@ -20,8 +20,8 @@ import shakedown
 from benchmarks.problems import chain, joint, random_problem
 from benchmarks.refinement import block_on_plane
 from shakedown import Problem, energy_ball, energy_bound, transient_limit, upper_bound
+from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.motion.integrator import Evolution
-from shakedown.planar.uniqueness.coupling import coupling
 from shakedown.report.node_words import table
 
 TITLE = "The energy bound: how sharp, and at what cost"

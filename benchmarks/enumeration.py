@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.problems import joint
 from benchmarks.timing import median_time
+from shakedown.bounds.enumeration.critical import collapse_by_enumeration
+from shakedown.bounds.enumeration.intersection import scaled_rows
+from shakedown.bounds.enumeration.tasks import Tree, pieces
 from shakedown.joint.constraints import constraints
-from shakedown.planar.enumeration.critical import collapse_by_enumeration
-from shakedown.planar.enumeration.intersection import scaled_rows
-from shakedown.planar.enumeration.tasks import Tree, pieces
 from shakedown.report.node_words import table
 
 TITLE = "Critical load factors: time per subset"

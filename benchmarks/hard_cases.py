@@ -15,7 +15,7 @@ from benchmarks.bounds import highs_solved
 from benchmarks.problems import joint
 from benchmarks.rational_reference import fraction_rows, load_factor_range
 from shakedown import Problem
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import Constraints, constraints
 from shakedown.report.node_words import table
 

@@ -26,12 +26,12 @@ import shakedown
 from benchmarks import siconos_peer
 from benchmarks.problems import random_problem
 from shakedown import Problem
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.node_words import table
 
 TITLE = "Siconos against the event-driven path: agreements, and why the others differ"

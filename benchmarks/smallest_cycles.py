@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from benchmarks.adversary import difficult_joint
-from shakedown.planar.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.report.node_words import table
 
 TITLE = "The smallest cycle found, beside what is proved from every state and the first collapse"

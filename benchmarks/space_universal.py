@@ -6,9 +6,9 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.joint.loading import loading
 from shakedown.report.node_words import table
-from shakedown.space.bound_from_every_state import least_pressure_bound
 
 TITLE = "Least pressures in space: without programs, and by a cone program per node"
 REPEATS = 3

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.timing import in_turn
 from shakedown import Problem
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import constraints
 from shakedown.report.node_words import table
 

@@ -29,11 +29,11 @@ from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.evolve import evolve
 from shakedown.motion.fixed_steps import MAX_SWEEPS
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels import event_loop, moving_state
-from shakedown.motion.kernels.active_set import factorize
-from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
-from shakedown.motion.kernels.moving_state import begin, course, room_for
-from shakedown.motion.kernels.run import run_along
+from shakedown.motion.plane import event_loop, moving_state
+from shakedown.motion.plane.active_set import factorize
+from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.moving_state import begin, course, room_for
+from shakedown.motion.plane.run import run_along
 from shakedown.report.node_words import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"

@@ -43,7 +43,7 @@ PRESSURE = {
 }
 SIDES = {"BACKWARD", "FORWARD", "SIDES"}
 LONG = 40
-START = ("verification.verify", "verify", "problem")
+START = ("assessment.verify", "verify", "problem")
 
 
 def sources(root: Path) -> dict[str, Path]:

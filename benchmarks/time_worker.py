@@ -21,7 +21,7 @@ MOST = 10_000  # calls in one measurement
 SPREAD = 0.3  # standard deviation of initial slips [length]
 ELSEWHERE = {  # names that have moved; where they stood is at the top
     "evolve": "shakedown.motion.evolve",
-    "conic_lower_bound": "shakedown.bounds.interior_point",
+    "conic_lower_bound": "shakedown.bounds.independent_solver",
 }
 
 

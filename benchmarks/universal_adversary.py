@@ -15,11 +15,11 @@ from numba import njit
 
 import shakedown
 from benchmarks.adversary import scaled_to, symmetric
+from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
-from shakedown.planar.universal.swing_bound import swing_bound
 from shakedown.report.node_words import table
 
 TITLE = "Cyclic slip below the load factor proved from every initial state"

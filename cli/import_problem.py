@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import shakedown
-from shakedown.importing.templates import import_template, import_template_names, write_import_example
+from shakedown.models.importing.templates import import_template, import_template_names, write_import_example
 
 from .claims import PICTURES, OutputFile, reads
 from .import_sheet import echo_sheet, go_or_not
@@ -72,7 +72,7 @@ def import_problem_command(
         reads(context, f"{source}, which CONFIG.toml names", config.parent / source)
     if picture is not None:
         from shakedown import plot  # only where a picture is wanted
-        from shakedown.importing.contact_figure import contact_picture
+        from shakedown.models.importing.contact_figure import contact_picture
 
         plot.save(contact_picture(made), picture)
     if not check and output is not None:

@@ -16,7 +16,7 @@ from .output import length_unit, paragraph, say, table
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
-    from shakedown.importing.load_evidence import LoadEvidence, LoadPart
+    from shakedown.models.importing.load_evidence import LoadEvidence, LoadPart
 
 ROUND_OFF = 1e-9  # of the largest resultant of a load
 LONGEST_LOAD = 28  # characters of its name

@@ -91,7 +91,7 @@ def nodes(
     if output is not None:
         found.save(output, tractions=tractions)
     if output is not None and instants is not None and found.period:
-        from shakedown.long_term.nodes.node_instants import save_node_instants  # it loads what computes
+        from shakedown.long_term.node_instants import save_node_instants  # it loads what computes
 
         save_node_instants(run, output, instants)
     if as_json:

@@ -22,7 +22,7 @@ from shakedown.report.node_words import table as table
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown.ground.float_array import FloatArray
-    from shakedown.long_term.nodes.slip_criterion import SlipCriterion
+    from shakedown.long_term.slip_criterion import SlipCriterion
 
 QUIET = "shakedown.quiet"  # key of the command's context
 COLUMNS = 80  # where there is no terminal to ask

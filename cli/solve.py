@@ -169,7 +169,7 @@ def _leave(
     unmet: Sequence[str] = (),
 ) -> None:
     """Exit code 1, and why, where something stays open."""
-    from shakedown.verification.open_ends import open_ends  # loads what the results were made with
+    from shakedown.assessment.open_ends import open_ends  # loads what the results were made with
 
     left = [*open_ends(*results), *unmet]
     for sentence in left:

@@ -18,31 +18,29 @@ CLI = PACKAGE / "cli" if (PACKAGE / "cli").is_dir() else ROOT / "cli"
 # lower layers only. Some folders of one subpackage stand on layers of their own.
 LAYERS = (
     {"ground"},
-    {"joint", "programs", "programs.exact", "programs.interior", "motion.kernels"},
+    {"joint", "programs", "motion.plane"},
     {
         "bounds",
         "bounds.discs",
+        "bounds.uniqueness",
         "files",
-        "condensation",
+        "models.condensation",
         "motion",
         "motion.implicit",
-        "planar",
-        "planar.uniqueness",
         "long_term.settling",
-        "space",
     },
     {
         "bounds.energy",
-        "motion.directed",
-        "planar.collapse",
-        "planar.enumeration",
-        "readers",
+        "bounds.collapse",
+        "bounds.enumeration",
+        "motion.space",
+        "models.readers",
         "fem",
         "campaign",
     },
-    {"long_term", "planar.universal", "importing"},
-    {"assessment", "long_term.proved"},
-    {"long_term.returning", "verification", "studies", "studies.maps", "studies.designs", "plot"},
+    {"long_term", "bounds.every_state", "models", "models.importing"},
+    {"assessment", "long_term.returning"},
+    {"studies", "studies.maps", "studies.designs", "plot"},
     {"report"},
     {"cli", "benchmarks", "__main__"},
 )
@@ -57,23 +55,23 @@ OPEN_SUBPACKAGES = {
 MOST_NAMES = 70  # at the top
 INSIDE = {  # what commands and studies reach for beside public names: checks of targets, the loops that are timed
     ("cli.claims", "shakedown.files.atomic_write"),
-    ("cli.solve", "shakedown.verification.open_ends"),
+    ("cli.solve", "shakedown.assessment.open_ends"),
     ("cli.sweep", "shakedown.files.table_file"),
-    ("benchmarks.block_cycle", "shakedown.motion.kernels.gauss_seidel"),
+    ("benchmarks.block_cycle", "shakedown.motion.plane.gauss_seidel"),
     ("benchmarks.space_ball_adversary", "shakedown.programs.cone_rays"),
-    ("benchmarks.stability", "shakedown.motion.kernels"),
-    ("benchmarks.stability", "shakedown.motion.kernels.active_set"),
-    ("benchmarks.stability", "shakedown.motion.kernels.gauss_seidel"),
-    ("benchmarks.stability", "shakedown.motion.kernels.moving_state"),
-    ("benchmarks.stability", "shakedown.motion.kernels.run"),
+    ("benchmarks.stability", "shakedown.motion.plane"),
+    ("benchmarks.stability", "shakedown.motion.plane.active_set"),
+    ("benchmarks.stability", "shakedown.motion.plane.gauss_seidel"),
+    ("benchmarks.stability", "shakedown.motion.plane.moving_state"),
+    ("benchmarks.stability", "shakedown.motion.plane.run"),
     ("benchmarks.stability", "shakedown.joint.loading"),
     ("benchmarks.stability", "shakedown.motion.fixed_steps"),
-    ("benchmarks.calculix_cycles", "shakedown.readers.sniff"),
-    ("benchmarks.calculix_cycles", "shakedown.readers.stiffness"),
-    ("benchmarks.calculix_solids", "shakedown.readers.calculix_reactions"),
-    ("benchmarks.siconos_agreement", "shakedown.motion.kernels.contact_status"),
-    ("benchmarks.enumeration", "shakedown.planar.enumeration.intersection"),
-    ("benchmarks.enumeration", "shakedown.planar.enumeration.tasks"),
+    ("benchmarks.calculix_cycles", "shakedown.models.readers.sniff"),
+    ("benchmarks.calculix_cycles", "shakedown.models.readers.stiffness"),
+    ("benchmarks.calculix_solids", "shakedown.models.readers.calculix_reactions"),
+    ("benchmarks.siconos_agreement", "shakedown.ground.contact_status"),
+    ("benchmarks.enumeration", "shakedown.bounds.enumeration.intersection"),
+    ("benchmarks.enumeration", "shakedown.bounds.enumeration.tasks"),
     ("benchmarks.open_zones", "shakedown.bounds.opened_by_mean_load"),
     ("benchmarks.space_scenes", "shakedown.motion.initial_state"),
     ("benchmarks.space_scenes", "shakedown.motion.method"),
@@ -173,7 +171,7 @@ def test_wings_are_small_and_say_what_they_are_for():
         "__main__",
         "cli",
         "benchmarks",
-        "readers",
+        "models.readers",
         "fem",
     }:
         folder = PACKAGE / Path(*subpackage.split("."))
@@ -200,7 +198,7 @@ def test_no_room_is_named_as_a_part_of_another():
     stems = [
         name.split(".")[-1]
         for name in SOURCES
-        if subpackage_of(name) not in {"readers", "fem", "motion.kernels", "cli", "benchmarks"}
+        if subpackage_of(name) not in {"models.readers", "fem", "motion.plane", "cli", "benchmarks"}
         and "." in name
     ]
     stems = [stem for stem in stems if stem != "__init__"]

@@ -13,11 +13,10 @@ import shakedown.plot
 
 DOCS = Path(__file__).parents[1]
 GROUPS = {  # heading: the subpackages whose names stand below it
-    "The whole answer": ("assessment",),
-    "Problems, and where they come from": ("joint", "files", "importing", "condensation"),
-    "Limits of the load factor": ("bounds", "planar", "space"),
+    "The whole answer, prediction against simulation": ("assessment",),
+    "Problems, and where they come from": ("joint", "files", "models"),
+    "Limits of the load factor": ("bounds",),
     "Motion and long-term states": ("motion", "long_term"),
-    "Prediction against simulation": ("verification",),
     "Many states, many designs": ("studies",),
     "Errors, statuses, tolerances": ("ground",),
     "Others": (),

@@ -7,18 +7,18 @@ SVG = Path(__file__).parents[1] / "_static" / "data-flow.svg"
 WIDTH, HEIGHT = 800, 575
 BOX = (172, 58)
 BOXES = {  # name: (column centre, row centre, title, what it makes, colour)
-    "importing": (100, 45, "importing, readers", "TOML and FE output", "#e8eef7"),
+    "importing": (100, 45, "models.importing, readers", "TOML and FE output", "#e8eef7"),
     "fem": (300, 45, "fem", "meshes, bodies", "#e8eef7"),
     "files": (500, 45, "files", "NPZ, built-in joints", "#e8eef7"),
     "script": (700, 45, "your script", "arrays", "#ffffff"),
-    "condensation": (200, 145, "condensation", "K → A, B, C", "#e8eef7"),
+    "condensation": (200, 145, "models.condensation", "K → A, B, C", "#e8eef7"),
     "joint": (500, 195, "joint", "Problem; rows, cones, law", "#fdf1d8"),
     "programs": (100, 245, "programs", "linear, cone, exact", "#eeeeee"),
-    "bounds": (300, 300, "bounds, planar, space", "λ_max, λ_E, λ_1, λ_U", "#e2f1e4"),
+    "bounds": (300, 300, "bounds", "λ_max, λ_E, λ_1, λ_U", "#e2f1e4"),
     "motion": (700, 300, "motion", "the exact path", "#e2f1e4"),
     "long_term": (700, 390, "long_term", "what it settles into", "#e2f1e4"),
     "assessment": (300, 390, "assessment", "each limit, once", "#e2f1e4"),
-    "verification": (500, 450, "verification, studies", "prediction beside motion", "#e2f1e4"),
+    "verification": (500, 450, "verify, studies", "prediction beside motion", "#e2f1e4"),
     "report": (500, 535, "report, plot, cli", "words, pictures, JSON", "#f6e3ee"),
 }
 ARROWS = [

@@ -1,4 +1,4 @@
-"""What an engineer asks of a joint, each limit computed once.
+"""What an engineer asks of a joint, each limit computed once; prediction held against simulation.
 
 Reading order: ``assess`` (the three numbers, and the nominal load), ``every_limit`` (every limit, when it
 is first read; ``common_limits``, those of joints in space, too, and ``space_limits``, all that these
@@ -7,4 +7,9 @@ bound), ``transient_limit`` (λ_T, up to which the joint shakes down from its ow
 (up to which it slips little enough). What a limit owes to friction, constant load and amplitude of each
 node: ``row_rates`` (how the room in every row changes with a parameter), ``one_sided`` (what that makes
 of the load factor, on either side), ``sensitivities``.
+
+Beside simulations: ``load_regions`` (where a load factor lies), ``plan`` (which load factors and initial
+states, what is predicted there), ``runs`` (the simulations), ``independent_bounds`` (the bounds by another
+method), ``open_ends`` (what has no answer, or a disputed one), ``work`` (its pieces, and what is
+asked beside), ``verify``, ``random_paths`` (other paths through the same loads).
 """

@@ -12,6 +12,7 @@ from shakedown.assessment.from_state import FromState
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.bounds.energy.reasons import NO_SAFE_SLIP
+from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
 from shakedown.bounds.upper import UpperBound, upper_bound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.status import Status
@@ -19,7 +20,6 @@ from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.constraints import constraints, through_transient
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
-from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit

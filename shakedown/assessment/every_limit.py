@@ -13,7 +13,12 @@ from shakedown.assessment.sensitivities import Sensitivities, sensitivities
 from shakedown.assessment.shakedown_bounds import ShakedownBounds, SpaceBounds
 from shakedown.assessment.space_limits import SpaceLimits
 from shakedown.bounds.certificate import LOWER_CERTIFIED_UP_TO
+from shakedown.bounds.collapse.box_bound import BoxBound, box_bound
+from shakedown.bounds.collapse.lower import LowerBound, lower_bound
 from shakedown.bounds.energy.energy_bound import EnergyBound
+from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve, guarantee_curve
+from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
+from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, friction_thresholds
 from shakedown.bounds.upper import UpperBound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
@@ -21,11 +26,6 @@ from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked, require_problem
 from shakedown.joint.problem import Problem
-from shakedown.planar.collapse.box_bound import BoxBound, box_bound
-from shakedown.planar.collapse.lower import LowerBound, lower_bound
-from shakedown.planar.friction_thresholds import FrictionThresholds, friction_thresholds
-from shakedown.planar.universal.guarantee_curve import GuaranteeCurve, guarantee_curve
-from shakedown.planar.universal.universal_bound import UniversalBound, universal_bound
 
 ONE_SIDED_UP_TO = 20  # nodes: at a degenerate optimum their derivatives take tenths of a second
 

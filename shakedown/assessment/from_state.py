@@ -10,8 +10,8 @@ from shakedown.joint.constraints import CONE, DISC, constraints, step_loads
 from shakedown.joint.problem import Problem
 
 if TYPE_CHECKING:
+    from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
-    from shakedown.planar.collapse.box_bound import BoxBound
 
 
 ENERGY, BOX = "λ_E", "λ_box"

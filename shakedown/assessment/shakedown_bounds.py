@@ -3,13 +3,13 @@
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
+from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.upper import UpperBound
 from shakedown.ground.evidence import Missing
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import NO_SIDES, in_the_plane_only
 from shakedown.joint.result import Result
-from shakedown.planar.collapse.lower import LowerBound
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -18,7 +18,7 @@ from shakedown.joint.arguments import checked, checked_initial_slip
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
-from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
+from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 
 DOUBLINGS = 10  # of the end of the scan while slips are not too large there
 
@@ -47,7 +47,7 @@ class SlipLimit(Result):
         Load factors simulated, in increasing order.
     slip_range : (s,)
         The largest slip range of a node at each [length]: infinite where slips grow for ever, NaN where
-        undecided (:class:`~shakedown.long_term.nodes.slip_criterion.SlipCriterion`).
+        undecided (:class:`~shakedown.long_term.slip_criterion.SlipCriterion`).
     outcomes : (s,)
         Long-term state at each.
     """

@@ -7,7 +7,7 @@ from math import inf, nan
 import numpy as np
 
 from shakedown.bounds.exact_rows import ExactRows, exact_rows
-from shakedown.bounds.interior_point import extreme_load_factor
+from shakedown.bounds.independent_solver import extreme_load_factor
 from shakedown.bounds.row_programs import load_factor_program, reversed_rows
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
@@ -16,16 +16,16 @@ from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints, constraints, rows_of
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.exact.exact_program import (
+from shakedown.programs.exact_program import (
     ExactProgram,
     ExactVertex,
     Work,
     exact_vertex,
     proves_at_most,
 )
-from shakedown.programs.exact.integer_algebra import enclosure
-from shakedown.programs.exact.verified_vertex import verified_vertex
+from shakedown.programs.integer_algebra import enclosure
 from shakedown.programs.program import Solution
+from shakedown.programs.verified_vertex import verified_vertex
 from shakedown.programs.vertex import without_round_off
 
 UPPER_CERTIFIED_UP_TO = 250  # nodes: one program, half a second; several where it is degenerate

@@ -13,7 +13,7 @@ from shakedown.joint.law import Law
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.exact.integer_algebra import IntegerRows
+from shakedown.programs.integer_algebra import IntegerRows
 
 Exact = NDArray[np.object_]  # fractions (FLINT's fmpq), element by element
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from shakedown.bounds.best_zone import chosen_zone
 from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.discs.room import safest
+from shakedown.bounds.discs.safest_slip import safest
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances

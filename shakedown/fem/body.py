@@ -29,10 +29,10 @@ from skfem import (
 )
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from shakedown.condensation.load_case import LoadCase
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.load_case import LoadCase
 
 IntArray = NDArray[np.intp]
 AXES = "xyz"

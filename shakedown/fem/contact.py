@@ -9,10 +9,6 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.spatial import KDTree
 
-from shakedown.condensation.condense import Condensation, condensed_stiffness
-from shakedown.condensation.contact_frame import node_names
-from shakedown.condensation.load_case import LoadCase
-from shakedown.condensation.tangent_pairs import patch_positions
 from shakedown.fem.body import ElasticBody, IntArray
 from shakedown.fem.bolt import Bolt
 from shakedown.fem.loads import sampled
@@ -24,6 +20,10 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import with_initial_gap
 from shakedown.joint.places import bearing_no_pressure, without_cancelled
 from shakedown.joint.problem import Problem
+from shakedown.models.condensation.condense import Condensation, condensed_stiffness
+from shakedown.models.condensation.contact_frame import node_names
+from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.condensation.tangent_pairs import patch_positions
 
 
 @checked
@@ -64,7 +64,7 @@ def contact_problem(
         What pulls the bodies together.
     tangent : (3,) or (n, 3), optional
         Of solid bodies the direction towards which the first tangent leads
-        (:func:`~shakedown.condensation.tangent_pairs.tangent_pairs`).
+        (:func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs`).
     gap : (), (n,) or a function of the nodes' coordinates (2, n) or (3, n), optional
         Initial gap between the bodies [length]; negative is interference.
     steps

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike
 from skfem import LinearForm
 from skfem.helpers import dot
 
-from shakedown.condensation.load_case import LoadCase
 from shakedown.fem.body import ElasticBody, Support
 from shakedown.ground.argument_kinds import check_fields
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.load_case import LoadCase
 
 Field = float | Callable[[FloatArray], FloatArray]
 History = ArrayLike | Callable[[FloatArray], FloatArray]

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import schur, solve_sylvester
 
+from shakedown.ground.contact_status import STICK
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import STICK
 from shakedown.motion.method import cycles_of
 from shakedown.motion.plane_events import PlaneEvents
 

@@ -8,18 +8,18 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
+from shakedown.bounds.collapse.box_bound import box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, allowed, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage, Way
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.method import cycles_of
-from shakedown.planar.collapse.box_bound import box_proves
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from shakedown.joint.derived import lent
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
 from shakedown.long_term.passage import Passage
-from shakedown.long_term.proved.proved_rest import heeding_proofs
+from shakedown.long_term.returning.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import VARIES_LITTLE
 from shakedown.long_term.returning.returned_state import returned_state
 from shakedown.long_term.settling.search import BLURRED, BROKEN, LEFT, SHAKEDOWN, UNDECIDED, Standing

@@ -38,8 +38,8 @@ from shakedown.long_term.settling.settle import (
 from shakedown.motion.contact_law import alone, swing
 from shakedown.motion.cycle_record import Interim
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.event_loop import address_of_follow
-from shakedown.motion.kernels.moving_state import DONE, EFFORT, NO_RATES, PAUSED
+from shakedown.motion.plane.event_loop import address_of_follow
+from shakedown.motion.plane.moving_state import DONE, EFFORT, NO_RATES, PAUSED
 from shakedown.motion.plane_events import ROUNDING, PlaneEvents
 
 LONGEST_PERIOD = 8  # cycles

@@ -24,7 +24,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import Patience, settled_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD, OUTCOMES, LimitSearch, room_for_answers
-from shakedown.long_term.proved.proved_rest import CLEAR
+from shakedown.long_term.returning.proved_rest import CLEAR
 from shakedown.long_term.returning.returned_state import ReturnedStates, enter
 from shakedown.long_term.settling.search import BLURRED, CYCLIC_SLIP, SHAKEDOWN, UNDECIDED, Answers
 from shakedown.motion.contact_law import scales

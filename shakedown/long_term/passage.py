@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.loading import loading, transient_path
 from shakedown.joint.problem import Problem
 from shakedown.motion.cycle_record import CycleRecord, State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.reduced_scene import Scene
 
 

@@ -21,12 +21,12 @@ from shakedown.joint.arguments import check_arguments, checked, checked_initial_
 from shakedown.joint.loading import loop_path
 from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import Patience, settled_state
+from shakedown.long_term.fixed_step_verdict import Verdict, judge
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.nodes.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.recorded_walk import recorded_cycles, recorded_walk
 from shakedown.long_term.returning.returned_state import ReturnedState
+from shakedown.long_term.slip_criterion import SlipCriterion, check_slip_below, slip_criterion
 from shakedown.long_term.state import LongTermState, SettledState, SteppedState
-from shakedown.long_term.verdict import Verdict, judge
 from shakedown.motion.contact_law import alone, law_resolution, swing
 from shakedown.motion.cycle_record import CycleRecord
 from shakedown.motion.event_history import EventHistory
@@ -367,7 +367,7 @@ def save_history(path: str | os.PathLike[str], run: Simulation) -> None:
     """Write the recorded path of a simulation to an NPZ file, whole or not at all.
 
     The file, compressed, has the arrays of :class:`EventHistory`, in space from event to event those of
-    :class:`~shakedown.motion.directed.curved_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
+    :class:`~shakedown.motion.space.curved_history.CurvedHistory`, and ``load_factor``, ``initial_slip``.
     Left out is what they imply: between rows of a path in space the welded reactions change evenly, so that
     with the slips and gaps of ``curve`` the reactions are q = q_w + A v + Bᵀ w, p = p_w + B v + C w.
 

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.result import Result
-from shakedown.motion.directed.sliding import CURVES, REACHES_LIMIT, STOPS
-from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import (
+from shakedown.motion.plane.moving_state import (
     CLOSES,
     JUMPS,
     LOAD_STEP,
@@ -23,6 +22,7 @@ from shakedown.motion.kernels.moving_state import (
     REACHES_BACKWARD_LIMIT,
     REACHES_FORWARD_LIMIT,
 )
+from shakedown.motion.space.sliding import CURVES, REACHES_LIMIT, STOPS
 
 HASH_START, HASH_PRIME = np.uint64(14695981039346656037), np.uint64(1099511628211)
 SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order

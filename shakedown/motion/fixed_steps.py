@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -17,9 +18,8 @@ from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, Interim, Sta
 from shakedown.motion.event_history import EventHistory, EventKind
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
 from shakedown.motion.initial_state import Beginning
-from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, FORWARD_SLIP, OPEN, STICK
-from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
 from shakedown.motion.method import Motion
+from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 
 MAX_SWEEPS = 10_000
 REMEMBERED = 2  # cycles whose load steps are kept, recorded or not

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.ground.contact_status import BACKWARD_SLIP, OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -15,7 +16,6 @@ from shakedown.joint.loading import first_load, ramp_start
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import scales
 from shakedown.motion.cycle_record import State
-from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, OPEN
 
 
 class Beginning(NamedTuple):

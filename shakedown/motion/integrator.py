@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import checked_damping, require_problem
@@ -14,11 +15,10 @@ from shakedown.joint.derived import once_per_problem
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation
 from shakedown.motion.cycle_record import SLIDES_AWAY, CycleRecord, State, Stop
-from shakedown.motion.directed.space_events import SpaceEvents
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.initial_state import Beginning
-from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import (
+from shakedown.motion.method import Motion
+from shakedown.motion.plane.moving_state import (
     DONE,
     LIFTS_OFF,
     NO_RATES,
@@ -27,9 +27,9 @@ from shakedown.motion.kernels.moving_state import (
     RECORD_FULL,
     TOO_MANY_EVENTS,
 )
-from shakedown.motion.kernels.run import Progress
-from shakedown.motion.method import Motion
+from shakedown.motion.plane.run import Progress
 from shakedown.motion.plane_events import PlaneEvents
+from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.viscous_jump import Jump, default_damping, jump_of
 
 NUDGE = 1e-9  # change of load, relative to the largest, that puts a state without rates out of balance
@@ -48,7 +48,7 @@ class Evolution(Motion):
     """A joint under its loading loop at one load factor, carried from cycle to cycle, event by event.
 
     In the plane without error (:class:`~shakedown.motion.plane_events.PlaneEvents`), in space to the
-    accuracy ``Tolerances.path`` (:class:`~shakedown.motion.directed.space_events.SpaceEvents`).
+    accuracy ``Tolerances.path`` (:class:`~shakedown.motion.space.space_events.SpaceEvents`).
 
     The first cycle begins with the transient load steps, where the problem has
     them. What comes first of all is a ramp: with the initial slip v₀ given, the

@@ -1,4 +1,4 @@
-"""From event to event in the plane: exact, by the compiled loops of :mod:`shakedown.motion.kernels`."""
+"""From event to event in the plane: exact, by the compiled loops of :mod:`shakedown.motion.plane`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,9 +13,9 @@ from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import Scales
 from shakedown.motion.cycle_record import Interim, State, Totals
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.kernels.active_set import active_set, factorize
-from shakedown.motion.kernels.event_loop import follow
-from shakedown.motion.kernels.moving_state import (
+from shakedown.motion.plane.active_set import active_set, factorize
+from shakedown.motion.plane.event_loop import follow
+from shakedown.motion.plane.moving_state import (
     EFFORT,
     LOAD_STEP,
     Course,
@@ -28,9 +28,9 @@ from shakedown.motion.kernels.moving_state import (
     room_for,
     without_tangent,
 )
-from shakedown.motion.kernels.rate_problem import rates
-from shakedown.motion.kernels.rate_search import enumerate_states
-from shakedown.motion.kernels.run import Progress, Run, progress, run_along
+from shakedown.motion.plane.rate_problem import rates
+from shakedown.motion.plane.rate_search import enumerate_states
+from shakedown.motion.plane.run import Progress, Run, progress, run_along
 from shakedown.motion.viscous_jump import ViscousMotion
 
 RECORD_ROWS = 512

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.motion.contact_law import law_violation, reactions, scales
-from shakedown.motion.directed.curved_history import CurvedHistory
 from shakedown.motion.event_history import EventHistory, EventKind
-from shakedown.motion.kernels.contact_status import OPEN
+from shakedown.motion.space.curved_history import CurvedHistory
 
 WITHIN = (0.25, 0.5, 0.75)  # shares of a step at which the limits are looked at
 

@@ -19,15 +19,15 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
 from shakedown.joint.layout import Layout
 from shakedown.joint.result import Result
 from shakedown.motion.contact_law import Scales, law_violation
-from shakedown.motion.kernels.active_set import ActiveSet, active_set, factorize, solve
-from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.event_loop import follow
-from shakedown.motion.kernels.moving_state import (
+from shakedown.motion.plane.active_set import ActiveSet, active_set, factorize, solve
+from shakedown.motion.plane.event_loop import follow
+from shakedown.motion.plane.moving_state import (
     DONE,
     EFFORT,
     NO_RATES,
@@ -38,9 +38,9 @@ from shakedown.motion.kernels.moving_state import (
     motion_at_rest,
     room_for,
 )
-from shakedown.motion.kernels.rate_problem import rates
-from shakedown.motion.kernels.rate_search import enumerate_states
-from shakedown.motion.kernels.run import run_along
+from shakedown.motion.plane.rate_problem import rates
+from shakedown.motion.plane.rate_search import enumerate_states
+from shakedown.motion.plane.run import run_along
 
 MAX_STEPS = 2000
 FAR = 1e6  # motion, relative to the length scale and the slips before, from which on there is no end to it

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from shakedown.assessment.shakedown_bounds import ShakedownBounds
 from shakedown.assessment.slip_limit import SlipLimit
+from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
 from shakedown.ground.errors import UsageError
 from shakedown.ground.shown_values import DIGITS, few
 from shakedown.ground.visible_text import with_unit
@@ -16,7 +17,6 @@ from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
-from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 from shakedown.plot.style import (
     BLUE,
     GREEN,

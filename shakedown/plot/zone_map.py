@@ -9,12 +9,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
 from shakedown.motion.event_history import EventHistory
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.plot.drawn_path import Recorded, path_in_the_plane
 from shakedown.plot.style import BLACK, GREY, STATES, axes_for, flanks, positions
 

@@ -4,6 +4,15 @@ Reading order: ``program`` (statement, numbers near 1, solution with residuals),
 of two), ``solver`` (the road that the cones ask for; planes that cut cones), ``simplex`` (held for many
 solves), ``highs`` (what it stands on), ``vertex`` (polish), ``conic`` (Clarabel, cvxpy), ``disc_solver``
 (the cones of two tangential directions), ``margin`` (the point with the most room), ``polygon`` (corners in
-the plane), ``cone_rays`` (how far a cone reaches). Below them ``exact/`` (rational arithmetic) and
-``interior/`` (dense interior points).
+the plane), ``cone_rays`` (how far a cone reaches).
+
+Without round-off, through FLINT: ``integer_algebra`` (systems of integers), ``exact_program`` (optimality of
+a basis), ``verified_vertex`` (the same of large ones, by exact residuals).
+
+Interior points for dense programs, one product of matrices an iteration: ``symmetric_cone`` (the positive
+orthant, with one second-order cone or without), ``small_cones`` (very many cones of three numbers beside it),
+``self_dual`` (the optimum, or the proof that there is none, with the scaling of Nesterov and Todd and the
+steps of Mehrotra), ``disc_program`` (discs that share coefficients node by node), ``dense_programs`` (rows in
+any units: those that meet in a vertex, the optimum over a cone). What they find is a start; the subpackages
+above check it, as they check what a solver says.
 """

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import USABLE, SelfDualEnd, self_dual_end
+from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.self_dual import USABLE, SelfDualEnd, self_dual_end
 
 ACCURATE = 1e-9  # of an end: less is said to be of reduced accuracy
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shakedown.ground.errors import SolverError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
+from shakedown.programs.dense_programs import meeting_rows
 from shakedown.programs.highs import (
     EXACT_RUNGS,
     OPTIONS,
@@ -21,7 +22,6 @@ from shakedown.programs.highs import (
     made,
     meeting_of,
 )
-from shakedown.programs.interior.dense_programs import meeting_rows
 from shakedown.programs.program import INF, Meeting, Point, Program, Solution
 from shakedown.programs.vertex import cleaned, polished, sharpened
 

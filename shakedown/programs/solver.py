@@ -11,7 +11,7 @@ from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.conic import Way, by_clarabel
-from shakedown.programs.interior.dense_programs import cone_optimum
+from shakedown.programs.dense_programs import cone_optimum
 from shakedown.programs.program import INF, Program, Solution, ended
 from shakedown.programs.simplex import Simplex
 

@@ -14,8 +14,8 @@ from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.run_words import sliding_in_words
 
 if TYPE_CHECKING:
+    from shakedown.assessment.verify import Verification
     from shakedown.joint.problem import Problem
-    from shakedown.verification.verify import Verification
 
 
 def answer_in_words(v: Verification) -> str:

@@ -19,11 +19,11 @@ from shakedown.report.node_words import open_in_words
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.assessment.every_limit import Limits
+    from shakedown.bounds.collapse.box_bound import BoxBound
     from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
-    from shakedown.planar.collapse.box_bound import BoxBound
-    from shakedown.planar.universal.universal_bound import UniversalBound
 
 BOX = "by the box of slips that it cannot leave"
 ARGUMENTS = {  # what the names of the arguments for λ_U stand for, where they do not speak for themselves

@@ -20,9 +20,9 @@ from shakedown.report.zone_words import without_safe_slip_in_words, zone_in_word
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits, Limits
     from shakedown.assessment.space_limits import SpaceLimits
+    from shakedown.bounds.collapse.lower import LowerBound
     from shakedown.bounds.upper import UpperBound
     from shakedown.joint.problem import Problem
-    from shakedown.planar.collapse.lower import LowerBound
 
 NO_FIRST_COLLAPSE = (
     "With two tangential directions there is no first collapse λ_1: it needs the two opposite limits of a "

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
@@ -9,7 +10,6 @@ from shakedown.report.hint_words import LOAD_DOMAIN
 from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words
 from shakedown.report.page_tables import transient_is_proved
-from shakedown.verification.verify import Verification
 
 ASSUMPTIONS = (
     "Assumed: loads change slowly (quasi-static); Coulomb friction, with one constant coefficient per node "

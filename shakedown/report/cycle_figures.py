@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from shakedown import plot
+from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import at_lambda, few
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
@@ -17,7 +18,6 @@ from shakedown.motion.evolve import evolve
 from shakedown.plot.drawn_path import work_of_nodes
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import node_name
-from shakedown.verification.verify import Verification
 
 MOST_NODES = 4  # with loops of their own
 FEW = 3  # nodes up to which each one has its own picture

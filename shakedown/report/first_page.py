@@ -5,16 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shakedown.assessment.verify import Verification
+from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, few
 from shakedown.joint.units import stress_unit, units_of, work_unit
-from shakedown.long_term.nodes.node_table import STATUSES
-from shakedown.planar.collapse.lower import LowerBound
+from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.limit_words import digits_of_transient_limit
 from shakedown.report.node_words import node_in_words, resolution, without_round_off
 from shakedown.report.page_tables import PageTable, transient_is_proved
-from shakedown.verification.verify import Verification
 
 HOW = {
     "stick": "stick",

@@ -12,9 +12,9 @@ from shakedown.joint.rigid_slips import rigid_slips
 
 if TYPE_CHECKING:
     from shakedown.assessment.shakedown_bounds import ShakedownBounds
+    from shakedown.bounds.enumeration.critical import CriticalLoadFactors
+    from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, Threshold
     from shakedown.joint.problem import Problem
-    from shakedown.planar.enumeration.critical import CriticalLoadFactors
-    from shakedown.planar.friction_thresholds import FrictionThresholds, Threshold
 
 MANY = 10**15  # subsets, from here on only their order of magnitude is said
 

@@ -12,6 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.verify import Verification
+from shakedown.bounds.enumeration.critical import subset_count
 from shakedown.files.atomic_write import atomic_write, atomic_write_together, check_target
 from shakedown.ground.argument_kinds import checked
 from shakedown.ground.blas_threads import on_one_thread
@@ -19,7 +21,6 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.visible_text import SUBSCRIPT, shortened, visible
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
-from shakedown.planar.enumeration.critical import subset_count
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
@@ -60,7 +61,6 @@ from shakedown.report.verification_figures import (
     sensitivity_picture,
     slip_picture,
 )
-from shakedown.verification.verify import Verification
 
 REPORT = "shakedown-bounds verify"  # what a report's JSON begins with
 

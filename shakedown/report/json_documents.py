@@ -14,8 +14,8 @@ from shakedown.joint.problem import Problem
 if TYPE_CHECKING:
     from shakedown.assessment.assess import Assessment
     from shakedown.bounds.energy.energy_bound import EnergyBound
+    from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.bounds.upper import UpperBound
-    from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 
 
 def as_text(document: dict[str, Any]) -> str:

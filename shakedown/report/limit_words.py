@@ -11,8 +11,8 @@ from shakedown.report.node_words import open_in_words
 
 if TYPE_CHECKING:
     from shakedown.assessment.transient_limit import TransientLimit
+    from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
     from shakedown.joint.problem import Problem
-    from shakedown.planar.universal.guarantee_curve import GuaranteeCurve
 
 
 def coupling_in_words(ratio: float) -> str:

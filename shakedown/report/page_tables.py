@@ -6,6 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.runs import Run
+from shakedown.assessment.verify import Verification
+from shakedown.bounds.collapse.box_bound import BoxBound
+from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.bounds.upper import UpperBound
 from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
@@ -15,13 +19,9 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import stress_unit, units_of, work_unit
 from shakedown.long_term.simulation import Simulation
-from shakedown.planar.collapse.box_bound import BoxBound
-from shakedown.planar.collapse.lower import LowerBound
 from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.run_words import start_in_words
-from shakedown.verification.runs import Run
-from shakedown.verification.verify import Verification
 
 WORST = 10  # nodes that the page shows of many
 FEW_NODES = 24  # up to so many a table is printed whole

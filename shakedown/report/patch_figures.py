@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from shakedown import plot
+from shakedown.assessment.verify import Verification
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import at_lambda, few
 from shakedown.joint.problem import Problem
@@ -19,7 +20,6 @@ from shakedown.plot.patch_arrows import MOST_DISCS, MOST_LOOPS
 from shakedown.plot.patch_places import places_of
 from shakedown.plot.style import node_name
 from shakedown.report.cycle_figures import FEW, MOST_NODES, Pictured, as_given_state, cycling_state
-from shakedown.verification.verify import Verification
 
 INSTANTS = 3  # of one period, side by side
 SHORTEST = 1e-6  # of a cycle: a node that touches its limit slips by round-off for less

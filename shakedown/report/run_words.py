@@ -13,10 +13,10 @@ from shakedown.report.assessment_words import admissible_in_words, proved_up_to
 from shakedown.report.node_words import open_in_words, slipping_nodes
 
 if TYPE_CHECKING:
+    from shakedown.assessment.runs import Run
+    from shakedown.bounds.every_state.universal_bound import UniversalBound
     from shakedown.joint.problem import Problem
     from shakedown.long_term.simulation import Simulation
-    from shakedown.planar.universal.universal_bound import UniversalBound
-    from shakedown.verification.runs import Run
 
 SEPARATION = (
     "Separation: within the period nodes open and close, and none slips while it is closed, except "

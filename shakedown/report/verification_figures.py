@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 
 from shakedown import plot
 from shakedown.assessment.every_limit import JointLimits
+from shakedown.assessment.runs import Run
+from shakedown.assessment.verify import Verification
 from shakedown.ground.evidence import present
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import DIGITS, at_lambda, few
@@ -20,8 +22,6 @@ from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
 from shakedown.report.patch_figures import final_slips
-from shakedown.verification.runs import Run
-from shakedown.verification.verify import Verification
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")

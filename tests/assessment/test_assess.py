@@ -10,10 +10,10 @@ from benchmarks.problems import in_units, random_problem
 from shakedown.assessment import common_limits, every_limit
 from shakedown.assessment.from_state import admitted_up_to
 from shakedown.bounds import upper as upper_room
+from shakedown.bounds.collapse import proof_status
 from shakedown.ground.evidence import present
 from shakedown.ground.status import Said
 from shakedown.joint.loading import loading
-from shakedown.planar.collapse import proof_status
 from tests.joints import any_joint
 
 TWO, THREE, BLOCK = (shakedown.example(name) for name in ("two-node", "three-node", "block-9"))

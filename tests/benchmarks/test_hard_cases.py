@@ -10,7 +10,7 @@ import pytest
 import shakedown
 from benchmarks.hard_cases import HARD_CASES, OWN, Reference, judged
 from benchmarks.rational_reference import best_intersection, fraction_rows, load_factor_range
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 
 SENSITIVE = {"condition 1e8", "condition 1e12", "condition 1e14"}  # the rounded rows have another optimum
 UNRESOLVED = {"condition 1e14"}  # whether the softest motion meets a spring or round-off, nobody can tell

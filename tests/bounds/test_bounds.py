@@ -11,8 +11,8 @@ from hypothesis import given, settings
 import shakedown
 from benchmarks.problems import joint
 from shakedown import Problem
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.joint.constraints import constraints
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 
 LAW = settings(derandomize=True, deadline=None, max_examples=25)
 

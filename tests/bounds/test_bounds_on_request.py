@@ -9,9 +9,9 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, joint
 from shakedown import Problem
-from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
-from shakedown.planar.collapse import lower as lower_room
-from shakedown.planar.collapse.proof_status import Evidence, guarantee_status
+from shakedown.bounds.collapse import lower as lower_room
+from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
+from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 
 
 def test_the_guarantee_is_worked_out_when_read(monkeypatch: pytest.MonkeyPatch) -> None:

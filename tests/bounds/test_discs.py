@@ -12,7 +12,7 @@ from joints_in_space import embedded, in_units, random_joint, turned
 
 import shakedown
 from shakedown import Problem, Status
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.ground.errors import SolverError
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading

@@ -18,7 +18,7 @@ from benchmarks.floating_joints import (
 )
 from benchmarks.problems import in_units, joint
 from shakedown import Problem
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.joint.constraints import constraints
 from shakedown.joint.rigid_slips import rigid_slips

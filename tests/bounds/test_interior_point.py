@@ -9,7 +9,7 @@ import pytest
 
 import shakedown
 from benchmarks.problems import joint
-from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
+from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import constraints
 
 UNITS = (500.0, 0.0025)  # newton and millimetre of a small steel joint
@@ -51,7 +51,7 @@ def test_any_solver_of_the_modelling_road(solver: str) -> None:
 
 def test_the_default_road_does_without_cvxpy() -> None:
     code = (
-        "import sys, shakedown; from shakedown.bounds.interior_point import conic_lower_bound;"
+        "import sys, shakedown; from shakedown.bounds.independent_solver import conic_lower_bound;"
         "conic_lower_bound(shakedown.example('two-node'));"
         "assert 'cvxpy' not in sys.modules"
     )

@@ -6,10 +6,10 @@ from scipy.optimize import linprog
 
 import shakedown
 from shakedown import Outcome, Problem, Status
-from shakedown.bounds.interior_point import conic_lower_bound, conic_upper_bound
+from shakedown.bounds.collapse.lift_off import lift_off_bound
+from shakedown.bounds.independent_solver import conic_lower_bound, conic_upper_bound
 from shakedown.joint.constraints import PRESSURE, constraints
 from shakedown.joint.loading import loading
-from shakedown.planar.collapse.lift_off import lift_off_bound
 
 
 def two_nodes(d: int, *, swing: float = 1.0) -> Problem:

@@ -13,12 +13,12 @@ from shakedown.bounds.best_zone import best_zone
 from shakedown.bounds.discs.disc_rows import zone_rows
 from shakedown.bounds.discs.zone_limits import wishes, zone_limit
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.tolerances import DEFAULT
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.report.assessment_words import numbers_in_words
 from shakedown.report.bound_words import bounds_in_words
 from tests.partly_open import SOME, partly_open

@@ -297,7 +297,7 @@ def test_a_name_that_is_not_public_is_no_attribute():
 
 def test_public_names_load_at_once_where_the_environment_asks_for_it():
     """EAGER_IMPORT of scientific-python: nothing that is public needs an extra, or the package half loaded."""
-    code = "import shakedown, sys; print('shakedown.verification.verify' in sys.modules)"
+    code = "import shakedown, sys; print('shakedown.assessment.verify' in sys.modules)"
     words = [sys.executable, "-c", code]
     done = subprocess.run(
         words, env={**os.environ, "EAGER_IMPORT": "1"}, capture_output=True, text=True, check=False

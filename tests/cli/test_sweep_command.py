@@ -7,8 +7,8 @@ import pytest
 from command import document, run
 
 import shakedown
-from shakedown.importing.import_model import import_problem
-from shakedown.importing.templates import write_import_example
+from shakedown.models.importing.import_model import import_problem
+from shakedown.models.importing.templates import write_import_example
 
 FAST = ("--bounds", "lower,energy,upper")
 

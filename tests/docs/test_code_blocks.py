@@ -30,7 +30,7 @@ def block(folder):
 def calculix(folder):
     """What `ccx punch` writes, as it is shipped."""
     for name in ("punch.sti", "punch.dof"):
-        (folder / name).write_bytes((files("shakedown.importing") / "example" / name).read_bytes())
+        (folder / name).write_bytes((files("shakedown.models.importing") / "example" / name).read_bytes())
 
 
 FOLDERS = {"joint": joint, "block": block, "calculix": calculix}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from shakedown.files.npz import KEYS
-from shakedown.readers.toml_table import TomlTable
+from shakedown.models.readers.toml_table import TomlTable
 
 ROOT = Path(__file__).parents[2]
 TAKING = {
@@ -21,7 +21,7 @@ TAKING = {
 def keys_of_import_files():
     """The keys that the sections of an import file take, read from their sources."""
     found = set()
-    for room in (ROOT / "shakedown" / "importing").rglob("*.py"):
+    for room in (ROOT / "shakedown" / "models" / "importing").rglob("*.py"):
         for node in ast.walk(ast.parse(room.read_text(encoding="utf-8"))):
             taken = (
                 isinstance(node, ast.Call)

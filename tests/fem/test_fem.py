@@ -29,7 +29,7 @@ from shakedown.fem import (
     read_mesh,
     welded_corner,
 )
-from shakedown.readers.calculix_reactions import read_calculix_output
+from shakedown.models.readers.calculix_reactions import read_calculix_output
 
 BLOCKS = cache(shipped_blocks)
 

@@ -59,7 +59,7 @@ def test_a_pressure_arrives_as_nodal_forces_over_the_areas(tetrahedra):
 def test_hexahedra_are_those_of_calculix():
     """Against the C3D8 of the tests: two blocks by hand, and the same two from meshes."""
     K, dofs = solids.stiffness(solids.places())
-    from shakedown.condensation.condense import condensed_stiffness
+    from shakedown.models.condensation.condense import condensed_stiffness
 
     sets = solids.node_sets()
     pairs = np.column_stack([sets["UPPER_FOOT"], sets["LOWER_TOP"]])

@@ -18,17 +18,17 @@ from model_files import BLOCK
 from scipy import sparse
 
 from shakedown import ProblemError, import_model
-from shakedown.importing.model_section import read_model
-from shakedown.readers.abaqus_matrix import read_nodal_loads
-from shakedown.readers.abaqus_substructure import read_substructure_load
-from shakedown.readers.coordinates import read_coordinates
-from shakedown.readers.nastran_bulk import pyyeti_module, read_analysis_set, read_grids
-from shakedown.readers.nastran_op4 import read_op4_columns
-from shakedown.readers.reactions_table import read_nodal_vectors
-from shakedown.readers.row_map import read_row_map
-from shakedown.readers.sniff import read_stiffness
-from shakedown.readers.table import read_table
-from shakedown.readers.toml_table import read_toml
+from shakedown.models.importing.model_section import read_model
+from shakedown.models.readers.abaqus_matrix import read_nodal_loads
+from shakedown.models.readers.abaqus_substructure import read_substructure_load
+from shakedown.models.readers.coordinates import read_coordinates
+from shakedown.models.readers.nastran_bulk import pyyeti_module, read_analysis_set, read_grids
+from shakedown.models.readers.nastran_op4 import read_op4_columns
+from shakedown.models.readers.reactions_table import read_nodal_vectors
+from shakedown.models.readers.row_map import read_row_map
+from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.table import read_table
+from shakedown.models.readers.toml_table import read_toml
 
 SECONDS = float(os.environ.get("SHAKEDOWN_FUZZ_SECONDS", "0"))
 SEED = int(os.environ.get("SHAKEDOWN_FUZZ_SEED", "1"))

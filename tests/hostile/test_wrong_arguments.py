@@ -12,7 +12,7 @@ from public_names import public
 
 import shakedown
 from shakedown import ShakedownError, Tolerances, UsageError, plot
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
 
 JOINT = shakedown.example("two-node")
 GIVEN = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import shakedown
-from shakedown.importing.import_model import import_problem
+from shakedown.models.importing.import_model import import_problem
 from shakedown.motion.evolve import evolve
 from shakedown.report.html import write_report
 

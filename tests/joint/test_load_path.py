@@ -7,9 +7,9 @@ import pytest
 
 import shakedown
 from shakedown import LoadCase, Problem, ProblemError, condense, load_problem, save_problem
+from shakedown.assessment.random_paths import random_paths
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.motion.reduced_scene import reduced_scene
-from shakedown.verification.random_paths import random_paths
 
 JOINT = shakedown.example("two-node")
 DOMAIN = replace(JOINT, load_path="domain")

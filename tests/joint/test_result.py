@@ -15,16 +15,16 @@ import pytest
 from public_names import public
 
 import shakedown
-from shakedown.bounds.interior_point import conic_upper_bound
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
+from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.joint.result import LINES, WIDTH, Result
 from shakedown.motion.evolve import evolve
 from shakedown.motion.reduced_scene import reduced_scene
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
-from shakedown.planar.uniqueness.coupling import coupling
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
-from shakedown.planar.universal.swing_bound import swing_bound
 
 OTHERS = {"Layout", "Missing", "Problem", "Tolerances"}  # dataclasses with rules of their own
 LARGEST = "block-33"

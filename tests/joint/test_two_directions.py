@@ -10,6 +10,7 @@ from public_names import public
 
 import shakedown
 from shakedown import Problem, ProblemError, UsageError, load_problem, plot, save_problem
+from shakedown.assessment.random_paths import random_paths
 from shakedown.joint.constraints import DISC, constraints, step_loads, through_transient
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading, ramp_start, slip_reach, transient_path, with_initial_gap
@@ -19,7 +20,6 @@ from shakedown.motion.evolve import evolve
 from shakedown.programs.program import INF, Program
 from shakedown.programs.solver import solve
 from shakedown.studies.designs.parameters import with_parameter
-from shakedown.verification.random_paths import random_paths
 
 
 def arrays(n: int = 3, m: int = 24, seed: int = 0) -> dict:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.long_term.cycle_map import follow_period, tangent_basis
 from shakedown.motion.cycle_record import State
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import OPEN, STICK
 from tests.joints import FAMILY, member, slow_problem
 
 

@@ -7,9 +7,9 @@ import shakedown
 from shakedown.motion.contact_law import law_violation, scales
 from shakedown.motion.evolve import evolve
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.active_set import active_set
-from shakedown.motion.kernels.rate_problem import ON_BACKWARD, ON_FORWARD, rates
-from shakedown.motion.kernels.rate_search import enumerate_states
+from shakedown.motion.plane.active_set import active_set
+from shakedown.motion.plane.rate_problem import ON_BACKWARD, ON_FORWARD, rates
+from shakedown.motion.plane.rate_search import enumerate_states
 from shakedown.motion.viscous_jump import potential_energy
 
 DAMPINGS = [None, [1.0, 1.0, 1.0, 1.0], [1.0, 10.0, 3.0, 0.2], [5.0, 0.3, 0.3, 5.0]]

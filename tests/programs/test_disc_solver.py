@@ -5,8 +5,8 @@ import pytest
 
 from shakedown.ground.errors import SolverError
 from shakedown.ground.status import Status
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
-from shakedown.programs.interior.disc_program import DiscProgram
 
 
 def program(seed: int, *, norm: bool) -> DiscProgram:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from shakedown.ground.status import Status
-from shakedown.programs.interior.self_dual import inner_point, self_dual_end
-from shakedown.programs.interior.small_cones import SmallCones
-from shakedown.programs.interior.symmetric_cone import SymmetricCone
+from shakedown.programs.self_dual import inner_point, self_dual_end
+from shakedown.programs.small_cones import SmallCones
+from shakedown.programs.symmetric_cone import SymmetricCone
 
 
 def inside(rng: np.random.Generator) -> np.ndarray:

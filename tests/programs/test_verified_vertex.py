@@ -6,8 +6,8 @@ import pytest
 import shakedown
 from benchmarks.problems import chain, random_problem
 from shakedown.bounds import certificate
-from shakedown.programs.exact.exact_program import ExactProgram, exact_vertex
-from shakedown.programs.exact.verified_vertex import WORTH_IT, verified_vertex
+from shakedown.programs.exact_program import ExactProgram, exact_vertex
+from shakedown.programs.verified_vertex import WORTH_IT, verified_vertex
 
 
 def program_with_known_vertex(seed: int, n: int = WORTH_IT) -> ExactProgram:

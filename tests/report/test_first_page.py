@@ -9,6 +9,7 @@ import pytest
 
 import shakedown
 from shakedown import Problem
+from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
 from shakedown.report.answer_words import answer_in_words, margin_of_answer, proved_limit
 from shakedown.report.assessment_words import beside_one
@@ -16,7 +17,6 @@ from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
 from shakedown.report.page_tables import WORST, worst_table
 from shakedown.report.sensitivity_words import sensitivities_in_words
-from shakedown.verification.verify import Verification
 from tests.report.test_page import Page
 
 LOADS = {

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.bodies.classical import press_fit
 from shakedown import Problem
+from shakedown.assessment.verify import Verification
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.ground.shown_values import down, up
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
@@ -20,7 +21,6 @@ from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
 from shakedown.report.verification_figures import _by_load_factor, _final_slip, run_pictures
-from shakedown.verification.verify import Verification
 from tests.altered import with_limits
 
 SECTIONS = ["problem", "bounds", "runs", "state", "nodes", "limited", "friction", "conclusion", "words"]

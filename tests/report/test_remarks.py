@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.shown_values import down, up
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.report.assessment_words import quickly_in_words
 from shakedown.report.bound_words import bounds_in_words
 from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_words

@@ -20,8 +20,8 @@ from shakedown.bounds.discs.enclosure import (
 )
 from shakedown.bounds.discs.frictionless import Frictionless, without_frictionless
 from shakedown.bounds.discs.polish import end_of
-from shakedown.bounds.discs.room import safest
 from shakedown.bounds.discs.safe_proof import proved_unbounded
+from shakedown.bounds.discs.safest_slip import safest
 from shakedown.bounds.discs.scaled_discs import NOTHING, Basis, Carrying, DiscEnd, basis_of, scaled_discs
 from shakedown.ground.errors import SolverError
 from shakedown.ground.evidence import Missing, sought

@@ -28,7 +28,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
-from shakedown.programs.interior.self_dual import balanced_multipliers, inner_point
+from shakedown.programs.self_dual import balanced_multipliers, inner_point
 
 INNER_GAPS = (1e-4, 1e-2)  # of inner points
 

@@ -9,10 +9,10 @@ from scipy.linalg import lu_factor, lu_solve
 from shakedown.bounds.discs.scaled_discs import DiscEnd, ScaledDiscs, in_units
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
+from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
-from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import USABLE, SelfDualEnd
-from shakedown.programs.interior.small_cones import TRIPLE
+from shakedown.programs.self_dual import USABLE, SelfDualEnd
+from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
 SHARP = 1e-13  # largest condition of the optimum that is left, in numbers near 1

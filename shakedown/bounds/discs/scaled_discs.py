@@ -9,8 +9,8 @@ from scipy.linalg import qr, solve_triangular
 from shakedown.bounds.discs.disc_rows import DiscRows
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
-from shakedown.programs.interior.disc_program import DiscProgram
-from shakedown.programs.interior.self_dual import SelfDualEnd
+from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.self_dual import SelfDualEnd
 
 Carrying = tuple[NDArray[np.intp], NDArray[np.intp]]  # discs and half-spaces by number
 

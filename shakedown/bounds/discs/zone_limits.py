@@ -7,7 +7,7 @@ import numpy as np
 
 from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows, Indices
-from shakedown.bounds.discs.room import safest
+from shakedown.bounds.discs.safest_slip import safest
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances

@@ -6,6 +6,12 @@ nodes), ``cone_rows`` (the same about a given slip), ``farthest`` (the cone prog
 ``energy_ball`` (the largest ball at one load factor, and the one that holds a given state best),
 ``energy_bound`` (the largest load factor for a given state, λ_E), ``exact_check`` (the conditions
 without round-off), ``reasons`` (why there is no ball, in words), ``ball_watch`` (whether the
-states of a motion are in one); below them ``discs/``, the same with two
-tangential directions. The theorem and its proof are in ``docs/energy.md``.
+states of a motion are in one).
+
+With two tangential directions every load step of a node is a cone: ``ball_limits`` (every limit with the room
+that a ball needs, and what of a pressure is tied to the node's own reaction), ``own_share`` (the best such
+share), ``about_slip`` (the limits about a slip, without dimension, and the programs over them),
+``polished_ball`` (their end, by Newton's method), ``centre_and_shares`` (both by turns), ``best_ball`` and
+``best_bound`` (what they make up, and what confirms it), ``closed_ball`` (no node opens in it),
+``exact_discs`` (the conditions without round-off). The theorem and its proof are in ``docs/energy.md``.
 """

@@ -7,10 +7,10 @@ from math import inf, nan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits
+from shakedown.bounds.energy.best_ball import BestBall, best_ball
+from shakedown.bounds.energy.closed_ball import closed_radius
 from shakedown.bounds.energy.cone_rows import margin_rows
-from shakedown.bounds.energy.discs.ball_limits import DiscLimits, disc_limits
-from shakedown.bounds.energy.discs.best_ball import BestBall, best_ball
-from shakedown.bounds.energy.discs.closed_ball import closed_radius
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.farthest import end_of

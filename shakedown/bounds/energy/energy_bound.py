@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from shakedown.bounds.best_zone import chosen_zone
+from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits
+from shakedown.bounds.energy.best_bound import BestBound, best_bound
+from shakedown.bounds.energy.centre_and_shares import room_about
+from shakedown.bounds.energy.closed_ball import closed_radius, holds_without_load
 from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
-from shakedown.bounds.energy.discs.ball_limits import DiscLimits, disc_limits
-from shakedown.bounds.energy.discs.best_bound import BestBound, best_bound
-from shakedown.bounds.energy.discs.closed_ball import closed_radius, holds_without_load
-from shakedown.bounds.energy.discs.exact_discs import ExactDiscs
-from shakedown.bounds.energy.discs.rounds import room_about
 from shakedown.bounds.energy.energy_metric import EnergyMetric
 from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
 from shakedown.bounds.energy.exact_check import ExactBall
+from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
 from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
 from shakedown.bounds.energy.zone_rows import zone_rows

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.campaign.recorded_steps import Halt
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import cycles_in_words, nodes_in_words
 from shakedown.ground.status import Outcome
@@ -17,7 +18,6 @@ from shakedown.long_term.passage import Way
 from shakedown.long_term.returning.going_ahead import Ahead, Crawl, Leap, measure_of
 from shakedown.motion.cycle_record import CycleRecord, Interim, State, Stop
 from shakedown.motion.integrator import Evolution
-from shakedown.motion.kernels.contact_status import OPEN
 from shakedown.motion.viscous_jump import Jump
 
 WINDOW = 7  # states one period apart that a leap begins with, at most

@@ -10,14 +10,14 @@ from shakedown.campaign.recorded_steps import Halt
 from shakedown.ground.float_array import FloatArray
 from shakedown.long_term.limit_search import BLURRED, OUTCOMES
 from shakedown.long_term.passage import Passage, Way
-from shakedown.long_term.proved.proved_rest import heeding_proofs
+from shakedown.long_term.returning.proved_rest import heeding_proofs
 from shakedown.long_term.returning.return_search import ReturnSearch, Rules, Settled, opened_and_closed
 from shakedown.long_term.settling.search import Answers
 from shakedown.long_term.state import LongTermState
 from shakedown.motion.contact_law import Scales, law_resolution, scales, swing
-from shakedown.motion.directed.space_events import SpaceEvents
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import walk
+from shakedown.motion.space.space_events import SpaceEvents
 from shakedown.motion.violation import path_violation
 from shakedown.motion.viscous_jump import Jump
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from shakedown.ground.named_state import inner
 from shakedown.long_term.settling.limit_of_powers import double_leap
 from shakedown.long_term.settling.path_check import begin_check, end_check
 from shakedown.long_term.settling.period_map import along_basis, displace, distance_to_limit
@@ -21,8 +22,7 @@ from shakedown.long_term.settling.search import (
     WALK,
     Search,
 )
-from shakedown.motion.kernels.active_set import add_product, larger, largest
-from shakedown.motion.kernels.named_state import inner
+from shakedown.motion.plane.active_set import add_product, larger, largest
 
 MOST_LEAPS = 60
 

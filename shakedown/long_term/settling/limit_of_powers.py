@@ -8,8 +8,8 @@ to the caller.
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import inner, summing
 from shakedown.long_term.settling.period_map import PeriodMap
-from shakedown.motion.kernels.named_state import inner, summing
 
 LARGEST_INVERSE = 1e5  # norm of (I − J)⁻¹ up to which no eigenvalue of J is near 1, and its round-off small
 DIED_OUT, GROWN = np.log(1e-13), np.log(1e6)  # of ‖Jᵏ d‖ / ‖d‖, logarithms

@@ -12,11 +12,9 @@ import numpy as np
 from numba import types
 from numba.experimental import structref
 
+from shakedown.ground.contact_status import OPEN
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.active_set import ActiveSet, add_product, larger
-from shakedown.motion.kernels.contact_status import OPEN
-from shakedown.motion.kernels.moving_state import JUMPS, Course, Record
-from shakedown.motion.kernels.named_state import (
+from shakedown.ground.named_state import (
     Flags,
     Hash,
     NamedState,
@@ -25,6 +23,8 @@ from shakedown.motion.kernels.named_state import (
     inner,
     made,
 )
+from shakedown.motion.plane.active_set import ActiveSet, add_product, larger
+from shakedown.motion.plane.moving_state import JUMPS, Course, Record
 
 MOST_ADDED = 64  # changes of κ u, after which it is computed anew, so that round-off does not add up
 SHORT = 1e-9  # of a cycle: contact states that last no longer are those of one instant, met in any order

@@ -8,11 +8,11 @@ these nodes as it is: there lie all its powers of the increment, and their limit
 from numba import types
 from numba.experimental import structref
 
+from shakedown.ground.contact_status import OPEN, STICK
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.active_set import ActiveSet, larger
-from shakedown.motion.kernels.contact_status import OPEN, STICK
-from shakedown.motion.kernels.moving_state import Motion
-from shakedown.motion.kernels.named_state import Integers, NamedState, Reals, fields, inner, made
+from shakedown.ground.named_state import Integers, NamedState, Reals, fields, inner, made
+from shakedown.motion.plane.active_set import ActiveSet, larger
+from shakedown.motion.plane.moving_state import Motion
 
 
 @structref.register

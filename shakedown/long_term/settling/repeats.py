@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from shakedown.ground.contact_status import BACKWARD_SLIP, STICK
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import inner
 from shakedown.long_term.settling.path_check import broken_law
 from shakedown.long_term.settling.period_map import begin_map, end_map
 from shakedown.long_term.settling.search import BROKEN, CONFIRM, LIMIT, MAP, REPEATS, SEARCHING, WALK, Search
-from shakedown.motion.kernels.active_set import add_product, factorize, larger
-from shakedown.motion.kernels.contact_status import BACKWARD_SLIP, STICK
-from shakedown.motion.kernels.named_state import inner
+from shakedown.motion.plane.active_set import add_product, factorize, larger
 
 
 @inner

@@ -8,10 +8,10 @@ from numba.experimental import structref
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
 from shakedown.long_term.settling.path_check import PATH_CHECK, PathCheck
 from shakedown.long_term.settling.period_map import PERIOD_MAP, PeriodMap
-from shakedown.motion.kernels.named_state import Hash, Integers, NamedState, Reals, entered, fields, keeping
-from shakedown.motion.kernels.run import RUN, Run
+from shakedown.motion.plane.run import RUN, Run
 
 START, WALK, MAP, LEAP, CONFIRM, REPEATS, LIMIT, NEXT_LEAP, LEAVE = range(9)  # phases
 # Verdicts; BLURRED: no slip, but beside the loads at rest those that change are next to round-off.

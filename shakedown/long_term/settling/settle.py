@@ -1,5 +1,6 @@
 """State after state: the loop that carries searches from phase to phase and enters their answers."""
 
+from shakedown.ground.named_state import call_at, entered, inner
 from shakedown.long_term.settling.leaps import (
     after_confirmation,
     after_leap,
@@ -37,9 +38,8 @@ from shakedown.long_term.settling.search import (
     Search,
     Standing,
 )
-from shakedown.motion.kernels.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
-from shakedown.motion.kernels.named_state import call_at, entered, inner
-from shakedown.motion.kernels.run import Run
+from shakedown.motion.plane.moving_state import DONE, EFFORT, PAUSED, RECORD_FULL, begin
+from shakedown.motion.plane.run import Run
 
 ANEW, FROM_HERE, RATES, JUMP, STOPPED, LEAVES = range(6)  # what a search is told, beside LIMIT_WANTED
 

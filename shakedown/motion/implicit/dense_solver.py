@@ -9,7 +9,7 @@ from numba.extending import get_cython_function_address, intrinsic
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.named_state import inner
+from shakedown.ground.named_state import inner
 
 NO_TRANSPOSE = ord("N")
 

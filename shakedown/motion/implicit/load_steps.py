@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from shakedown.ground.named_state import borrowing, entered, inner
 from shakedown.motion.implicit.newton_rounds import go, move, newton
 from shakedown.motion.implicit.sweeps import contact_position, sweep
 from shakedown.motion.implicit.swept_stiffness import MOST_UPDATES, exchange, product, shift
-from shakedown.motion.kernels.named_state import borrowing, entered, inner
 
 FIRST_SWEEPS, MOST_SWEEPS = 3, 400  # before Newton's method; twice as many after every stall
 

@@ -11,10 +11,10 @@ the step: where they touch follows from their reactions. The others go where the
 
 import numpy as np
 
+from shakedown.ground.named_state import borrowing, inner
 from shakedown.motion.implicit.dense_solver import factorise, solve
 from shakedown.motion.implicit.sweeps import contact_position
 from shakedown.motion.implicit.swept_stiffness import inverse
-from shakedown.motion.kernels.named_state import borrowing, inner
 
 ROUNDS = 25
 HALVINGS = 8  # of one step

@@ -9,7 +9,7 @@ that the node is held in, and where it cannot open either, any.
 
 import math
 
-from shakedown.motion.kernels.named_state import inner
+from shakedown.ground.named_state import inner
 
 STICKS, SLIPS, OPENS, NO_STATE = 0, 1, 2, 3
 ROUNDS = 20  # of Newton's method

@@ -6,9 +6,9 @@ that closes is taken back; without, its gap is one more displacement (the thesis
 
 import numpy as np
 
+from shakedown.ground.named_state import borrowing, inner
 from shakedown.motion.implicit.node_alone import NO_STATE, OPENS, state_alone
 from shakedown.motion.implicit.swept_stiffness import exchange, inverse, shift
-from shakedown.motion.kernels.named_state import borrowing, inner
 
 
 @borrowing

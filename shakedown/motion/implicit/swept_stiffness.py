@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.motion.kernels.named_state import borrowing, inner, summing
+from shakedown.ground.named_state import borrowing, inner, summing
 
 SINGULAR = 1e-13  # of a block's determinant, relative to what the node's own stiffness has
 MOST_UPDATES = 2000  # before N is made anew from κ: each of them leaves a round-off

@@ -17,10 +17,10 @@ from shakedown.files.table_file import check_table
 from shakedown.ground.errors import ProblemError, ShakedownError, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.importing.import_model import Import
 from shakedown.joint.arguments import check_load_factor, checked, real_array
 from shakedown.joint.problem import Problem
-from shakedown.long_term.nodes.slip_criterion import check_slip_below
+from shakedown.long_term.slip_criterion import check_slip_below
+from shakedown.models.importing.import_model import Import
 from shakedown.studies.designs.design_point import LIMITS, OF_SPACE, DesignPoint, Question, design_point
 from shakedown.studies.designs.diagram import Sweep
 from shakedown.studies.designs.variation import Configured, ProblemOf, Variation, checked_variation

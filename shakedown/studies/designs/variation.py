@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.visible_text import shortened
-from shakedown.importing.import_model import Import, import_model
 from shakedown.joint.arguments import real_array
 from shakedown.joint.problem import Problem
+from shakedown.models.importing.import_model import Import, import_model
 from shakedown.studies.designs.parameters import FACTORS, PARAMETERS, parameter_of, with_parameter
 
 MOST_POINTS = 1_000_000

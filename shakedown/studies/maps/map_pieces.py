@@ -15,7 +15,7 @@ from shakedown.joint.problem import Problem
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.limit_search import LONGEST_PERIOD
 from shakedown.long_term.many_states import NAMES, LongTermStates, long_term_states
-from shakedown.long_term.nodes.node_results import slip_ranges
+from shakedown.long_term.node_results import slip_ranges
 from shakedown.studies.maps.map_file import Kinds, kinds_of
 from shakedown.studies.maps.samplers import BLOCK, Sampling
 

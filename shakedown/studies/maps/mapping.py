@@ -23,7 +23,7 @@ from shakedown.ground.visible_text import visible
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.joint.problem import Problem
 from shakedown.long_term.limit_search import LONGEST_PERIOD
-from shakedown.long_term.nodes.slip_criterion import check_slip_below
+from shakedown.long_term.slip_criterion import check_slip_below
 from shakedown.studies.maps.basin_map import InitialStateMap, basin_map
 from shakedown.studies.maps.map_file import Columns, finished_map, joined_columns, mapped_columns, write_map
 from shakedown.studies.maps.map_pieces import MapPieces, MapSearch

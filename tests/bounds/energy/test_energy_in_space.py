@@ -9,8 +9,8 @@ from bounds.energy.space import gammas, in_other_units, plainly, space_joint, tu
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
 from shakedown.bounds.energy.ball_watch import BallWatch
-from shakedown.bounds.energy.discs.closed_ball import closed_radius
-from shakedown.bounds.energy.discs.exact_discs import ExactDiscs
+from shakedown.bounds.energy.closed_ball import closed_radius
+from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.joint.loading import loading
 
 # λ_max, then λ_E from slip zero and R at half λ_max with c = 0, and λ_E with half of A_ii⁻¹ B_ii, from an

@@ -8,8 +8,8 @@ from bounds.energy.space import gammas, space_joint
 
 import shakedown
 from shakedown import Problem, energy_ball, energy_bound
-from shakedown.bounds.energy.discs.ball_limits import disc_limits
-from shakedown.bounds.energy.discs.own_share import best_share
+from shakedown.bounds.energy.ball_limits import disc_limits
+from shakedown.bounds.energy.own_share import best_share
 from shakedown.joint.contact_zone import contact_zone
 from shakedown.joint.loading import loading
 

@@ -6,7 +6,7 @@ import pytest
 from shakedown.joint.law import Law
 from shakedown.motion.contact_law import Scales, law_violation
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, StepStatus
-from shakedown.motion.kernels.gauss_seidel import Stiffness, load_steps
+from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 
 
 def blocks(n, seed, coupling=1.0):

@@ -10,10 +10,10 @@ from benchmarks.adversary import difficult_joint
 from benchmarks.problems import in_units, random_problem
 from shakedown import fem
 from shakedown.assessment import every_limit
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
 from shakedown.ground.errors import UsageError
 from shakedown.joint.constraints import constraints, step_loads
 from shakedown.joint.loading import loading
-from shakedown.planar.collapse.single_node_cycle import single_node_cycle
 from shakedown.studies.designs.cycle_pattern import cycle_pattern, first_load_slip
 
 TWO, THREE = shakedown.example("two-node"), shakedown.example("three-node")

@@ -12,7 +12,7 @@ from shakedown import Status
 from shakedown.campaign.journal import Journal
 from shakedown.ground.errors import BudgetExceeded, UsageError
 from shakedown.ground.tolerances import DEFAULT
-from shakedown.importing.templates import write_import_example
+from shakedown.models.importing.templates import write_import_example
 from shakedown.studies.designs.design_point import DesignLimit, _contradictions, _Known
 from shakedown.studies.designs.diagram import Region
 from shakedown.studies.designs.parameters import with_parameter

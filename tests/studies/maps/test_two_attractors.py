@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import shakedown
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.motion.integrator import Evolution
-from shakedown.planar.uniqueness.in_contact import unique_in_contact
 
 JOINT = shakedown.example("two-attractors")
 DISSIPATIONS = (1.876905, 2.135192)

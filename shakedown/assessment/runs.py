@@ -1,0 +1,138 @@
+"""The simulations of a verification, each held against what was predicted for it."""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.load_regions import BELOW, NO_ZONE
+from shakedown.assessment.plan import Case
+from shakedown.bounds.collapse.lower import LowerBound
+from shakedown.ground.evidence import Missing, present
+from shakedown.ground.shown_values import at_lambda, nodes_in_words, plain, short
+from shakedown.ground.status import Guarantee, Outcome
+from shakedown.joint.result import Result
+from shakedown.long_term.energy_proof import proof_in
+from shakedown.long_term.simulation import Simulation, simulate
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Result):
+    """One simulation, with what was predicted for it.
+
+    Attributes
+    ----------
+    case
+        What was to be simulated, and what is predicted for it.
+    agrees
+        True, False, or None where nothing was predicted, the simulation is undecided, or comes to rest
+        with other nodes open than the prediction is about.
+    simulation, seconds
+        What came out, and the time it took [s].
+    """
+
+    case: Case
+    agrees: bool | None
+    simulation: Simulation
+    seconds: float = field(compare=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What was predicted, and the words of the simulation."""
+        words = ("region", "initial", "predicted", "agrees", "seconds")
+        about = {word: plain(getattr(self, word)) for word in words}
+        about |= {"initially_open": plain(self.open_nodes), "after_transient": self.case.after_transient}
+        return about | self.simulation.to_dict()
+
+    def columns(self) -> dict[str, Any]:
+        """Those of the simulation."""
+        return self.simulation.columns()
+
+    def _shown(self) -> Iterator[tuple[str, str]]:
+        found = self.simulation
+        yield from (("load_factor", short(found.load_factor)), ("outcome", short(found.outcome)))
+        for word in ("initial", "predicted", "agrees", "simulation"):
+            yield word, short(getattr(self, word))
+
+    @property
+    def region(self) -> str:
+        """Where the load factor lies."""
+        return self.case.region
+
+    @property
+    def initial(self) -> str:
+        """Name of the initial state."""
+        return self.case.initial
+
+    @property
+    def predicted(self) -> str:
+        """ "shakedown", "slips or opens", or "either" where nothing is predicted."""
+        return self.case.predicted
+
+    @property
+    def open_nodes(self) -> tuple[int, ...]:
+        """The nodes that are open at the start."""
+        return self.case.open_nodes
+
+
+def run_of(limits: Limits, case: Case, cycles: int, method: str) -> Run:
+    """Simulate a case, and hold what comes out against what is predicted, and against the plan's ball."""
+    began, problem = time.perf_counter(), limits.problem
+    if case.after_transient:
+        problem = replace(problem, q_transient=None, p_transient=None)
+    simulation = simulate(
+        problem,
+        case.load_factor,
+        case.start,
+        open_nodes=case.open_nodes,
+        cycles=cycles,
+        method=method,
+        record=problem.n <= 2,
+        tolerances=limits.tolerances,
+    )
+    state = simulation.long_term
+    if state is not None and state.way is not None and state.outcome == Outcome.SHAKEDOWN:
+        ball = present(limits.ball_at(case.load_factor))
+        proof = None if ball is None else proof_in(ball, state.begun, state.course)
+        simulation = replace(simulation, settled=replace(state, proof=proof))
+    seconds = time.perf_counter() - began
+    return Run(case, _agreement(case, simulation), simulation, seconds)
+
+
+def _agreement(case: Case, run: Simulation) -> bool | None:
+    """The bounds speak of shakedown with all nodes closed, or exactly these open, or of every zone."""
+    if case.predicted == "either" or run.outcome == Outcome.UNDECIDED:
+        return None
+    shakes_down = case.predicted == "shakedown"
+    if run.outcome != Outcome.SHAKEDOWN:
+        return not shakes_down
+    if run.open_nodes == case.open_nodes or case.region == NO_ZONE:
+        return shakes_down
+    return False if shakes_down else None
+
+
+def disagreements(runs: Sequence[Run], lower: LowerBound | Missing) -> Iterator[str]:
+    """One sentence for each run that does not do what is predicted."""
+    for run in runs:
+        if run.agrees is not False:
+            continue
+        text = (
+            f"{at_lambda(run.simulation.load_factor)}, {run.region}, initial state {run.initial}: "
+            f"predicted {run.predicted}, simulated {run.simulation.outcome}"
+        )
+        below = run.region == BELOW
+        if below and isinstance(lower, LowerBound) and lower.guarantee != Guarantee.PROVED:
+            text += f"; λ_1 is no proved bound here ({lower.guarantee}), and this is a counter-example"
+        yield text
+
+
+def open_questions(runs: Sequence[Run]) -> Iterator[str]:
+    """One sentence for each run without an outcome, or at rest in a zone that no prediction is about."""
+    for run in runs:
+        found = run.simulation
+        where = f"{run.initial} at {at_lambda(found.load_factor)}"
+        if found.outcome == Outcome.UNDECIDED:
+            yield f"{where}: {found.reason}"
+        elif run.agrees is None and run.predicted != "either":
+            named = nodes_in_words(found.open_nodes)
+            yield f"{where}: shakes down with {named} open: a zone that λ_max is not about (open_nodes)"

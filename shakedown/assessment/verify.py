@@ -1,0 +1,398 @@
+"""Predicted against simulated: does time integration agree with the bounds?"""
+
+import functools
+import os
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+from math import nan
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from shakedown.assessment.assess import AS_GIVEN, Assessment, assess
+from shakedown.assessment.every_limit import Limits
+from shakedown.assessment.independent_bounds import SecondRoad, road_findings
+from shakedown.assessment.open_ends import open_ends
+from shakedown.assessment.plan import is_large, planned_cases, takes_long
+from shakedown.assessment.runs import Run, disagreements, open_questions, run_of
+from shakedown.assessment.slip_limit import SlipLimit
+from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.assessment.work import Beside, SideBySide, Work, find, sought_beside
+from shakedown.bounds.enumeration.critical import CriticalLoadFactors, subset_count
+from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
+from shakedown.bounds.independent_solver import ConicBound
+from shakedown.campaign.recorded_steps import recorded_steps
+from shakedown.ground.argument_kinds import check_seed
+from shakedown.ground.blas_threads import all_cores, on_one_thread
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing, present
+from shakedown.ground.shown_values import plain
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import MANY, check_load_factor, checked, require_problem
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.long_term.node_results import node_results
+from shakedown.long_term.node_table import NodeResults
+from shakedown.long_term.simulation import simulate
+from shakedown.long_term.slip_criterion import check_slip_below
+
+RANDOM_STATES = 3
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a verification was made, so that it can be made again.
+
+    Attributes
+    ----------
+    random_states, seed
+        Number of initial states that random loads leave behind, and the seed these were drawn with.
+    cycles, method
+        As for :func:`shakedown.simulate`.
+    """
+
+    random_states: int
+    seed: int
+    cycles: int
+    method: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Verification(Result):
+    """Result of :func:`verify`.
+
+    Attributes
+    ----------
+    assessment
+        The limits that are verified, from the first given state, or from slip zero.
+    second
+        Both bounds once more, by an interior-point method (Clarabel).
+    critical
+        All (n+1)-subsets, or None where there are more than the budget allows.
+    curve
+        λ_1(R) for initial states near the safe slip, or None where there is no
+        gap between the bounds to close, and for a load domain.
+    slip_limit
+        Up to where every slip range stays below a length, where that was asked for.
+    runs
+        Every simulation.
+    disagreements
+        One sentence each; empty where prediction and simulation agree, and both
+        solvers of the bounds.
+    open_questions
+        One sentence for each simulation without an outcome, each bound without an answer, and each
+        that exact arithmetic disputes.
+    notes
+        What limits the evidence without touching an answer: one sentence for each bound
+        that the independent solver does not reach, or not to full accuracy.
+    settings
+        How it was made.
+    unfinished
+        What is still to come, in words, of one that is shown while it is made; else empty.
+    """
+
+    assessment: Assessment
+    second: SecondRoad
+    critical: CriticalLoadFactors | None
+    curve: GuaranteeCurve | None
+    slip_limit: SlipLimit | None
+    runs: tuple[Run, ...]
+    disagreements: tuple[str, ...]
+    open_questions: tuple[str, ...]
+    notes: tuple[str, ...]
+    settings: Settings
+    unfinished: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document that ``shakedown-bounds verify --json`` writes."""
+        limits, counted = self.limits, {} if self.critical is None else self.critical.to_dict()
+        second = {"lower": self.second.lower, "upper": self.second.upper}
+        subsets = (
+            subset_count(self.problem.n, len(self.problem.law.smooth))
+            if self.problem.directions == 1
+            else None
+        )
+        document = {
+            "problem": self.problem,
+            **limits.bounds.to_dict(),
+            "energy": limits.energy,
+            "box": present(limits.box),
+            **limits.universal.document(),
+            "agrees": self.agrees,
+            "disagreements": self.disagreements,
+            "open_questions": self.open_questions,
+            "notes": self.notes,
+            "second_road": {
+                "solver": self.second.upper.solver,
+                **{
+                    k: None if v is None else {"status": v.status, "load_factor": v.load_factor}
+                    for k, v in second.items()
+                },
+            },
+            "critical": None if subsets is None else {"total": subsets, **counted},
+            "friction": present(limits.friction),
+            "transient": self.transient,
+            "sensitivities": {name: present(each) for name, each in limits.sensitivities.items()},
+            "guarantee_curve": self.curve,
+            **({} if self.slip_limit is None else {"slip_criterion": self.slip_limit}),
+            "runs": self.runs,
+            "nodes": self.nodes,
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+    def columns(self) -> dict[str, Any]:
+        """One row per simulation."""
+        words = ("region", "initial", "predicted", "agrees", "seconds")
+        columns: dict[str, Any] = {
+            "load_factor": [run.simulation.load_factor for run in self.runs],
+            **{word: [getattr(run, word) for run in self.runs] for word in words},
+        }
+        columns["outcome"] = [str(run.simulation.outcome) for run in self.runs]
+        columns["slip_per_cycle"] = [float(run.simulation.slip_per_cycle.max()) for run in self.runs]
+        columns["dissipation_per_cycle"] = [run.simulation.dissipation_per_cycle for run in self.runs]
+        return columns
+
+    @property
+    def problem(self) -> Problem:
+        """The joint."""
+        return self.assessment.problem
+
+    @property
+    def limits(self) -> Limits:
+        """Every limit of the joint."""
+        return self.assessment.details
+
+    @property
+    def transient(self) -> TransientLimit | None:
+        """λ_T; None where λ_max is not finite and positive, or where it is missing (``notes``)."""
+        return present(self.limits.transient)
+
+    @property
+    def as_given(self) -> Run:
+        """The nominal load (λ = 1) from the first given state, or from slip zero."""
+        return next(run for run in self.runs if _is_as_given(run, self.problem))
+
+    @cached_property
+    def nodes(self) -> NodeResults:
+        """What every node goes through in the long run under the nominal load."""
+        return node_results(self.as_given, tolerances=self.limits.tolerances)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether nothing disagrees and nothing is left open."""
+        return not self.disagreements and not self.open_questions
+
+
+@checked
+@on_one_thread
+def verify(
+    problem: Problem,
+    *,
+    open_nodes: Iterable[int] | Literal["auto"] = "auto",
+    load_factors: Sequence[float] | None = None,
+    random_states: int | None = None,
+    seed: int = 0,
+    cycles: int = 1000,
+    method: str = "event",
+    budget: int = 200_000,
+    slip_below: float | None = None,
+    partial: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    save: Callable[[Verification], None] | None = None,
+    so_far: Callable[[Verification], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> Verification:
+    """Hold the bounds against time integration from several initial states.
+
+    Below λ_U every initial state, closed and admissible, is proved to shake down. Below λ_1
+    that is predicted, and the guarantee of λ_1 says whether it is proved. Above λ_max none can
+    with all nodes in contact, nor below λ_lo where the mean load alone has no safe slip. Between the
+    bounds the safe slip must shake down, and every state inside the energy ball, of
+    which some are drawn just inside its surface (no farther away than the other states), and
+    the first given state (else slip zero) below its box bound, just below which it is
+    simulated; other states may do either. Where λ_max
+    is that of a zone, its safe slip, with its nodes open and after the transient, must
+    shake down without a node that closes or opens; of all others, and above, nothing is
+    predicted.
+
+    Where there are transient load steps, they come first: the safe slip is one that they do not
+    move either, or, where there is none, one that is locked in when they are over; what is said
+    of every state is expected of those in which they leave all nodes closed. Of a load domain
+    λ_U takes the place of λ_1, and the corners are followed in the order given: one path of many.
+
+    Parameters
+    ----------
+    problem
+        The joint and its loading.
+    open_nodes
+        The nodes that stay open (:func:`upper_bound`); ``"auto"`` searches them where the mean
+        load opens some, or no slip is safe with all closed.
+    load_factors
+        Load factors λ to simulate; by default one in every region that is wider than four digits show.
+        λ = 1 comes first, from the state asked about, whatever else is asked for.
+    random_states, seed
+        Number of initial states that random loads, up to twice those of the loop about its mean, leave behind
+        (``slip_left_behind``), and the seed these are drawn with. None: 3, and 1 of joints in space of more
+        than 200 node pairs.
+    cycles, method
+        As for :func:`shakedown.simulate`.
+    budget
+        Enumerate the critical load factors where there are at most so many subsets.
+    slip_below
+        A limit on the slip range of every node in the long run [length]; up to which load factor it
+        holds from the first given state, or from slip zero, is said beside (:func:`slip_limit`).
+    partial
+        Where every piece of work is recorded as soon as it is done, until all are; valid after a kill at any
+        instant. None: nowhere.
+    resume
+        Whether to go on with what a killed run has recorded there, if one has.
+    save
+        Called with the result before what is recorded is removed: what writes it to a file.
+    so_far
+        Called now and then, of work that takes long, with what is known, from the bounds and λ = 1 on.
+    progress
+        Called with (done, total) after every piece of work: the bounds, every simulation,
+        every other bound.
+    tolerances
+        The tolerances that decide.
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range, ``partial`` cannot be written, or what is recorded there is of
+        another run.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> report = shakedown.verify(shakedown.example("two-node"), random_states=1)
+    >>> report.agrees, len(report.runs)
+    (True, 18)
+    """
+    require_problem(problem)
+    if random_states is None:
+        random_states = 1 if is_large(problem) else RANDOM_STATES
+    _check(random_states, seed)
+    for load_factor in load_factors or ():
+        check_load_factor(load_factor, problem)
+    if slip_below is not None:
+        check_slip_below(slip_below)
+    asked = _Asked(open_nodes, load_factors, budget, slip_below)
+    asked = asked._replace(open_nodes=open_nodes if isinstance(open_nodes, str) else tuple(open_nodes))
+    settings = Settings(random_states, seed, cycles, method)
+    header = {} if partial is None else _header(problem, asked, settings, tolerances)
+    with recorded_steps(partial, header, problem, resume=resume) as steps:
+        found = _verified(problem, asked, settings, Work(steps, progress, so_far), tolerances)
+        if save is not None:
+            save(found)
+        steps.remove()
+    return found
+
+
+class _Asked(NamedTuple):
+    """What a verification is asked beside its :class:`Settings`."""
+
+    open_nodes: Iterable[int] | Literal["auto"]
+    load_factors: Sequence[float] | None
+    budget: int
+    slip_below: float | None
+
+
+def _header(problem: Problem, asked: _Asked, settings: Settings, tolerances: Tolerances) -> dict[str, str]:
+    """All that a verification depends on, by name."""
+    words = {"problem": problem.fingerprint, "stiffness_accuracy": problem.stiffness_accuracy}
+    factors = None if asked.load_factors is None else [float(factor) for factor in asked.load_factors]
+    words |= asked._replace(load_factors=factors)._asdict() | vars(settings)
+    return {"run": "verify", "version": version("shakedown-bounds"), "tolerances": repr(tolerances)} | {
+        word: repr(value) for word, value in words.items()
+    }
+
+
+def _verified(
+    problem: Problem, asked: _Asked, settings: Settings, work: Work, tolerances: Tolerances
+) -> Verification:
+    """The verification itself, piece by piece."""
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    found = assess(problem, start, open_nodes=asked.open_nodes, tolerances=tolerances)
+    limits, random = found.details, (settings.random_states, settings.seed)
+    simulate(problem, 0.0, cycles=1, method=settings.method)  # compiled code: no run's time should count it
+    for name in ("upper", "lower", "through_transient", "universal", "energy", "box"):
+        find(limits, name, work.steps.done)
+    cases = planned_cases(limits, asked.load_factors, *random, work.steps)
+    work.pieces = len(cases) + len(Beside._fields)
+    how, runs = (settings.cycles, settings.method), list[Run]()
+    steps: list[Callable[[], Any]] = [functools.partial(run_of, limits, case, *how) for case in cases]
+    first = sum(case.load_factor == AS_GIVEN for case in cases)  # λ = 1 comes first, then λ_T
+    steps.insert(first, lambda: limits.transient)
+    side_by_side = SideBySide(steps, all_cores() if takes_long(problem) else 1)
+    for number in range(len(steps)):
+        ended = work.done(functools.partial(side_by_side.result, number))
+        if number == first:
+            vars(limits)["transient"] = ended
+        else:
+            runs.append(ended)
+        if any(_is_as_given(run, problem) for run in runs):
+            work.show(lambda: _so_far(found, runs, len(cases), settings))
+    beside = sought_beside(limits, asked.budget, asked.slip_below, work)
+    roads = list(road_findings(limits.bounds, beside.second, tolerances))
+    return Verification(
+        assessment=found,
+        second=beside.second,
+        critical=beside.critical,
+        curve=present(beside.curve),
+        slip_limit=present(beside.slip),
+        runs=tuple(runs),
+        disagreements=(
+            *(text for agrees, text in roads if agrees is False),
+            *disagreements(runs, limits.lower),
+        ),
+        open_questions=(
+            *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
+            *open_questions(runs),
+        ),
+        notes=(*(text for agrees, text in roads if agrees is None), *beside.missing()),
+        settings=settings,
+    )
+
+
+def _is_as_given(run: Run, problem: Problem) -> bool:
+    name = "zero" if problem.initial_slip is None else "given 0"
+    return run.initial == name and run.simulation.load_factor == AS_GIVEN
+
+
+def _so_far(found: Assessment, runs: Sequence[Run], planned: int, settings: Settings) -> Verification:
+    """What is known before all is done; limits that are not worked out yet are missing."""
+    limits = copy(found.details)
+    later = Missing("still to come")
+    vars(limits).update({name: later for name in ("transient", "friction") if name not in vars(limits)})
+    none = ConicBound(Status.UNDECIDED, nan, -1, np.full(limits.problem.layout.slip_size, nan), "Clarabel")
+    return Verification(
+        assessment=replace(found, details=limits),
+        second=SecondRoad(None, none, 0),
+        critical=None,
+        curve=None,
+        slip_limit=None,
+        runs=tuple(runs),
+        disagreements=tuple(disagreements(runs, limits.lower)),
+        open_questions=(
+            *open_ends(limits.lower, limits.upper, limits.energy, limits.universal),
+            *open_questions(runs),
+        ),
+        notes=(),
+        settings=settings,
+        unfinished=f"Unfinished: {len(runs)} of {planned} runs; the independent solver is still to come.",
+    )
+
+
+def _check(random_states: int, seed: int) -> None:
+    """Raise ``UsageError`` where an argument of a verification is out of range."""
+    if random_states > MANY:
+        raise UsageError(f"random states: expected at most {MANY:,}, found {random_states}")
+    if random_states < 0:
+        raise UsageError(f"random states: expected at least 0, found {random_states}")
+    check_seed(seed)

@@ -1,0 +1,117 @@
+"""The pieces of work of a verification: recorded, counted, and shown while they are done."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from threading import Thread
+from typing import Any, NamedTuple, TypeVar
+
+from shakedown.assessment.every_limit import JointLimits, Limits
+from shakedown.assessment.independent_bounds import SecondRoad, second_road
+from shakedown.assessment.slip_limit import SlipLimit
+from shakedown.assessment.transient_limit import TransientLimit
+from shakedown.bounds.enumeration.critical import CriticalLoadFactors, critical_load_factors, subset_count
+from shakedown.bounds.every_state.guarantee_curve import GuaranteeCurve
+from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
+from shakedown.campaign.recorded_steps import RecordedSteps
+from shakedown.ground.evidence import Missing, present
+
+CURVE_RADII = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # in multiples of max |safe slip|
+SHOWN_EVERY, LEISURE = 15.0, 10.0  # seconds between pages of what is known; times what one takes, at least
+
+T = TypeVar("T")
+
+
+class Work:
+    """Pieces of work, recorded where they are to be, of which somebody is told that they are done."""
+
+    def __init__(
+        self,
+        steps: RecordedSteps,
+        progress: Callable[[int, int], None] | None,
+        so_far: Callable[[Any], None] | None,
+    ) -> None:
+        self.steps, self.progress, self.pieces, self.count = steps, progress, 0, 0
+        self.so_far, self._since, self._wait = so_far, time.monotonic(), SHOWN_EVERY
+
+    def show(self, found: Callable[[], Any]) -> None:
+        """Show what is known, where somebody wants to see it and it is time to."""
+        began = time.monotonic()
+        if self.so_far is None or began - self._since < self._wait:
+            return
+        self.so_far(found())
+        self._since = time.monotonic()
+        self._wait = max(SHOWN_EVERY, LEISURE * (self._since - began))
+
+    def done(self, step: Callable[[], T]) -> T:
+        """What a piece of work finds."""
+        result = self.steps.done(step)
+        self.count += 1
+        if self.progress is not None:
+            self.progress(self.count, self.pieces)
+        return result
+
+
+def find(limits: Limits, name: str, done: Callable[[Callable[[], Any]], Any]) -> None:
+    """Read a limit, a piece of work, and keep it with the others whether it is found now or was before."""
+    vars(limits)[name] = done(lambda: getattr(limits, name))
+
+
+class SideBySide:
+    """Steps that threads do one after the other from the first that is asked for; in one thread when asked.
+
+    What they take most of their time for is compiled, and lets others work.
+    """
+
+    def __init__(self, steps: Sequence[Callable[[], Any]], threads: int) -> None:
+        self.steps, self.threads = steps, threads
+        self._ends: dict[int, Future[Any]] = {}
+
+    def result(self, number: int) -> Any:
+        """What a step finds; those after it are begun."""
+        if self.threads == 1:
+            return self.steps[number]()
+        if not self._ends:
+            self._ends = {k: Future() for k in range(number, len(self.steps))}
+            left = iter(self._ends.items())
+            for _ in range(self.threads):  # an interrupt does not wait for them
+                Thread(target=self._work, args=(left,), daemon=True).start()
+        return self._ends[number].result()
+
+    def _work(self, left: Iterator[tuple[int, "Future[Any]"]]) -> None:
+        for number, end in left:
+            try:
+                end.set_result(self.steps[number]())
+            except BaseException as error:
+                end.set_exception(error)
+                return
+
+
+class Beside(NamedTuple):
+    """What a verification asks for beside its simulations."""
+
+    second: SecondRoad
+    curve: GuaranteeCurve | Missing | None
+    critical: CriticalLoadFactors | None
+    friction: FrictionThresholds | None
+    transient: TransientLimit | Missing | None
+    slip: SlipLimit | Missing | None
+
+    def missing(self) -> Iterator[str]:
+        """One sentence for each piece of evidence whose solver came to no end."""
+        evidence = {"the guarantee curve": self.curve, "λ_T": self.transient, "the slip limit": self.slip}
+        for name, found in evidence.items():
+            if isinstance(found, Missing):
+                yield f"{name} is missing: {found.reason}"
+
+
+def sought_beside(limits: Limits, budget: int, below: float | None, work: Work) -> Beside:
+    """What is asked for beside the simulations, piece by piece."""
+    problem = limits.problem
+    few = problem.directions == 1 and subset_count(problem.n, len(problem.law.smooth)) <= budget
+    second = work.done(lambda: second_road(problem, limits.bounds, limits.tolerances))
+    curve = work.done(lambda: limits.curve(CURVE_RADII) if isinstance(limits, JointLimits) else None)
+    critical = work.done(lambda: critical_load_factors(problem) if few else None)
+    find(limits, "friction", work.done)
+    slip = work.done(lambda: None if below is None else limits.slip(below))
+    return Beside(second, curve, critical, present(limits.friction), limits.transient, slip)

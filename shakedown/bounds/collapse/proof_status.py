@@ -1,0 +1,213 @@
+"""How far the first collapse is a guarantee of shakedown from every initial state.
+
+The proofs are statements 1 to 6 of docs/guarantee.md. In short: where the coupling ratio ρ* is below 1
+every motion below λ_1 comes to rest (statement 3), for any number of nodes; also where no slip raises a
+measure of the differences between nodes (8), as of many bodies that friction alone holds; for two nodes
+wherever the motion is unique (5). Where none of these holds, at most cycles of one node alone are
+excluded (4).
+That no node lifts off is checked apart (6, ``lift_off``). All of it follows one loop in its
+order: of a load domain nothing is proved here.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf, isnan, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.bounds.collapse.lift_off import lift_off_bound
+from shakedown.bounds.collapse.single_node_cycle import SingleNodeCycle, single_node_cycle
+from shakedown.bounds.uniqueness.coupling import Coupling, coupling
+from shakedown.bounds.uniqueness.difference_gauge import difference_gauge
+from shakedown.bounds.uniqueness.in_contact import Uniqueness, unique_in_contact
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.shown_values import down, up
+from shakedown.ground.status import Guarantee
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.constraints import constraints
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.joint.rigid_slips import rigid_slips
+
+ANY_ORDER = (
+    "the load steps are the corners of a load domain, and λ_1 is about a loop that returns to each of them "
+    "in every period: what is proved of every path is λ_U"
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GuaranteeStatus(Result):
+    """Status of the guarantee below the first collapse, with the evidence.
+
+    Attributes
+    ----------
+    guarantee
+        Proved, single-node-excluded or evidence (:class:`Guarantee`).
+    reason
+        Why, in words.
+    coupling_ratio
+        ρ*; NaN where a node is at or above its own critical friction.
+    single_node_bound
+        Load factor below which no node alone can slip cyclically; NaN where not computed, and
+        for a load domain.
+    lift_off_bound
+        Load factor below which no admissible slip lifts a node off; NaN where not computed.
+    """
+
+    guarantee: Guarantee
+    reason: str
+    coupling_ratio: float
+    single_node_bound: float
+    lift_off_bound: float
+
+
+class Argument(NamedTuple):
+    """A proof that holds up to the first collapse.
+
+    Attributes
+    ----------
+    name, reason
+        What it is called, and why it applies.
+    keeps_closed
+        Whether no node can lift off below the first collapse either.
+    drift_bound
+        Below it a body that friction alone holds cannot drift; inf where something else holds it.
+    """
+
+    name: str
+    reason: str
+    keeps_closed: bool = False
+    drift_bound: float = inf
+
+
+class Evidence:
+    """What the guarantee of a first collapse rests on, each part worked out when first read, and once.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    load_factor
+        Its first collapse λ_1.
+    tolerances
+        A bound that misses λ_1 by no more than ``feasibility`` reaches it: the claim is
+        about load factors below λ_1.
+    """
+
+    def __init__(self, problem: Problem, load_factor: float, tolerances: Tolerances = DEFAULT) -> None:
+        self.problem, self.load_factor, self.tolerances = problem, load_factor, tolerances
+
+    @cached_property
+    def argument(self) -> Argument | None:
+        """The proof that every state shakes down up to λ_1 while all nodes stay closed; None without one.
+
+        Without coupling it holds for every path inside a load domain; the others follow a loop.
+        """
+        problem = self.problem
+        if not problem.B.any():
+            reason = "no coupling (B = 0): Melan's theorem holds, both bounds coincide"
+            return Argument("Melan", reason, keeps_closed=True)
+        if problem.is_domain:
+            return None
+        ratio, bound = coupling(problem).ratio, coupling(problem).bound
+        if bound < 1.0:
+            reason = f"coupling ratio {ratio:.4g} below 1: the first collapse is the limit"
+            return Argument("first collapse", reason)
+        if problem.n == 2 and self.unique:
+            return Argument("two nodes", "two nodes below the friction thresholds (thesis §4.4)")
+        if difference_gauge(problem) is not None:
+            drift_bound = _drift_bound(problem) if rigid_slips(problem).pinned else inf
+            reason = "no slip raises the differences between the nodes: the first collapse is the limit"
+            return Argument("differences", reason, drift_bound=drift_bound)
+        return None
+
+    @cached_property
+    def unique(self) -> Uniqueness | Missing:
+        """Whether the motion in contact is unique."""
+        return sought(unique_in_contact, self.problem, tolerances=self.tolerances)
+
+    @cached_property
+    def lift_off(self) -> float | Missing:
+        """Below this load factor no admissible slip lifts a node off."""
+        return sought(lift_off_bound, self.problem, self.load_factor, tolerances=self.tolerances)
+
+    @cached_property
+    def alone(self) -> SingleNodeCycle | Missing:
+        """Below its load factor no node cycles alone."""
+        return sought(single_node_cycle, self.problem, tolerances=self.tolerances)
+
+
+def guarantee_status(known: Evidence) -> GuaranteeStatus:
+    """What is proved about shakedown from every initial state below the first collapse.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> status = guarantee_status(Evidence(shakedown.example("three-node"), 3.096))
+    >>> status.guarantee.value, round(status.coupling_ratio, 3), round(status.single_node_bound, 4)
+    ('evidence', 1.039, 2.4442)
+    """
+    if isinstance(known.alone, Missing):
+        rest = _status(known, nan)
+        return replace(rest, reason=f"{rest.reason}; the single-node bound is missing: {known.alone.reason}")
+    return _status(known, known.alone.load_factor)
+
+
+def _status(known: Evidence, alone: float) -> GuaranteeStatus:
+    """The status, with the load factor below which no node cycles alone (NaN where that is not known)."""
+    load_factor, ratio = known.load_factor, coupling(known.problem).ratio
+    if known.problem.is_domain and load_factor > 0.0:
+        return GuaranteeStatus(Guarantee.EVIDENCE, ANY_ORDER, ratio, alone, nan)
+    argument = known.argument
+    if argument is not None and argument.keeps_closed:
+        return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, nan)
+    if load_factor == 0.0:
+        return GuaranteeStatus(Guarantee.EVIDENCE, "there is nothing to guarantee", ratio, alone, nan)
+    reached = load_factor * (1 - known.tolerances.feasibility)
+    if argument is not None and argument.drift_bound >= reached:
+        stays_closed = known.lift_off
+        if isinstance(stays_closed, Missing):
+            caveat = f"{argument.reason}, but the lift-off bound is missing: {stays_closed.reason}"
+            return GuaranteeStatus(Guarantee.EXCLUDED, caveat, ratio, alone, nan)
+        if stays_closed >= reached:
+            return GuaranteeStatus(Guarantee.PROVED, argument.reason, ratio, alone, stays_closed)
+        caveat = f"from the load factor {up(stays_closed)} on locked-in slip can lift a node off"
+        text = f"{argument.reason}, but {caveat}"
+        return GuaranteeStatus(Guarantee.EXCLUDED, text, ratio, alone, stays_closed)
+    return _without_proof(reached, coupling(known.problem), alone)
+
+
+def _drift_bound(problem: Problem) -> float:
+    """Load factor at which a floating body may reach all limits of one side at once, λ_w.
+
+    With y (A ∓ f B) = 0 and y > 0 the slips drop out of y · (g − G v − λ d): it vanishes where all these
+    limits are reached. One side is that of one direction of the rigid slip, so it is the other limit of nodes
+    whose own slip is counted the other way round.
+    """
+    rows, bounds = constraints(problem), [inf]
+    turned = rigid_slips(problem).motions[:, 0] < 0.0
+    for side in (0, 1):
+        chosen = 2 * np.arange(problem.n) + np.where(turned, 1 - side, side)
+        y = np.linalg.svd(rows.G[chosen])[0][:, -1]
+        y = y * np.sign(y.sum())
+        room, load = float(y @ rows.g[chosen]), float(y @ rows.d[chosen])
+        if not (np.all(y > 0.0) and room > 0.0):
+            return 0.0
+        bounds.append(room / load if load > 0.0 else inf)
+    return min(bounds)
+
+
+def _without_proof(reached: float, influence: Coupling, alone: float) -> GuaranteeStatus:
+    """No proof: at most, cycles of one node alone are excluded."""
+    status, ratio = Guarantee.EVIDENCE, influence.ratio
+    if alone >= reached:
+        status = Guarantee.EXCLUDED
+        reason = f"no node can cycle alone below {down(alone)}, which is weak evidence: several together may"
+    elif isnan(ratio):
+        reason = "a node is at or above its own critical friction: there is no proof, only simulation"
+    elif isnan(alone):
+        reason = f"coupling ratio {ratio:.4g}, not below 1: there is no proof, only simulation"
+    else:
+        reason = f"coupling ratio {ratio:.4g}, not below 1: a node may cycle alone from {up(alone)} on"
+    return GuaranteeStatus(status, reason, ratio, alone, nan)

@@ -1,0 +1,118 @@
+"""The largest ball at a load factor, and the ball that holds a state best, and what confirms them."""
+
+from dataclasses import dataclass, replace
+from math import inf, nan
+
+import numpy as np
+
+from shakedown.bounds.energy.ball_limits import DiscLimits, without_margin
+from shakedown.bounds.energy.centre_and_shares import full_share, holding, largest, widest
+from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+
+
+@dataclass(frozen=True)
+class BestBall:
+    """A ball of slips, its radius in units of ``metric.unit``; see :class:`EnergyBall`."""
+
+    status: Status
+    reason: str
+    slip: FloatArray
+    radius: float
+    active: tuple[tuple[int, int], ...]
+    residual: float
+    share: FloatArray
+    shortfall: float = nan
+
+
+def best_ball(
+    limits: DiscLimits,
+    load_factor: float,
+    state: FloatArray | None,
+    tolerances: Tolerances,
+    *,
+    split: bool,
+) -> BestBall:
+    """The largest ball at a load factor, or the one in which a state has the largest margin."""
+    reason = without_margin(limits)
+    if reason:
+        return _nothing(limits, reason)
+    held = None if state is None else limits.rigid.relative(state)
+    if held is not None:
+        check_resolved(limits, held, 0.0, tolerances)
+    everywhere = _in_every_ball(limits, split=split)
+    if everywhere is not None:
+        slip, margin = widest(everywhere, load_factor)
+        if margin > tolerances.feasibility:
+            residual = _residual(everywhere, load_factor, slip, 0.0)
+            return BestBall(Status.UNBOUNDED, ALL_ADMISSIBLE, slip, inf, (), residual, everywhere.share)
+        if not limits.own.any():
+            return _nothing(limits, NO_ROOM)
+    if held is None:
+        found, missing = largest(limits, load_factor, tolerances, split=split), NO_SAFE_SLIP
+    else:
+        found, missing = holding(limits, load_factor, held, tolerances, split=split), NOT_HELD
+    if found.status == Status.INFEASIBLE:
+        return _nothing(limits, missing)
+    if held is not None and not found.end.value > 0:
+        short = -found.end.value * found.about.length
+        return replace(_nothing(limits, NOT_HELD), shortfall=short)
+    limits, slip = found.limits, found.slip
+    if not leaves_margins(limits, slip, load_factor, tolerances):
+        return _nothing(limits, NO_ROOM)
+    radius = _radius_left(limits, slip, load_factor, found.radius)
+    return BestBall(
+        found.status,
+        WEDGED if found.status == Status.UNBOUNDED else "",
+        slip,
+        radius,
+        limits.names(found.carrying),
+        _residual(limits, load_factor, slip, radius),
+        limits.share,
+    )
+
+
+def check_resolved(limits: DiscLimits, slip: FloatArray, distance: float, tolerances: Tolerances) -> None:
+    """Raise ``UsageError`` where a slip, or a distance around it, drowns the loads in its round-off."""
+    loads = float(np.abs(limits.g).max() + np.abs(limits.d).max())
+    most = tolerances.stored_digits / np.finfo(float).eps * loads
+    metric, G = limits.metric, limits.G.reshape(-1, limits.n)
+    with np.errstate(over="ignore"):
+        locked = float((np.abs(G) @ np.abs(slip)).max())
+        around = float(np.linalg.norm(G @ metric.inverse, axis=1).max(initial=0.0)) * distance / metric.unit
+    for name, found in (("initial slip", locked), ("distance", around)):
+        if loads > 0 and found > most:
+            raise UsageError(f"{name}: expected reactions below {most:.3g} from it, found {found:.3g}")
+
+
+def leaves_margins(limits: DiscLimits, slip: FloatArray, load_factor: float, tolerances: Tolerances) -> bool:
+    """Whether some slip has a margin > 0 to every limit: then so has one next to every centre."""
+    tight = limits.room(slip, load_factor) <= tolerances.feasibility * limits.sizes(slip, load_factor)
+    return not tight.any() or widest(limits, load_factor)[1] > tolerances.feasibility
+
+
+def _in_every_ball(limits: DiscLimits, *, split: bool) -> DiscLimits | None:
+    """The limits with shares at which no slip shifts a limit of another node; None where there are none."""
+    each = limits.shared(full_share(limits)) if split else limits
+    return None if each.spread.any() or each.gap_spread.any() else each
+
+
+def _residual(limits: DiscLimits, load_factor: float, slip: FloatArray, radius: float) -> float:
+    """The largest violation of a limit, relative to its terms."""
+    excess = -limits.room(slip, load_factor, radius)
+    return float(np.max(excess / limits.sizes(slip, load_factor, radius)))
+
+
+def _radius_left(limits: DiscLimits, slip: FloatArray, load_factor: float, most: float) -> float:
+    """The largest radius, up to the one found, that the limits allow about a slip in floats."""
+    spread = np.append(limits.spread[limits.node], limits.gap_spread)
+    wide = spread > 0
+    return max(0.0, min(most, float(np.min(limits.room(slip, load_factor)[wide] / spread[wide]))))
+
+
+def _nothing(limits: DiscLimits, reason: str) -> BestBall:
+    nowhere = np.full(limits.n, nan)
+    return BestBall(Status.INFEASIBLE, reason, nowhere, 0.0, (), nan, limits.share)

@@ -1,0 +1,329 @@
+"""Critical load factors: every (n+1)-subset of the 2n rows taken as equalities (thesis (5.11), (5.12))."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, islice
+from math import comb, inf
+from time import perf_counter
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from shakedown.bounds.enumeration.findings import (
+    BATCH,
+    NONE,
+    Candidate,
+    SubtreeFindings,
+    batch_piece,
+    in_batches,
+    joined,
+)
+from shakedown.bounds.enumeration.intersection import Intersection, intersection, scaled_rows, solve_subsets
+from shakedown.bounds.exact_rows import exact_rows
+from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.errors import BudgetExceeded, UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import NO_SUBSETS, checked, require_plane
+from shakedown.joint.constraints import Constraints, constraints, rows_named
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.programs.integer_algebra import solve_integers
+
+Progress = Callable[[int, int], None]
+LISTED = 1000
+SMALL = 20_000  # up to here batches are done before compiled code is loaded
+COUNTABLE = 10**40  # so many subsets and more are not even sampled
+BUDGET = 200_000_000
+MOST_NODES = 10_000  # a number of subsets has no more digits than anyone can write
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalLoadFactors(Result):
+    """All critical load factors of a problem.
+
+    Attributes
+    ----------
+    total
+        Number of subsets, C(2n, n + 1).
+    regular
+        Subsets whose rows meet in one point, as counted.
+    degenerate
+        Subsets whose rows do not, to the tolerance ``degeneracy``, as counted: they have
+        no load factor. With ``regular`` they make up ``total``.
+    degenerate_rows
+        (node, side) of the rows of each degenerate subset, the first ``LISTED`` of them.
+    exactly_singular
+        How many of these listed subsets are singular in exact arithmetic too, on the
+        problem as stored; the others are so nearly singular that floats tell nothing.
+    smallest_positive
+        The smallest positive critical load factor, the thesis's λ_min. For more
+        than two nodes it grossly underestimates the first collapse, because most
+        intersections lie outside the safe region.
+    smallest_feasible
+        The smallest positive one that lies on the safe region: the first collapse
+        λ_1, where that is positive.
+    load_factors : (regular,)
+        All of them, sorted, where asked for, else None.
+    """
+
+    DOCUMENT: ClassVar[str] = "total regular degenerate degenerate_rows smallest_positive smallest_feasible"
+    TABLE: ClassVar[str] = "load_factors"
+
+    total: int
+    regular: int
+    degenerate: int
+    degenerate_rows: tuple[tuple[tuple[int, int], ...], ...]
+    exactly_singular: int
+    smallest_positive: Intersection
+    smallest_feasible: Intersection
+    load_factors: FloatArray | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As :meth:`Result.to_dict`; the load factors are in it where they were asked for."""
+        listed = {} if self.load_factors is None else {"load_factors": plain(self.load_factors)}
+        return super().to_dict() | listed
+
+
+@checked
+def subset_count(n: int, smooth: int = 0) -> int:
+    """Number of (n+1)-subsets of 2n rows, and of one more for each of so many nodes without friction.
+
+    Examples
+    --------
+    >>> subset_count(9)
+    43758
+    """
+    if not 0 <= n <= MOST_NODES:
+        raise UsageError(f"n: expected a number of nodes from 0 to {MOST_NODES:,}, found {n}")
+    if not 0 <= smooth <= n:
+        raise UsageError(f"smooth: expected a number from 0 to {n:,}, found {smooth}")
+    return comb(2 * n + smooth, n + 1)
+
+
+@checked
+def critical_load_factors(
+    problem: Problem,
+    *,
+    budget: int = BUDGET,
+    values: bool = False,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> CriticalLoadFactors:
+    """Every intersection of n + 1 frictional constraints (thesis (5.11), (5.12)).
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    budget
+        Largest number of subsets to work through.
+    values
+        Whether to keep, and sort, all load factors (8 bytes each).
+    progress
+        Called as ``progress(done, total)`` from time to time.
+    threads
+        Number of threads; all cores by default.
+    tolerances
+        What counts as degenerate and as safe.
+
+    Raises
+    ------
+    BudgetExceeded
+        If there are more subsets than the budget; says how long they would take.
+    UsageError
+        If the number of threads is not a whole number ≥ 1.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> critical = shakedown.critical_load_factors(shakedown.example("two-node"), values=True)
+    >>> critical.total, critical.degenerate, critical.load_factors.round(6)
+    (4, 0, array([0.657373, 0.739146, 1.05252 , 2.93485 ]))
+    """
+    require_plane("critical load factors", problem, NO_SUBSETS)
+    _check_threads(threads)
+    rows = constraints(problem)
+    total = _count(rows)
+    if not isinstance(budget, int):
+        raise UsageError(f"budget: expected a whole number, found {budget!r}")
+    _check_budget(rows, total, budget)
+    known = NONE if total <= SMALL else _first_one_pair(rows, threads, tolerances)
+    found = [replace(joined([]), smallest_feasible=known)]
+    done = 0
+    wanted = Wanted(-inf if values else inf, known[0], tolerances)
+    for piece in _walk(rows, wanted, threads):
+        found.append(piece)
+        done += piece.subsets
+        if progress is not None:
+            progress(done, total)
+    return _report(problem, rows, joined(found), values)
+
+
+@checked
+def load_factors_above(
+    problem: Problem, cut: float, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
+) -> Iterator[FloatArray]:
+    """The critical load factors above a value, piece by piece, unsorted, in constant memory.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    cut
+        Only load factors above it are given.
+    threads
+        Number of threads; all cores by default.
+    tolerances
+        What counts as degenerate.
+
+    Examples
+    --------
+    >>> import numpy as np, shakedown
+    >>> np.sort(np.concatenate(list(load_factors_above(shakedown.example("two-node"), 1.0)))).round(6)
+    array([1.05252, 2.93485])
+    """
+    require_plane("critical load factors", problem, NO_SUBSETS)
+    _check_threads(threads)
+    for piece in _walk(constraints(problem), Wanted(cut, 0.0, tolerances), threads):
+        if piece.load_factors.size:
+            yield piece.load_factors
+
+
+@checked
+def collapse_by_enumeration(
+    problem: Problem, *, threads: int | None = None, tolerances: Tolerances = DEFAULT
+) -> Intersection:
+    """The smallest positive one-pair intersection on the safe region: an oracle for λ_1.
+
+    One node with both rows, every other with one: n 2ⁿ⁻¹ subsets, for n up to about 20. Without such an
+    intersection, as where λ_1 is 0 or does not exist, the load factor is NaN and there are no rows.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(collapse_by_enumeration(shakedown.example("two-node")).load_factor, 6)
+    0.657373
+    """
+    require_plane("collapse by enumeration", problem, NO_SUBSETS)
+    _check_threads(threads)
+    rows = constraints(problem)
+    return intersection(rows, _first_one_pair(rows, threads, tolerances)[1])
+
+
+def _first_one_pair(rows: Constraints, threads: int | None, tolerances: Tolerances) -> Candidate:
+    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+
+    scaled, best = scaled_rows(rows), NONE
+    for node in range(rows.n):
+        order = np.arange(len(rows.g))
+        order[: 2 * rows.n] = np.roll(order[: 2 * rows.n], -2 * node)  # the pair first, then the other nodes
+        turned = replace(scaled, matrix=scaled.matrix[order], right=scaled.right[order])
+        tree = Tree(turned, one_pair=True, feasible_below=best[0], tolerances=tolerances)
+        for piece in pieces(tree, threads):
+            value, subset = piece.smallest_feasible
+            if value < best[0]:
+                best = value, tuple(sorted(order[list(subset)].tolist()))
+    return best
+
+
+class Wanted(NamedTuple):
+    """Load factors to keep: those above ``cut``; to look at: safe ones below ``feasible_below``."""
+
+    cut: float
+    feasible_below: float
+    tolerances: Tolerances
+
+
+def _walk(rows: Constraints, wanted: Wanted, threads: int | None) -> Iterator[SubtreeFindings]:
+    """All subsets: a few by batches, many by the compiled tree."""
+    cut, feasible_below, tolerances = wanted
+    scaled = scaled_rows(rows)
+    if _count(rows) <= SMALL:
+        candidates = combinations(range(len(rows.g)), rows.n + 1)
+        for chunk in in_batches(candidates):
+            yield batch_piece(solve_subsets(np.array(chunk), scaled, tolerances), cut, LISTED)
+        return
+    from shakedown.bounds.enumeration.tasks import Tree, pieces  # compiled; loaded only where it is used
+
+    tree = Tree(scaled, cut=cut, feasible_below=feasible_below, listed=LISTED, tolerances=tolerances)
+    yield from pieces(tree, threads)
+
+
+def _report(problem: Problem, rows: Constraints, found: SubtreeFindings, values: bool) -> CriticalLoadFactors:
+    listed = sorted(found.degenerate_rows)[:LISTED]
+    return CriticalLoadFactors(
+        total=_count(rows),
+        regular=found.regular,
+        degenerate=found.degenerate,
+        degenerate_rows=tuple(rows_named(rows, np.array(subset)) for subset in listed),
+        exactly_singular=_singular(problem, listed),
+        smallest_positive=intersection(rows, found.smallest_positive[1]),
+        smallest_feasible=intersection(rows, found.smallest_feasible[1]),
+        load_factors=np.sort(found.load_factors) if values else None,
+    )
+
+
+def _singular(problem: Problem, subsets: list[tuple[int, ...]]) -> int:
+    """How many subsets of rows have no point, or more than one, in common in exact arithmetic."""
+    if not subsets:
+        return 0
+    rows = exact_rows(problem)
+    return sum(
+        solve_integers([rows.matrix[i] for i in subset], [rows.right[i] for i in subset]) is None
+        for subset in subsets
+    )
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None:
+        check_count("threads", threads)
+
+
+def _count(rows: Constraints) -> int:
+    return subset_count(rows.n, len(rows.g) - 2 * rows.n)
+
+
+def _check_budget(rows: Constraints, total: int, budget: int) -> None:
+    """Refuse more subsets than the budget, with the time that a sample lets one expect."""
+    if total <= budget:
+        return
+    if total < COUNTABLE:
+        time = f"about {_duration(_time_each(rows, total) * total)} on one core of this machine"
+    else:
+        time = "for ever"
+    raise BudgetExceeded(
+        f"{_counted(total)} subsets of {rows.n + 1} rows are more than the budget of {budget:,}; "
+        f"they would take {time}"
+    )
+
+
+def _time_each(rows: Constraints, total: int) -> float:
+    """Seconds per subset, from a sample."""
+    scaled = scaled_rows(rows)
+    if total <= SMALL:
+        subsets = np.array(list(islice(combinations(range(len(rows.g)), rows.n + 1), BATCH)))
+        start = perf_counter()
+        solve_subsets(subsets, scaled, DEFAULT)
+        return (perf_counter() - start) / len(subsets)
+    from shakedown.bounds.enumeration.tasks import Tree, typical_task, walk_piece
+
+    tree = Tree(scaled, feasible_below=0.0)
+    task = typical_task(tree)
+    walk_piece(tree, *task)  # loads the compiled code
+    start = perf_counter()
+    walk_piece(tree, *task)
+    return (perf_counter() - start) / task[1]
+
+
+def _counted(total: int) -> str:
+    return f"{total:,}" if total < 10**21 else f"about 10^{len(str(total)) - 1}"
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("years", 3.156e7), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.2g} seconds"

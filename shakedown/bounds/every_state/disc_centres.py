@@ -1,0 +1,163 @@
+"""The smallest disc that holds a loop of discs, for many nodes at once: how far loads may grow there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.every_state.leaning_discs import LeaningDiscs
+from shakedown.bounds.every_state.sectors import Sectors
+from shakedown.ground.float_array import FloatArray
+
+STEPS = 300  # of exchanging one of three touching points: 10 to 40 are taken
+WIDTH = 2.0**-44  # of what is left open, relative to the radius
+NONE = 2.0**-40  # change of a weight that is round-off
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Loops:
+    """What limits some nodes: loops of loads q¹, and the least friction limits in sectors of each of them.
+
+    Attributes
+    ----------
+    shapes
+        The directions in which a node may slip, as sectors, as many for each node, one node after the
+        other; or a disc of each node that leans.
+    path : (m, k, 2)
+        q¹ of these nodes at the load steps [force].
+    growing : (m, k, s)
+        f π¹ in each of s sectors [force]: what the least friction limit grows by with the load factor.
+    constant : (k, s)
+        f π⁰ > 0 under the mean load [force].
+    """
+
+    shapes: Sectors | LeaningDiscs
+    path: FloatArray
+    growing: FloatArray
+    constant: FloatArray
+
+    def part(self, nodes: NDArray[np.intp]) -> "Loops":
+        """Those of some of the nodes."""
+        count = self.constant.shape[1]
+        columns = (count * nodes[:, None] + np.arange(count)).ravel()
+        return Loops(
+            self.shapes.part(columns), self.path[:, nodes], self.growing[:, nodes], self.constant[nodes]
+        )
+
+    def needed(self, centre: FloatArray) -> FloatArray:
+        """How large 1/λ must be for each load step and sector, (m, k, s), by centres (k, 2)."""
+        reach = self._reach(centre)
+        return np.asarray((reach - self.growing) / self.constant)
+
+    def needed_above(self, centre: FloatArray) -> FloatArray:
+        """The largest of :meth:`needed`, rounded up by more than its round-off, (k,)."""
+        terms = 2.0 * (np.abs(self.path).sum(axis=2) + np.abs(centre).sum(axis=1))
+        loose = 8 * EPS * (terms[..., None] + np.abs(self.growing)) / self.constant
+        worst = (self.needed(centre) + loose).max(axis=(0, 2))
+        return np.asarray(worst + 8 * EPS * np.abs(worst))
+
+    def round_off(self) -> FloatArray:
+        """What 1/λ misses by the round-off of loads, (k,)."""
+        size = np.abs(self.path).max(axis=(0, 2)) + np.abs(self.growing).max(axis=(0, 2))
+        return np.asarray(16 * EPS * size / self.constant.min(axis=1))
+
+    def worst(self, centre: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Where :meth:`needed` is largest: its value, direction u (k, 2), f π⁰ there and u · q¹ + f π¹."""
+        needed = self.needed(centre)
+        k = np.arange(len(centre))
+        step, sector = np.unravel_index(
+            needed.transpose(1, 0, 2).reshape(len(centre), -1).argmax(axis=1), needed.shape[::2]
+        )
+        columns = self.constant.shape[1] * k + sector
+        u = self.shapes.part(columns).farthest(-(centre + self.path[step, k]))
+        right = np.sum(u * self.path[step, k], axis=1) + self.growing[step, k, sector]
+        return needed[step, k, sector], u, self.constant[k, sector], right
+
+    def towards(self, corner: FloatArray) -> FloatArray:
+        """The direction u nearest to a given one that a sector has, f π⁰, least u · q¹ + f π¹: (k, 4)."""
+        k, count = np.arange(len(self.constant)), self.constant.shape[1]
+        sector = self.shapes.nearest(corner, count)
+        u = self.shapes.part(count * k + sector).farthest(corner)
+        right = (np.sum(self.path * u, axis=2) + self.growing[:, k, sector]).min(axis=0)
+        return np.column_stack([u, self.constant[k, sector], right])
+
+    def _reach(self, centre: FloatArray) -> FloatArray:
+        count = self.constant.shape[1]
+        return self.shapes.reach(np.repeat(-(centre + self.path), count, axis=1)).reshape(self.growing.shape)
+
+
+@dataclass(frozen=True)
+class DiscCentres:
+    """The centres η at which load factors are largest, and what proves them: 1/λ in ``below`` … ``above``.
+
+    Attributes
+    ----------
+    centre : (k, 2)
+        η: under the load factor λ the reaction A v* + q⁰ of the node is λ η [force].
+    above, below : (k,)
+        1/λ: with these centres at most ``above``; with none less than ``below``.
+    """
+
+    centre: FloatArray
+    above: FloatArray
+    below: FloatArray
+
+
+def disc_centres(loops: Loops) -> DiscCentres:
+    """Minimise over η the largest (reach of −(η + q¹_k) − f π¹_k) / (f π⁰), for all nodes at once.
+
+    With one sector this is the smallest disc that holds the loop, whose points are discs themselves.
+    By exchange (the dual simplex method, whose rows are tangents): three directions
+    hold a centre from three sides; the one in which it misses most takes the place of one of them.
+    """
+    k = len(loops.constant)
+    basis, centre, below = _start(loops)
+    if not k:
+        return DiscCentres(centre, below, below)
+    best, above, going = centre.copy(), np.full(k, np.inf), np.arange(k)
+    for _ in range(STEPS):
+        part = loops.part(going)
+        reached = part.needed_above(centre[going])
+        better = reached < above[going]
+        above[going[better]], best[going[better]] = reached[better], centre[going[better]]
+        needed, u, constant, right = part.worst(centre[going])
+        open_yet = needed - below[going] > np.maximum(WIDTH * np.abs(needed), part.round_off())
+        if not open_yet.any():
+            break
+        going = going[open_yet]
+        new = np.stack([u[:, 0], u[:, 1], constant, right], axis=1)[open_yet]
+        found, ok = _exchanged(basis[going], new)
+        basis[going[ok]] = found[ok]
+        going = going[ok]
+        if not len(going):
+            break
+        centre[going], below[going] = _vertex(basis[going])
+    return DiscCentres(best, above, np.minimum(below, above))
+
+
+def _start(loops: Loops) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Three directions at equal angles."""
+    basis = np.stack(
+        [loops.towards(corner) for corner in loops.shapes.corners(loops.constant.shape[1])], axis=1
+    )
+    centre, below = _vertex(basis)
+    return basis, centre, below
+
+
+def _vertex(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Centre and 1/λ where three rows u · η + f π⁰ / λ + (u · q¹ + f π¹) ≥ 0 meet."""
+    found = np.linalg.solve(basis[..., :3], -basis[..., 3:])[..., 0]
+    return np.asarray(found[:, :2]), np.asarray(found[:, 2])
+
+
+def _exchanged(basis: FloatArray, new: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The bases with the new row in place of the one whose weight vanishes first, and which are regular."""
+    columns = basis[..., :3].transpose(0, 2, 1)
+    right = np.stack([np.broadcast_to([0.0, 0.0, 1.0], new[:, :3].shape), new[:, :3]], axis=2)
+    weights, change = np.moveaxis(np.linalg.solve(columns, right), 2, 0)
+    ratio = np.where(change > NONE, np.maximum(weights, 0.0) / np.where(change > NONE, change, 1.0), np.inf)
+    leaving, found = ratio.argmin(axis=1), basis.copy()
+    found[np.arange(len(found)), leaving] = new
+    regular = np.abs(np.linalg.det(found[..., :3])) > 4 * EPS * found[..., 2].max(axis=1)
+    return found, regular & np.isfinite(ratio.min(axis=1))

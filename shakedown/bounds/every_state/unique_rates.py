@@ -1,0 +1,106 @@
+"""Whether the rates of slip are unique in space, whatever the directions: no motion jumps then."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.bounds.every_state.scaled_joint import ScaledJoint
+from shakedown.ground.golden_section import least_value
+
+WAYS = 64  # directions of slip in which a node's own resistance is looked at; between them it is bounded
+WIDTH = 10.0  # largest distance of the best log c from the middle; any c gives a valid margin
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class UniqueRates:
+    """Result of :func:`unique_rates`; true as a condition where it is proved.
+
+    Attributes
+    ----------
+    argument
+        What proves it, or why nothing does, in words.
+    proved
+        Whether every M(u), M_ij = u_i · A_ij u_j + f_i B_ij · u_j, has positive principal minors, for all
+        unit vectors u of the nodes.
+    """
+
+    argument: str
+    proved: bool
+
+    def __bool__(self) -> bool:
+        return self.proved
+
+
+def unique_rates(joint: ScaledJoint) -> UniqueRates:
+    """Whether every M(u) is a P-matrix, by energy or coupling ratio (docs/universal.md, statement 6.6)."""
+    if not held(joint):
+        return UniqueRates(
+            "only friction holds the body: if all its nodes slip, nothing determines how fast", False
+        )
+    if not joint.fB.any():
+        return UniqueRates("slip changes no friction limit (f B = 0)", True)
+    if energy_margin(joint) > 0.0:
+        return UniqueRates("every motion stores more energy than friction can feed it", True)
+    if (ratio := coupling_ratio(joint)) < 1.0:
+        return UniqueRates(f"coupling ratio {ratio:.3g} below 1", True)
+    return UniqueRates("slip of some nodes may change the limits of others too strongly", False)
+
+
+def energy_margin(joint: ScaledJoint) -> float:
+    """Above 0 where it proves vᵀ A v > Σ f_i |v_i| |(B v)_i| for every v ≠ 0, relative to vᵀ A v.
+
+    The sum is at most ½ vᵀ (c F + Bᵀ F B / c) v, F = diag f, for every c > 0; the best c by golden section.
+    """
+    root = np.linalg.inv(np.linalg.cholesky(joint.A))
+    f = np.sqrt(joint.f)
+    slip, pressure = root * np.repeat(f, 2), root @ (f[:, None] * joint.B).T
+    first, second = slip @ slip.T, pressure @ pressure.T
+    sizes = np.trace(first), np.trace(second)
+    if 0.0 in sizes:
+        return 1.0
+
+    def largest(log_c: float) -> float:
+        c = np.exp(log_c)
+        return float(np.linalg.eigvalsh(c * first + second / c)[-1])
+
+    middle = 0.5 * np.log(sizes[1] / sizes[0])
+    condition = float(np.abs(root).sum(axis=1).max() ** 2 * np.abs(joint.A).sum(axis=1).max())
+    round_off = 16 * len(root) * EPS * condition
+    if (margin := 1.0 - 0.5 * largest(middle) - round_off) > 0.0:  # this will do
+        return margin
+    return 1.0 - 0.5 * least_value(largest, middle - WIDTH, middle + WIDTH) - round_off
+
+
+def coupling_ratio(joint: ScaledJoint) -> float:
+    """An upper bound of ρ(N), N_ij = (‖A_ij‖ + f_i |B_ij|) / min over u of (uᵀ A_ii u + f_i B_ii · u).
+
+    By the quotients of a positive vector; inf where a node resists slip in some direction less than its
+    own friction falls.
+    """
+    n = joint.n
+    A = joint.A.reshape(n, 2, n, 2).transpose(0, 2, 1, 3)
+    B = joint.fB.reshape(n, n, 2)
+    angle = 2.0 * np.pi * np.arange(WAYS) / WAYS
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    every = np.arange(n)
+    own, pull = A[every, every], B[every, every]
+    coupled = np.linalg.norm(A, 2, axis=(2, 3)) + np.hypot(B[..., 0], B[..., 1])
+    steep = 2.0 * np.linalg.norm(own, 2, axis=(1, 2)) + np.hypot(pull[:, 0], pull[:, 1])
+    held = np.einsum("ka,nab,kb->nk", u, own, u) + pull @ u.T
+    least = held.min(axis=1) - 0.5 * (np.pi / WAYS) ** 2 * steep  # the slope vanishes where it is least
+    if not (least > 0).all():
+        return float("inf")
+    coupled[every, every] = 0.0
+    N = coupled / least[:, None]
+    d = np.ones(n)
+    for _ in range(100):
+        d = N @ d + 1e-9 * d.max()
+        d = d / d.max()
+    return float(((N @ d) / d).max()) * (1.0 + 4 * n * EPS)
+
+
+def held(joint: ScaledJoint) -> bool:
+    """Whether something else than friction holds the body: A is positive definite, clear of round-off."""
+    values = np.linalg.eigvalsh(joint.A)
+    return bool(values[0] > 4 * len(values) * EPS * values[-1])

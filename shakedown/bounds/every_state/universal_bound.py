@@ -1,0 +1,252 @@
+"""The largest load factor up to which shakedown from every initial state is proved."""
+
+from dataclasses import dataclass, replace
+from math import inf, nan
+from typing import Any, NamedTuple
+
+from shakedown.bounds.collapse.lower import LowerBound, lower_bound
+from shakedown.bounds.discs.safest_slip import safe_under_mean_load
+from shakedown.bounds.every_state.bound_from_every_state import LeastPressureBound, least_pressure_bound
+from shakedown.bounds.every_state.scaled_joint import scaled_joint
+from shakedown.bounds.every_state.swing_bound import SwingBound, swing_bound
+from shakedown.bounds.every_state.unique_rates import unique_rates
+from shakedown.ground.errors import UsageError
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UniversalBound(Result):
+    """Largest load factor up to which shakedown from every initial state is proved.
+
+    A state is one with all nodes closed that is admissible at some instant of the loop; transient
+    load steps, where the problem has them, are over (``after_transient``). For every
+    load factor below ``load_factor`` all nodes stay closed, the motion is unique and without
+    jumps, and slip ceases. Of a load domain this is said of every path inside it: then only
+    the arguments count that ask for no order, Melan's theorem and the swing bound, with the
+    lift-off bound over the hull of the corners, and least pressures, with two tangential directions.
+
+    Attributes
+    ----------
+    status
+        ``"optimal"``; ``"infeasible"`` (no safe slip under the mean load); ``"unbounded"``
+        (every load factor is proved); ``"undecided"`` (a linear program ended without an answer).
+    load_factor
+        λ_U ≤ λ_1; 0 where nothing is proved, NaN where infeasible, inf where unbounded.
+    node
+        The node that limits the argument; −1 where none does.
+    argument
+        ``"Melan"``, ``"first collapse"`` (coupling ratio ρ* < 1), ``"two nodes"``, ``"differences"`` (no
+        slip raises the differences between nodes), ``"swing"`` or ``"none"``. With two tangential directions
+        ``"Melan"``, ``"least pressures"``, ``"least pressures, N sectors"`` or ``"none"``.
+    limited_by
+        What the argument ends at: ``"first collapse"``, ``"swing"``, ``"lift-off"``, ``"drift"``,
+        ``"uniqueness"``, ``"mean load"``; ``"solver"`` where undecided.
+    reason
+        The same in words.
+    first_collapse
+        λ_1, which is not exceeded; NaN with two tangential directions, where there is none.
+    lift_off_bound
+        Below this load factor no admissible slip lifts a node off; NaN where not needed.
+    swing
+        The swing bound, with the evidence to check it; None where not needed.
+    after_transient
+        Whether the problem has transient load steps: then nothing is said of a motion
+        before they are over.
+    pressures
+        With two directions what least pressures prove, with the evidence to check it.
+    """
+
+    status: Status
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+    reason: str
+    first_collapse: float
+    lift_off_bound: float
+    swing: SwingBound | None
+    after_transient: bool = False
+    pressures: LeastPressureBound | None = None
+
+    def document(self) -> dict[str, Any]:
+        """What is written as JSON; the closing box, which is superseded, stays a key without a value."""
+        number = {"load_factor": self.load_factor, "node": self.node, "argument": self.argument}
+        return {"universal": number, "closing_box": None}
+
+
+class _Found(NamedTuple):
+    load_factor: float
+    node: int
+    argument: str
+    limited_by: str
+
+
+@checked
+def universal_bound(
+    problem: Problem,
+    *,
+    first_collapse: LowerBound | None = None,
+    certify: bool | None = None,
+    sectors: int | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> UniversalBound:
+    """The largest load factor λ_U up to which the joint is proved to shake down from every initial state.
+
+    Where an argument reaches λ_1 that is the answer: Melan's theorem (B = 0), a coupling ratio ρ* < 1, a
+    gauge of differences, two nodes (thesis §4.4); else it is the swing bound. In every case the nodes
+    must stay closed, and for the swing bound the motion must be unique. With two tangential directions it
+    is what least pressures prove (docs/universal.md, statements 6.1 to 6.6), round-off included.
+
+    Parameters
+    ----------
+    problem
+        The contact and its loading loop.
+    first_collapse
+        λ_1, where it has been computed already; there is none with two directions.
+    certify
+        Whether to prove the swing bound in exact arithmetic; by default where that is quick.
+    sectors
+        With two directions: how many sectors those of slip are divided into; 1 are discs. By default
+        discs that lean, and as many sectors as raise the bound by 1 % or more.
+    tolerances
+        What decides (:class:`Tolerances`).
+
+    Raises
+    ------
+    UsageError
+        If an argument is out of range.
+    SolverError
+        If λ_1 was not given, and a linear program of it ends without an answer.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> bound = universal_bound(shakedown.example("three-node"))
+    >>> round(bound.load_factor, 6), bound.node, bound.argument
+    (0.3096, 0, 'swing')
+    """
+    if not isinstance(first_collapse, LowerBound | None):
+        raise UsageError(f"first_collapse: expected a LowerBound, found {type(first_collapse).__name__}")
+    if problem.directions > 1:
+        return _in_space(problem, sectors, tolerances)
+    if sectors is not None:
+        raise UsageError("sectors: expected none with one tangential direction, which has two signs")
+    lower = lower_bound(problem, tolerances=tolerances) if first_collapse is None else first_collapse
+    if lower.status == Status.INFEASIBLE:
+        return _without(lower, nan, "mean load", "no slip is safe under the mean load")
+    if lower.load_factor == 0.0:
+        reason = f"node {lower.node} collapses under the mean load alone: locked-in slip can lift it off"
+        if problem.f[lower.node] == 0:
+            reason = lower.why()
+        return _without(lower, 0.0, "first collapse", reason)
+    known = lower.evidence
+    complete = known.argument
+    if complete is None and not (unique := known.unique):
+        why = unique.reason if isinstance(unique, Missing) else unique.argument
+        return _without(lower, 0.0, "uniqueness", f"the motion is not proved to be unique: {why}")
+    lift: float | Missing = inf
+    if complete is None or not complete.keeps_closed:
+        lift = known.lift_off
+    if isinstance(lift, Missing):
+        return _undecided(lower, f"the lift-off bound is missing: {lift.reason}")
+    if complete is not None:
+        found = _Found(lower.load_factor, lower.node, complete.name, "first collapse")
+        if complete.drift_bound < lower.load_factor:
+            found = _Found(complete.drift_bound, -1, complete.name, "drift")
+        return _result(lower, found, lift)
+    swing = sought(swing_bound, problem, certify=certify, tolerances=tolerances)
+    if isinstance(swing, Missing):
+        return _undecided(lower, f"the swing bound is missing: {swing.reason}")
+    return _result(lower, _Found(swing.load_factor, swing.node, "swing", "swing"), lift, swing)
+
+
+def _in_space(problem: Problem, sectors: int | None, tolerances: Tolerances) -> UniversalBound:
+    """The answer with two tangential directions."""
+    found = least_pressure_bound(problem, sectors=sectors)
+    transient = problem.q_transient is not None
+
+    def nothing(status: Status, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+        node = found.node if limited_by in ("lift-off", "swing") else -1
+        words, lift_off = ("none", limited_by, reason), found.lift_off_bound
+        return UniversalBound(status, load_factor, node, *words, nan, lift_off, None, transient, found)
+
+    unique = unique_rates(scaled_joint(problem))
+    if found.load_factor == 0.0 or not unique:
+        safe = sought(safe_under_mean_load, problem, tolerances)
+        if isinstance(safe, Missing):
+            return nothing(Status.UNDECIDED, nan, "solver", f"safe under the mean load? {safe.reason}")
+        if not safe:
+            return nothing(Status.INFEASIBLE, nan, "mean load", "no slip is safe under the mean load")
+    if found.load_factor == 0.0 and found.node >= 0:
+        return nothing(Status.OPTIMAL, 0.0, "lift-off" if found.lifts else "swing", found.reason)
+    if not unique:
+        why = f"the motion is not proved to be unique: {unique.argument}"
+        return nothing(Status.OPTIMAL, 0.0, "uniqueness", why)
+    argument = "least pressures" if problem.law.limit_rows(problem.B).any() else "Melan"
+    return UniversalBound(
+        status=found.status,
+        load_factor=found.load_factor,
+        node=found.node,
+        argument=argument if found.sectors == 1 else f"{argument}, {found.sectors} sectors",
+        limited_by="lift-off" if found.lifts else "swing",
+        reason=f"{argument}: {found.reason}",
+        first_collapse=nan,
+        lift_off_bound=found.lift_off_bound,
+        swing=None,
+        after_transient=transient,
+        pressures=found,
+    )
+
+
+def _without(lower: LowerBound, load_factor: float, limited_by: str, reason: str) -> UniversalBound:
+    """The answer where nothing is proved."""
+    return UniversalBound(
+        status=Status.INFEASIBLE if lower.status == Status.INFEASIBLE else Status.OPTIMAL,
+        load_factor=load_factor,
+        node=lower.node if limited_by == "first collapse" else -1,
+        argument="none",
+        limited_by=limited_by,
+        reason=reason,
+        first_collapse=lower.load_factor,
+        lift_off_bound=nan,
+        swing=None,
+        after_transient=lower.problem.q_transient is not None,
+    )
+
+
+def _undecided(lower: LowerBound, reason: str) -> UniversalBound:
+    """The answer where a program on which it rests came to no end."""
+    return replace(_without(lower, nan, "solver", reason), status=Status.UNDECIDED)
+
+
+def _result(lower: LowerBound, found: _Found, lift: float, swing: SwingBound | None = None) -> UniversalBound:
+    if min(lower.load_factor, lift) < found.load_factor:
+        limit, node = ("lift-off", -1) if lift < lower.load_factor else ("first collapse", lower.node)
+        found = _Found(min(lower.load_factor, lift), node, found.argument, limit)
+    return UniversalBound(
+        status=Status.OPTIMAL if found.load_factor < inf else Status.UNBOUNDED,
+        load_factor=found.load_factor,
+        node=found.node,
+        argument=found.argument,
+        limited_by=found.limited_by,
+        reason=_reason(found, lift),
+        first_collapse=lower.load_factor,
+        lift_off_bound=lift,
+        swing=swing,
+        after_transient=lower.problem.q_transient is not None,
+    )
+
+
+def _reason(found: _Found, lift: float) -> str:
+    ends = {
+        "first collapse": f"node {found.node} collapses there",
+        "drift": "from there on the body, which friction alone holds, may drift",
+        "lift-off": f"from {lift:.6g} on locked-in slip can lift a node off",
+        "swing": f"from there on node {found.node} may slip forward and backward at the same reaction A v",
+    }
+    return f"{found.argument}: {ends[found.limited_by]}"

@@ -1,0 +1,203 @@
+"""The friction at which a set of moving nodes loses its uniqueness: thesis (4.1), (4.23), (6.4)–(6.10).
+
+With the nodes of a set J slipping in directions S, the nodes of a set O open and
+all others stuck, the rates are unique as long as the determinant of the moving
+nodes' equations stays positive. As friction grows from zero the first of these
+determinants to vanish ends uniqueness. Each vanishes at the reciprocal of a
+real eigenvalue of −A′⁻¹ S φ B′, A′ and B′ being A and B of the nodes J condensed
+over the nodes O. Sets that nothing but the other contact nodes holds (all nodes
+of a floating body) are left out: they move freely whatever the friction.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, groupby, product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.uniqueness.scaled_stiffness import ScaledStiffness, held
+from shakedown.ground.float_array import FloatArray
+
+DOUBLE_ROOT = 1e-7  # imaginary part, relative to the size, to which round-off ε parts a double root: √ε
+ROUND_OFF = 1e-14  # eigenvalue, relative to the largest entry, that is round-off of zero
+AT_ONCE = 1 << 16  # matrices whose eigenvalues are held in memory at one time
+LARGEST_SET = 8  # moving nodes up to which sets grow
+NEIGHBOURS = 8  # nodes that each one is paired with
+PROMISING = 4  # grown sets, the best with the sides they had, whose sides are all tried
+
+
+class MovingSet(NamedTuple):
+    """Slipping nodes and open nodes; all others are stuck."""
+
+    slipping: tuple[int, ...]
+    separated: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class LostAt:
+    """The factor on φ at which a moving set loses uniqueness (inf: at none), and the sides of its slip."""
+
+    factor: float
+    moving: MovingSet
+    sides: tuple[int, ...]
+
+
+NEVER = LostAt(np.inf, MovingSet(()), ())
+
+
+def every_set(n: int, *, separation: bool) -> list[MovingSet]:
+    """Every choice of slipping nodes, beside no open node or beside every choice of open nodes."""
+    sets = []
+    for size in range(n if separation else 1):
+        for separated in combinations(range(n), size):
+            rest = [i for i in range(n) if i not in separated]
+            for k in range(1, len(rest) + 1):
+                sets += [MovingSet(slipping, separated) for slipping in combinations(rest, k)]
+    return sets
+
+
+def first_to_lose(stiffness: ScaledStiffness, sets: list[MovingSet]) -> LostAt:
+    """Of these moving sets the one that loses uniqueness at the smallest factor, with any sides."""
+    return min(each_loses(stiffness, sets), key=lambda lost: lost.factor, default=NEVER)
+
+
+def each_loses(
+    stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray | None = None
+) -> Iterator[LostAt]:
+    """Where every moving set loses uniqueness, in the order of the number of its nodes.
+
+    Parameters
+    ----------
+    stiffness
+        The joint.
+    sets
+        Moving sets.
+    signs : (s, k)
+        Sides to try, for sets of k slipping nodes; by default all.
+    """
+
+    def size(moving: MovingSet) -> tuple[int, int]:
+        return len(moving.slipping), len(moving.separated)
+
+    for (slipping, _), alike in groupby(sorted(sets, key=size), key=size):
+        tried = all_sides(slipping) if signs is None else signs
+        group = list(alike)
+        step = max(1, AT_ONCE // len(tried))
+        for start in range(0, len(group), step):
+            yield from _lost_by(stiffness, group[start : start + step], tried)
+
+
+def all_sides(k: int) -> FloatArray:
+    """All sides of k nodes but for a common sign, (2ᵏ⁻¹, k).
+
+    S and −S belong together: det(A′ − t S φ B′) = 0 where det(A′ + t S φ B′) = 0 has the root −t.
+    """
+    return np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=k - 1)])
+
+
+def _lost_by(stiffness: ScaledStiffness, sets: list[MovingSet], signs: FloatArray) -> Iterator[LostAt]:
+    """The same for moving sets of equally many nodes, all at once."""
+    slipping = np.array([moving.slipping for moving in sets], dtype=np.intp)
+    separated = np.array([moving.separated for moving in sets], dtype=np.intp).reshape(len(sets), -1)
+    A, B, usable = condensed(stiffness, slipping, separated)
+    usable &= held(A, stiffness.tolerances)
+    A = np.where(usable[:, None, None], A, np.eye(slipping.shape[1]))
+    weighted = stiffness.weights[slipping][:, :, None] * B
+    ratio = np.linalg.inv(A)[:, None] @ (signs[:, :, None] * weighted[:, None])
+    largest, negative = _largest_real(ratio)
+    best = largest.argmax(axis=1)
+    for i, moving in enumerate(sets):
+        root = largest[i, best[i]]
+        if not usable[i] or root == 0.0:
+            yield LostAt(np.inf, moving, ())
+            continue
+        side = -signs[best[i]] if negative[i, best[i]] else signs[best[i]]  # A − t s φ B is singular
+        yield LostAt(float(1.0 / root), moving, tuple(int(s) for s in side))
+
+
+def _largest_real(matrices: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Size and sign of the largest real eigenvalue of every matrix (…, k, k); 0 where there is none."""
+    eigenvalues = np.linalg.eigvals(matrices)
+    size = np.abs(eigenvalues)
+    real = np.abs(eigenvalues.imag) <= DOUBLE_ROOT * size
+    real &= size > ROUND_OFF * np.abs(matrices).max(axis=(-2, -1))[..., None]
+    sizes = np.where(real, size, 0.0)
+    place = sizes.argmax(axis=-1)[..., None]
+    largest = np.take_along_axis(sizes, place, axis=-1)[..., 0]
+    return largest, np.take_along_axis(eigenvalues.real, place, axis=-1)[..., 0] < 0
+
+
+def condensed(
+    stiffness: ScaledStiffness, slipping: NDArray[np.intp], separated: NDArray[np.intp]
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """A′ and B′ (m, k, k) of the slipping nodes (m, k), the separated ones (m, l) free, the rest stuck.
+
+    The third result says where the separated nodes are held by the stuck ones.
+    """
+    if separated.shape[1] == 0:
+        rows, columns = slipping[:, :, None], slipping[:, None, :]
+        return stiffness.A[rows, columns], stiffness.B[rows, columns], np.ones(len(slipping), dtype=bool)
+    kappa, gaps_of = stiffness.kappa, stiffness.layout.gaps_of
+    free, normal = np.hstack([separated, gaps_of(separated)]), gaps_of(slipping)
+
+    def part(rows: NDArray[np.intp], columns: NDArray[np.intp]) -> FloatArray:
+        return np.asarray(kappa[rows[:, :, None], columns[:, None, :]])
+
+    inner = part(free, free)
+    usable = held(inner, stiffness.tolerances)
+    inner = np.where(usable[:, None, None], inner, np.eye(free.shape[1]))
+    follow = -np.linalg.solve(inner, part(free, slipping))
+    return (
+        part(slipping, slipping) + part(slipping, free) @ follow,
+        part(normal, slipping) + part(normal, free) @ follow,
+        usable,
+    )
+
+
+def neighbours(stiffness: ScaledStiffness) -> list[tuple[int, int]]:
+    """Ordered pairs of nodes, each node with those that it is coupled to most."""
+    n, diagonal = stiffness.n, np.diag(stiffness.A)
+    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    B = np.abs(stiffness.B)
+    strength = (np.abs(stiffness.A) + B + B.T) / np.outer(size, size)
+    np.fill_diagonal(strength, -1.0)
+    most = np.argsort(-strength, axis=1)[:, : min(n - 1, NEIGHBOURS)]
+    return [(i, int(j)) for i in range(n) for j in most[i]]
+
+
+def few_nodes(stiffness: ScaledStiffness) -> list[MovingSet]:
+    """Every node by itself, and every pair of neighbours."""
+    pairs = {(min(pair), max(pair)) for pair in neighbours(stiffness)}
+    return [MovingSet((i,)) for i in range(stiffness.n)] + [MovingSet(pair) for pair in sorted(pairs)]
+
+
+def grown_set(stiffness: ScaledStiffness, *, separation: bool) -> LostAt:
+    """A small factor at which uniqueness is lost, by sets that grow node by node from one or two nodes."""
+    starts = few_nodes(stiffness)
+    if separation:
+        starts += [MovingSet((i,), (j,)) for i, j in neighbours(stiffness)]
+    best = first_to_lose(stiffness, starts)
+    for _ in range(LARGEST_SET):
+        if not best.sides or len(best.moving.slipping) + len(best.moving.separated) >= LARGEST_SET:
+            break
+        found = _one_more(stiffness, best, separation=separation)
+        if found.factor >= best.factor:
+            break
+        best = found
+    return best
+
+
+def _one_more(stiffness: ScaledStiffness, best: LostAt, *, separation: bool) -> LostAt:
+    """The best set with one more node: the sides kept at first, then all sides of the promising ones."""
+    slipping, separated = best.moving
+    rest = [i for i in range(stiffness.n) if i not in slipping and i not in separated]
+    sides = np.array(best.sides, dtype=float)
+    both = np.array([[*sides, 1.0], [*sides, -1.0]])
+    grown = list(each_loses(stiffness, [MovingSet((*slipping, i), separated) for i in rest], both))
+    if separation:
+        opened = [MovingSet(slipping, (*separated, i)) for i in rest]
+        grown += each_loses(stiffness, opened, sides[None, :])
+    grown.sort(key=lambda lost: lost.factor)
+    return first_to_lose(stiffness, [lost.moving for lost in grown[:PROMISING]])

@@ -1,0 +1,96 @@
+"""What the nodes do at instants of a period, as a series of files for ParaView."""
+
+import os
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.files.vtk_points import write_points_series
+from shakedown.ground.argument_kinds import check_count
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.visible_text import with_unit
+from shakedown.joint.arguments import checked
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.long_term.node_results import coordinates_of, settled_of
+from shakedown.long_term.node_table import points_of
+from shakedown.long_term.state import LongTermState, SteppedState
+from shakedown.motion.event_history import EventHistory
+
+INSTANTS, MOST_INSTANTS = 24, 500
+
+
+@checked
+def save_node_instants(
+    simulation_or_state: object, path: str | os.PathLike[str], instants: int = INSTANTS
+) -> tuple[Path, ...]:
+    """Write the nodes at instants of a period: NAME_000.vtp, …, and NAME.pvd, which ParaView opens as one.
+
+    At every point: ``node``; ``status`` 0 stick, 1 slip, 2 open; slip ``v`` and tangential reaction ``q``,
+    vectors of three components along the axes of the model where the joint knows its tangents, else in x
+    and y of the node; gap ``w`` and normal reaction ``p``. Units stand in brackets after the names.
+
+    Parameters
+    ----------
+    simulation_or_state
+        A long-term state, a simulation, or a run of a verification, from event to event.
+    path
+        NAME.vtp or NAME.vtu.
+    instants
+        How many, evenly over the recorded period, both ends among them (500 at most).
+
+    Returns
+    -------
+    paths
+        The files, that of all times first; all of them are written, or none.
+
+    Raises
+    ------
+    UsageError
+        If there is no such state or no steady period, the name has another ending, or a file cannot be
+        written.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> state = shakedown.long_term_state(shakedown.example("four-node-3d"), 1.4)
+    >>> [path.name for path in save_node_instants(state, "nodes.vtp", 2)]  # doctest: +SKIP
+    ['nodes.pvd', 'nodes_000.vtp', 'nodes_001.vtp']
+    """
+    settled = settled_of(cast(SteppedState, simulation_or_state), "save_node_instants")
+    check_count("instants", instants, MOST_INSTANTS)
+    history, problem = settled.history, settled.problem
+    if not isinstance(settled, LongTermState) or not settled.period or len(history) < 2:
+        raise UsageError("save_node_instants: expected a steady period from event to event, found none")
+    times = np.linspace(max(float(history.cycle[0]), 0.0), float(history.cycle[-1]), instants)
+    at = history.at(times)
+    numbers = [_numbers(problem, at, row) for row in range(instants)]
+    return write_points_series(path, points_of(coordinates_of(problem)), times.tolist(), numbers)
+
+
+def _numbers(problem: Problem, at: EventHistory, row: int) -> dict[str, NDArray[np.generic]]:
+    """What is written of one instant."""
+    force, length = units_of(problem)
+    return {
+        "node": np.arange(problem.n),
+        "status": np.abs(at.state[row]),
+        with_unit("v", length): _in_space(problem, at.v[row]),
+        with_unit("w", length): at.w[row],
+        with_unit("q", force): _in_space(problem, at.q[row]),
+        with_unit("p", force): at.p[row],
+    }
+
+
+def _in_space(problem: Problem, parts: FloatArray) -> FloatArray:
+    """Slips or tangential reactions of the nodes, flat, as vectors (n, 3) of the model."""
+    by_node, d = problem.layout.by_node(parts), problem.directions
+    if d == 2 and problem.tangents is not None:
+        axes = problem.tangents
+    elif d == 1 and problem.tangent is not None:
+        axes = problem.tangent[:, None]
+    else:
+        axes = np.tile(np.eye(3)[:d], (problem.n, 1, 1))
+    return np.asarray(np.einsum("nd,ndk->nk", by_node, axes))

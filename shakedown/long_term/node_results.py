@@ -1,0 +1,231 @@
+"""What one period of a settled state does to each node, from its path."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.contact_status import OPEN
+from shakedown.ground.errors import UsageError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Outcome
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.arguments import checked, is_finite
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.long_term.diameters import diameter, diameter_within
+from shakedown.long_term.node_table import MIXED, NOT_KNOWN, SLIPS, STAYS_OPEN, STICKS, NodeResults
+from shakedown.long_term.state import LongTermState, SteppedState
+from shakedown.motion.contact_law import path_resolution, scales
+from shakedown.motion.event_history import EventHistory
+
+Settled = LongTermState | SteppedState
+
+
+class _Simulated(Protocol):
+    """A simulation: it holds what it has settled into."""
+
+    @property
+    def settled(self) -> Settled: ...
+
+
+class _Run(Protocol):
+    """A run of a verification: it holds its simulation."""
+
+    @property
+    def simulation(self) -> _Simulated: ...
+
+
+@checked
+def node_results(
+    simulation_or_state: Settled | _Simulated | _Run,
+    *,
+    wear_coefficient: float | None = None,
+    tolerances: Tolerances = DEFAULT,
+) -> NodeResults:
+    """What each node goes through in one period of the long-term state (:class:`NodeResults`).
+
+    From event to event every number is exact in the plane: between two events slips, gaps and reactions
+    are linear in time. With two tangential directions they are those at five instants of every step of
+    the path. With fixed load steps they are those at the ends of load steps.
+
+    Parameters
+    ----------
+    simulation_or_state
+        A long-term state, a simulation, or a run of a verification.
+    wear_coefficient
+        k ≥ 0 of Archard's law: depth = k × pressure × sliding distance [length²/force].
+    tolerances
+        Those of the simulation: slips within ``periodicity`` of its length scale count as none.
+
+    Raises
+    ------
+    UsageError
+        If there is no such state, or the coefficient is negative or so large that wear overflows.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> nodes = node_results(shakedown.long_term_state(shakedown.example("two-node"), 0.9))
+    >>> nodes.status, nodes.slip_range.round(4), nodes.accumulated_slip.round(4)
+    (('stick', 'slip'), array([0.    , 0.9468]), array([0.    , 1.8936]))
+    """
+    settled = settled_of(simulation_or_state)
+    k = np.nan if wear_coefficient is None else wear_coefficient
+    if not (wear_coefficient is None or (is_finite(k) and k >= 0)):
+        raise UsageError(f"wear coefficient: expected a number ≥ 0, found {wear_coefficient!r}")
+    problem, history, status = settled.problem, settled.history.refined(), statuses(settled, tolerances)
+    carries = np.array(status) != STAYS_OPEN  # elsewhere reactions are round-off
+    p, q = history.p * carries, history.q * np.repeat(carries, problem.directions)
+    force, length = units_of(problem)
+    nothing = np.full(problem.n, np.nan)
+    area = nothing if problem.node_area is None else problem.node_area
+    known = settled.period > 0
+    with np.errstate(over="ignore"):  # what is too large is refused
+        worn = k * pressed_slip(settled) if known else nothing
+        if np.isinf([worn, worn / np.where(area > 0, area, 1.0)]).any():
+            raise UsageError(f"wear coefficient: expected one of finite wear, found {wear_coefficient!r}")
+    return NodeResults(
+        load_factor=settled.load_factor,
+        outcome=settled.outcome,
+        reason=settled.reason,
+        period=settled.period,
+        force_unit=force,
+        length_unit=length,
+        label=problem.label or tuple(map(str, range(problem.n))),
+        coordinates=coordinates_of(problem),
+        area=area,
+        status=status,
+        slip_range=slip_ranges(settled, tolerances),
+        slip_range_of_directions=_direction_ranges(settled, tolerances) if known else None,
+        accumulated_slip=settled.slip_per_cycle / settled.period if known else nothing,
+        p_min=np.maximum(p.min(axis=0), 0.0) if known else nothing,
+        p_max=np.maximum(p.max(axis=0), 0.0) if known else nothing,
+        q_max=problem.law.size(q).max(axis=0) if known else nothing,
+        q_max_of_directions=_largest(problem, q) if known else None,
+        work=settled.work_per_cycle,
+        wear_coefficient=float(k),
+        wear_volume=worn,
+    )
+
+
+def settled_of(given: object, who: str = "node_results") -> Settled:
+    """The settled state of a simulation, of a run of a verification, or itself."""
+    simulation = getattr(given, "simulation", given)
+    settled = getattr(simulation, "settled", simulation)
+    if not isinstance(settled, LongTermState | SteppedState):
+        expected = "a simulation, a long-term state or a run of a verification"
+        raise UsageError(f"{who}: expected {expected}, found {type(given).__name__}")
+    return settled
+
+
+def coordinates_of(problem: Problem) -> FloatArray:
+    """Where the nodes are, (n, 3); of a joint that knows only x, that."""
+    if problem.coordinates is not None:
+        return problem.coordinates
+    places = np.full((problem.n, 3), np.nan)
+    if problem.x is not None:
+        known = problem.x.reshape(problem.n, -1)  # one, two or three of them
+        places[:, : known.shape[1]] = known
+    return places
+
+
+def slip_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """How far each node moves in contact within a period, (n,) [length]; 0 where it is never closed."""
+    if not settled.period:
+        return np.full(settled.problem.n, np.nan)
+    if settled.problem.directions > 1:
+        return _widths(settled, tolerances)
+    path = settled.history
+    closed = _closed(settled, path, tolerances)
+    return _ranges(settled, path.v, closed, settled.drift)
+
+
+def _closed(settled: Settled, path: EventHistory, tolerances: Tolerances) -> NDArray[np.bool_]:
+    """Whether each node is in contact, (s, n)."""
+    nothing = path_resolution(settled.problem, tolerances)
+    return np.asarray(path.w <= nothing * scales(settled.problem, settled.load_factor).length)
+
+
+def _ranges(settled: Settled, v: FloatArray, closed: NDArray[np.bool_], drift: FloatArray) -> FloatArray:
+    """max v − min v of each node in contact within a period, (n,)."""
+    low, high = np.where(closed, v, np.inf), np.where(closed, v, -np.inf)
+    if settled.outcome != Outcome.RATCHETTING:
+        found = high.max(axis=0) - low.min(axis=0)
+    else:
+        found = _widest(low, high, drift)
+    return np.where(closed.any(axis=0), found, 0.0)
+
+
+def _widths(settled: Settled, tolerances: Tolerances) -> FloatArray:
+    """The largest distance between two places that a node with two directions takes within a period."""
+    path, layout = settled.history.refined(), settled.problem.layout
+    closed = _closed(settled, path, tolerances)
+    places, drift = layout.by_node(path.v), layout.by_node(settled.drift)
+    widths = np.zeros(layout.n)
+    for node in np.flatnonzero(closed.any(axis=0)):
+        time, where = np.flatnonzero(closed[:, node]), places[closed[:, node], node]
+        if settled.outcome != Outcome.RATCHETTING:
+            widths[node] = diameter(where)
+            continue
+        time = np.concatenate([time, time + len(closed) - 1])  # a window of one period may lie across its end
+        widths[node] = diameter_within(np.concatenate([where, where + drift[node]]), time, len(closed))
+    return widths
+
+
+def _direction_ranges(settled: Settled, tolerances: Tolerances) -> FloatArray | None:
+    """The slip ranges of both directions, (n, 2); None where there is one."""
+    problem, path = settled.problem, settled.history.refined()
+    if problem.directions == 1:
+        return None
+    parts, drift = problem.layout.by_node(path.v), problem.layout.by_node(settled.drift)
+    closed = _closed(settled, path, tolerances)
+    return np.stack([_ranges(settled, parts[..., k], closed, drift[:, k]) for k in range(2)], axis=1)
+
+
+def _largest(problem: Problem, q: FloatArray) -> FloatArray | None:
+    """The largest size of either component of reactions (s, 2n), as (n, 2); None where there is one."""
+    return None if problem.directions == 1 else problem.layout.by_node(np.abs(q).max(axis=0))
+
+
+def _widest(low: FloatArray, high: FloatArray, drift: FloatArray) -> FloatArray:
+    """The largest range within any window of one period: slips (s, n) go on with the drift of a period."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # few joints ratchet
+
+    s = len(low)
+    window = {"size": s, "axis": 0, "mode": "nearest"}
+    highest = maximum_filter1d(np.vstack([high, high[1:] + drift]), **window)
+    lowest = minimum_filter1d(np.vstack([low, low[1:] + drift]), **window)
+    return (highest - lowest)[s // 2 : s // 2 + s].max(axis=0)
+
+
+def statuses(settled: Settled, tolerances: Tolerances) -> tuple[str, ...]:
+    """Whether each node sticks, slips, is open or both over the period."""
+    n = settled.problem.n
+    words = np.full(n, STICKS if settled.period else NOT_KNOWN, dtype=object)
+    if settled.period:
+        none = path_resolution(settled.problem, tolerances)
+        none *= scales(settled.problem, settled.load_factor).length
+        words[settled.slip_per_cycle > 4 * none] = SLIPS
+        words[_opened(settled)] = MIXED
+    words[list(settled.open_nodes)] = STAYS_OPEN
+    return tuple(words)
+
+
+def _opened(settled: Settled) -> NDArray[np.bool_]:
+    """Whether each node is open for some time of the period."""
+    path = settled.history
+    if isinstance(settled, LongTermState):
+        return np.asarray((path.state[:-1] == OPEN)[np.diff(path.cycle) > 0].any(axis=0))
+    return np.asarray((path.w > 0).any(axis=0))
+
+
+def pressed_slip(settled: Settled) -> FloatArray:
+    """∮ p |dv| per cycle, (n,) [force × length]: the work over f, since |q| = f p wherever a node slips."""
+    path, law = settled.history.refined(), settled.problem.law
+    if isinstance(settled, LongTermState):
+        mean, slip = 0.5 * (path.p[1:] + path.p[:-1]), law.size(np.diff(path.v, axis=0))
+        pressed = np.where(path.state[:-1] == OPEN, 0.0, mean * slip).sum(axis=0) / settled.period
+    else:
+        pressed = (path.p * np.abs(settled.step_slip)).sum(axis=0) / settled.period
+    return np.where(law.f > 0, settled.work_per_cycle / np.where(law.f > 0, law.f, 1.0), pressed)

@@ -1,1 +1,0 @@
-"""Verdicts held against what is proved: ``proved_rest``."""

@@ -1,0 +1,115 @@
+"""What is proved overrules what a search has found: no verdict contradicts a bound."""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from shakedown.bounds.energy.ball_watch import BallWatch
+from shakedown.bounds.every_state.universal_bound import UniversalBound, universal_bound
+from shakedown.ground.blas_threads import on_one_thread
+from shakedown.ground.contact_status import OPEN
+from shakedown.ground.evidence import Missing, allowed
+from shakedown.ground.shown_values import short
+from shakedown.ground.status import Outcome
+from shakedown.joint.derived import once_per_problem
+from shakedown.joint.problem import Problem
+from shakedown.long_term.energy_proof import BELOW, beyond_all, bound_of_start, bound_proves
+from shakedown.long_term.passage import Passage
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.contact_law import scales
+from shakedown.motion.cycle_record import State
+
+CLEAR = 1e-6  # of the slip per period: by less a cycle misses its start that no ball with margins can hold
+CLEAR_ENOUGH = 1e-3  # and how well it is known, where the load factor is in no proof of the start
+
+S = TypeVar("S", bound=LongTermState)
+
+
+def heeding_proofs(state: S) -> S:
+    """The state, or shakedown where that is proved of a motion of which a search has found another outcome.
+
+    A cycle that returns to its start and slips is its own proof: no energy ball with margins beyond
+    what it misses holds it (docs/energy.md, section 9). All else is held against what is proved from where
+    the motion began, from every state, and from where it has got to; the numbers are then those of the cycle
+    from there.
+    """
+    if state.outcome == Outcome.SHAKEDOWN or state.stop is not None or _closes(state, CLEAR):
+        return state
+    if not (state.goal.contact == OPEN).any() and beyond_all(state.begun):
+        return state
+    proof = proof_of_bounds(state.begun, state.goal)
+    if not proof and not _closes(state, CLEAR_ENOUGH):
+        proof = proof_by_ball(state.begun, state.goal)
+    return _at_rest(state, proof) if proof else state
+
+
+@on_one_thread
+def proof_of_bounds(begun: Passage, reached: State) -> str:
+    """What proves that a motion shakes down, by the load factor, in words; empty where nothing does.
+
+    Parameters
+    ----------
+    begun
+        Where it began.
+    reached
+        A state between two of its cycles.
+    """
+    load_factor, bound = begun.load_factor, bound_of_start(begun)
+    if bound_proves(bound, load_factor):
+        return f"below λ_E = {short(bound.load_factor)} of its start"
+    if not (reached.contact == OPEN).any():
+        every = _from_every_state(begun.problem)
+        if not isinstance(every, Missing) and load_factor < BELOW * every.load_factor:
+            return f"below λ_U = {short(every.load_factor)}, from every state"
+    return ""
+
+
+@on_one_thread
+def proof_by_ball(begun: Passage, reached: State) -> str:
+    """The same, by an energy ball about the state reached."""
+    opened = tuple(np.flatnonzero(reached.contact == OPEN).tolist())
+    watch = BallWatch(begun.problem, begun.load_factor, opened, tolerances=begun.tolerances)
+    inside = allowed(watch.proves, reached.u[begun.problem.layout.slips])
+    return "an energy ball holds the state that it has come to" if inside else ""
+
+
+@once_per_problem
+def _from_every_state(problem: Problem) -> UniversalBound | Missing:
+    return allowed(universal_bound, problem, certify=False)
+
+
+def _closes(state: LongTermState, errors: float) -> bool:
+    """Whether a cycle returns to its start, known to such a share of its slip."""
+    if state.outcome != Outcome.CYCLIC_SLIP:
+        return False
+    slip = float(state.slip_per_cycle.max())
+    missed = state.return_error * scales(state.begun.problem, state.load_factor).length
+    return bool(missed <= CLEAR * slip and getattr(state, "error", 0.0) <= errors * slip)
+
+
+def _at_rest(state: S, proof: str) -> S:
+    """Shakedown with the numbers of one cycle from where the search has ended."""
+    motion, length = state.motion(), scales(state.begun.problem, state.load_factor).length
+    record = motion.cycle()
+    if record is None:
+        return state
+    return replace(
+        state,
+        outcome=Outcome.SHAKEDOWN,
+        reason=f"proved, {proof}; the search has not come to rest: {state.reason}",
+        period=1,
+        final_slip=record.end_slip,
+        drift=np.zeros_like(record.end_slip),
+        slip_per_cycle=record.slip,
+        friction_dissipation_per_cycle=record.friction_dissipation,
+        jump_dissipation_per_cycle=record.jump_dissipation,
+        jumps_per_cycle=float(len(record.jumps)),
+        open_nodes=tuple(np.flatnonzero(record.opened & ~record.closed).tolist()),
+        dissipations=np.array([record.dissipation]),
+        opened=record.opened,
+        return_error=float(np.abs(motion.state.u - state.goal.u).max()) / length,
+        cycles_simulated=state.cycles_simulated - state.period + 1,
+        signature=record.signature,
+        met=np.nan,
+    )

@@ -1,0 +1,5 @@
+"""From a finite-element model to a problem.
+
+Reading order: ``readers/`` (file formats), ``condensation/`` (a large stiffness to the contact stiffness κ),
+``importing/`` (what is what in the files: a TOML configuration).
+"""

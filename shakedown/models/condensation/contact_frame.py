@@ -1,0 +1,313 @@
+"""Contact nodes of an elastic model and the change to slip and gap variables."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.layout import Layout
+from shakedown.models.condensation.tangent_pairs import guided_pairs, tangent_pairs
+
+IntArray = NDArray[np.intp]
+PLANE, SPACE = (1, 2), (1, 2, 3)  # directions of the contact nodes, unless others are given
+
+
+@dataclass(frozen=True)
+class ContactFrame:
+    """Where the contact is, in rows of the stiffness matrix.
+
+    Attributes
+    ----------
+    labels : (n,) or (n, 2)
+        Contact node of the first body, or pairs (first body, second body).
+    rows : (n, b, d + 1)
+        Row of the stiffness matrix of node j, body b, direction (x, y) or (x, y, z); b is 1
+        against a rigid obstacle, 2 for two bodies.
+    normals : (n, d + 1)
+        Unit normals; they point into the first body, the way the gap opens.
+    tangents : (n, 2) or (n, 2, 3)
+        In the plane unit tangents (n_y, −n_x): normal (0, 1) gives the slip direction (1, 0). In space
+        a perpendicular pair for every node, t₁ × t₂ = n.
+    """
+
+    labels: IntArray
+    rows: IntArray
+    normals: FloatArray
+    tangents: FloatArray
+
+    @property
+    def n(self) -> int:
+        """Number of contact nodes (or pairs)."""
+        return len(self.rows)
+
+    @property
+    def directions(self) -> int:
+        """Tangential directions of a node: 1 in the plane, 2 in space."""
+        return self.normals.shape[1] - 1
+
+    @property
+    def slip_axes(self) -> FloatArray:
+        """The directions of slip of every node, (n, d, d + 1)."""
+        return self.tangents.reshape(self.n, self.directions, self.directions + 1)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each contact node is called (:func:`node_names`)."""
+        return node_names(self.labels)
+
+    def transformation(self, size: int) -> tuple[sparse.csr_array, sparse.csr_array, IntArray]:
+        """Express all displacements by slip and gap and by what is left, u = T_c (v, w) + T_r u_r.
+
+        Against a second body the relative displacement u₁ − u₂ takes the place
+        of u₁, so that u₁ = T_c (v, w) + u₂ and the second body is condensed with
+        the interior.
+
+        Parameters
+        ----------
+        size
+            Rows of the stiffness matrix.
+
+        Returns
+        -------
+        T_c : (size, (d + 1) n)
+            Columns v_1 … v_n, w_1 … w_n; slips node by node.
+        T_r : (size, r)
+            Columns for the rows that are not contact rows of the first body.
+        rest : (r,)
+            Those rows.
+        """
+        first = self.rows[:, 0, :]
+        slips, gaps = self.layout.split(np.arange(self.layout.size))
+        columns = [*self.layout.by_node(slips).T, gaps]
+        entries = [
+            (first[:, a], columns[k], axis[:, a])
+            for k, axis in enumerate((*self.slip_axes.transpose(1, 0, 2), self.normals))
+            for a in range(self.directions + 1)
+        ]
+        row, column, value = (np.concatenate(part) for part in zip(*entries, strict=True))
+        T_c = sparse.csr_array((value, (row, column)), shape=(size, self.layout.size))
+        rest = np.setdiff1d(np.arange(size), first)
+        row, column = rest, np.arange(len(rest))
+        if self.rows.shape[1] == 2:
+            follower, leader = first.ravel(), self.rows[:, 1, :].ravel()
+            row = np.concatenate([row, follower])
+            column = np.concatenate([column, np.searchsorted(rest, leader)])
+        T_r = sparse.csr_array((np.ones(len(row)), (row, column)), shape=(size, len(rest)))
+        return T_c, T_r, rest
+
+    @property
+    def layout(self) -> Layout:
+        """Where the slip and the gap of a node stand."""
+        return Layout(self.n, self.directions)
+
+    def to_local(self, vectors: FloatArray) -> FloatArray:
+        """Components (x, y[, z]) per node, (n, d + 1), in the local frame: (tangential…, normal…)."""
+        q = (vectors[:, None, :] * self.slip_axes).sum(axis=2).ravel()
+        return self.layout.joined(q, (vectors * self.normals).sum(axis=1))
+
+
+def node_names(labels: IntArray) -> tuple[str, ...]:
+    """What contact nodes (n,) are called, or pairs (n, 2) of the first body and the second.
+
+    Examples
+    --------
+    >>> node_names(np.array([4711])), node_names(np.array([[4711, 12]]))
+    (('4711',), ('4711/12',))
+    """
+    return tuple("/".join(map(str, np.atleast_1d(row).tolist())) for row in labels)
+
+
+def contact_frame(
+    dofs: ArrayLike,
+    contact: ArrayLike,
+    normals: ArrayLike,
+    *,
+    axes: tuple[int, int] = PLANE,
+    tangent: ArrayLike | None = None,
+) -> ContactFrame:
+    """Find contact nodes in a (node, direction) map and set up their local frames.
+
+    Parameters
+    ----------
+    dofs : (N, 2)
+        Node label and direction (1, 2, 3 = x, y, z) of every row of the matrix.
+    contact : (n,) or (n, 2)
+        Labels of the contact nodes, or pairs (node of the first body, node of the second).
+    normals : (2,) or (n, 2), in space (3,) or (n, 3)
+        Normals that point into the first body; any length.
+    axes
+        The two directions that span the plane of a plane problem.
+    tangent : (3,) or (n, 3) or (n, 2, 3), optional
+        In space, as :func:`~shakedown.models.condensation.tangent_pairs.tangent_pairs` takes it.
+
+    Raises
+    ------
+    ProblemError
+        If a contact node has no row for one of the directions, occurs twice, or
+        a normal is zero or of the wrong shape, or a tangent leads along a normal.
+
+    Examples
+    --------
+    >>> frame = contact_frame([(7, 1), (7, 2), (9, 1), (9, 2)], [9], [0.0, 2.0])
+    >>> frame.rows.tolist(), frame.tangents.tolist()
+    ([[[2, 3]]], [[1.0, -0.0]])
+    """
+    table = checked_dofs(dofs)
+    labels = np.asarray(contact)
+    if (
+        labels.size == 0
+        or labels.dtype.kind not in "iu"
+        or not (labels.ndim == 1 or labels.shape[1:] == (2,))
+    ):
+        raise ProblemError(
+            "contact: expected node labels (n,) or pairs (n, 2), "
+            f"found {labels.dtype} of shape {labels.shape}"
+        )
+    check_unique(labels)
+    unit = _unit_normals(normals, len(labels))
+    own = axes if unit.shape[1] == 2 else SPACE
+    _check_plane(unit, axes, tangent)
+    index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(table)}
+    bodies = labels.reshape(len(labels), -1)
+    wanted = [(int(node), axis) for pair in bodies for node in pair for axis in own]
+    missing = [key for key in wanted if key not in index]
+    if missing:
+        listed = ", ".join(f"({node}, {axis})" for node, axis in missing[:4])
+        raise ProblemError(
+            f"contact: expected a row for every contact node in directions {_listed(own)}, "
+            f"found none for {len(missing)} of {len(wanted)}, first (node, direction) {listed} "
+            "(a direction that is constrained or tied has no row)"
+            + ("; of a plane problem the normals have two components" if len(own) == 3 else "")
+        )
+    rows = np.array([index[key] for key in wanted]).reshape(len(labels), bodies.shape[1], len(own))
+    if unit.shape[1] == 2:
+        return ContactFrame(labels, rows, unit, np.column_stack([unit[:, 1], -unit[:, 0]]))
+    return ContactFrame(labels, rows, unit, tangent_pairs(unit, tangent))
+
+
+def with_guides(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_]
+) -> tuple[ContactFrame, NDArray[np.bool_]]:
+    """Which slips are held while the normal is free, (dn,), and the frame whose tangents lead along them.
+
+    In space a node that is held in one direction takes that direction as a tangent, unless one of
+    its pair is that already.
+
+    Raises
+    ------
+    ProblemError
+        If a contact node of the first body is held in any other way.
+    """
+    first = held[frame.rows[:, 0, :]]
+    across = np.abs(frame.normals) <= DEFAULT.symmetry
+    blocked = np.any(first & ~across, axis=1) | np.all(first, axis=1)
+    if blocked.any():
+        j = int(np.argmax(blocked))
+        node, direction = table[frame.rows[j, 0, int(np.argmax(first[j]))]]
+        raise ProblemError(
+            f"contact: expected free contact nodes, found direction {direction} of node {node} held "
+            "(release the contact nodes in the model before the matrix is written)"
+        )
+    if frame.directions > 1:
+        frame = replace(frame, tangents=guided_pairs(frame.normals, frame.tangents, first))
+    along = np.abs(frame.slip_axes) >= 1.0 - DEFAULT.symmetry
+    return frame, np.any(along & first[:, None, :], axis=2).ravel()
+
+
+def check_out_of_plane(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> None:
+    """Refuse contact nodes with a second tangential direction, one that ``held`` does not hold."""
+    if frame.directions > 1:
+        return
+    third = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & ~np.isin(table[:, 1], axes) & ~held
+    if third.any():
+        node, direction = table[np.argmax(third)]
+        raise ProblemError(
+            f"contact: expected one tangential direction per node, found node {node} free in direction "
+            f"{direction} too; ask for friction in both directions (normals of three components; in an "
+            "import directions = 2), hold it (fixed), or let it move without friction (free_out_of_plane)"
+        )
+
+
+def out_of_plane_notes(
+    frame: ContactFrame, table: NDArray[np.intp], held: NDArray[np.bool_], axes: tuple[int, int]
+) -> tuple[str, ...]:
+    """What becomes of the friction of contact nodes that have a direction across the plane."""
+    if frame.directions > 1:
+        return ()
+    across = np.isin(table[:, 0], frame.labels) & (table[:, 1] <= 3) & (table[:, 1] >= 1)
+    across &= ~np.isin(table[:, 1], axes)
+    free = across & ~held
+    if not across.any():
+        return ()
+    what = "moves without friction" if free.any() else "is held"
+    return (friction_left_out(int(table[np.argmax(across), 1]), what),)
+
+
+def friction_left_out(direction: int, what: str) -> str:
+    """A note on the one direction of contact nodes in which no friction acts."""
+    return (
+        f"direction {direction} of the contact nodes {what}: friction across the plane of slip and normal is "
+        "left out"
+    )
+
+
+def checked_dofs(dofs: ArrayLike) -> IntArray:
+    """A (node, direction) map as an (N, 2) integer array without repetition, or ``ProblemError``."""
+    table = np.asarray(dofs)
+    if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
+        raise ProblemError(
+            "dofs: expected integer pairs (node, direction) of shape (N, 2), "
+            f"found {table.dtype} of shape {table.shape}"
+        )
+    unique, count = np.unique(table, axis=0, return_counts=True)
+    if len(unique) < len(table):
+        node, direction = unique[np.argmax(count > 1)]
+        raise ProblemError(f"dofs: expected every (node, direction) once, found ({node}, {direction}) twice")
+    return table.astype(np.intp)
+
+
+def check_unique(labels: IntArray) -> None:
+    """Raise ``ProblemError`` where a node is in the contact twice."""
+    unique, count = np.unique(labels, return_counts=True)
+    if len(unique) < labels.size:
+        raise ProblemError(
+            f"contact: expected every node once, found node {unique[np.argmax(count > 1)]} twice"
+        )
+
+
+def _check_plane(unit: FloatArray, axes: tuple[int, int], tangent: ArrayLike | None) -> None:
+    """That the axes of a plane stand beside plane normals, and a tangent beside those in space."""
+    if unit.shape[1] == 2 and tangent is not None:
+        raise ProblemError("tangent: expected only beside normals of three components, found two")
+    if unit.shape[1] == 3 and axes != PLANE:
+        raise ProblemError(
+            f"axes: expected normals of two components, along directions {_listed(axes)}, found three"
+        )
+
+
+def _listed(axes: tuple[int, ...]) -> str:
+    """Directions as a message names them."""
+    return f"{', '.join(map(str, axes[:-1]))} and {axes[-1]}"
+
+
+def _unit_normals(normals: ArrayLike, n: int) -> FloatArray:
+    vectors = np.asarray(normals, dtype=np.float64)
+    if vectors.shape not in ((2,), (n, 2), (3,), (n, 3)):
+        raise ProblemError(
+            f"normals: expected shape (2,) or ({n}, 2), components along the two axes, or (3,) or ({n}, 3), "
+            f"found {vectors.shape}"
+        )
+    vectors = np.broadcast_to(vectors, (n, vectors.shape[-1]))
+    length = np.hypot(vectors[:, 0], vectors[:, 1])
+    if vectors.shape[1] == 3:
+        length = np.hypot(length, vectors[:, 2])
+    if not np.all(np.isfinite(length) & (length > 0)):
+        j = int(np.argmin(np.isfinite(length) & (length > 0)))
+        raise ProblemError(f"normals: expected vectors of finite length > 0, found {vectors[j]} at node {j}")
+    return vectors / length[:, None]

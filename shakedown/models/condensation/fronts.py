@@ -1,0 +1,215 @@
+"""Cholesky factors of a large sparse matrix, front by front, with some unknowns kept to the end.
+
+The unknowns of each piece of a dissection are eliminated in a dense matrix, the front, of their own and
+of those that they are coupled to; what is left of it is added to the front of the piece above. The kept
+unknowns are never eliminated: what is left at the end is their Schur complement, without one right side
+being solved for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import LinAlgError
+from scipy.linalg.blas import dsyrk, dtrsm
+from scipy.linalg.lapack import dpotrf
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.dissection import DissectionPiece, IntArray
+
+BYTES = 8  # of a number
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """One step of the elimination, unknowns by their place in its order.
+
+    Attributes
+    ----------
+    start, stop
+        The unknowns that are eliminated.
+    beyond : (u,)
+        Later unknowns that they are coupled to by then, in increasing order.
+    children
+        The fronts whose rest is added to this one.
+    """
+
+    start: int
+    stop: int
+    beyond: IntArray
+    children: tuple[int, ...]
+
+    @property
+    def own(self) -> int:
+        """How many unknowns are eliminated."""
+        return self.stop - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class FrontElimination:
+    """The plan: which unknowns are eliminated when, and what that takes.
+
+    Attributes
+    ----------
+    order : (N,)
+        Unknowns in the order of elimination, the kept ones last.
+    count
+        How many are eliminated.
+    fronts
+        In order, each after its children.
+    """
+
+    order: IntArray
+    count: int
+    fronts: list[Front]
+
+    @property
+    def operations(self) -> float:
+        """Multiplications of the factorisation, about."""
+        sizes = np.array([(f.own, len(f.beyond)) for f in self.fronts], dtype=float).reshape(-1, 2)
+        own, beyond = sizes.T
+        return float((own**3 / 3 + own**2 * beyond + own * beyond**2).sum())
+
+    @property
+    def memory(self) -> float:
+        """Largest memory at one time: factors, the fronts that wait, the one in work [bytes]."""
+        factors = waiting = most = 0.0
+        for front in self.fronts:
+            own, beyond = float(front.own), float(len(front.beyond))
+            most = max(most, factors + waiting + own * own + own * beyond + 2 * beyond * beyond)
+            waiting -= sum(float(len(self.fronts[child].beyond)) ** 2 for child in front.children)
+            waiting += beyond * beyond
+            factors += own * own + own * beyond
+            most = max(most, factors + waiting)
+        kept = float(len(self.order) - self.count)
+        return BYTES * (max(most, factors + waiting + kept * kept) + kept * kept)
+
+
+@dataclass(eq=False)
+class FrontFactors:
+    """Factors of the eliminated unknowns, and the Schur complement of the others.
+
+    Attributes
+    ----------
+    plan : FrontElimination
+        The order.
+    schur : (k, k)
+        Schur complement of the kept unknowns, in the order given.
+    """
+
+    plan: FrontElimination
+    schur: FloatArray
+    _parts: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
+
+    @property
+    def pivots(self) -> FloatArray:
+        """The pivots, (N − k,)."""
+        return np.concatenate([np.diagonal(L) ** 2 for L, _ in self._parts])
+
+    def solve(self, right: FloatArray) -> FloatArray:
+        """K_ii⁻¹ b for right sides (N − k,) or (N − k, r), in the order of the unknowns."""
+        places = np.empty(self.plan.count, dtype=np.intp)
+        places[self.plan.order[: self.plan.count]] = np.arange(self.plan.count)
+        x = np.zeros((len(self.plan.order), 1 if right.ndim == 1 else right.shape[1]))
+        x[: self.plan.count] = right.reshape(self.plan.count, -1)[self.plan.order[: self.plan.count]]
+        for front, (L, below) in zip(self.plan.fronts, self._parts, strict=True):
+            own = slice(front.start, front.stop)
+            x[own] = dtrsm(1.0, L, x[own], lower=1)
+            x[front.beyond] -= below @ x[own]
+        x[self.plan.count :] = 0.0
+        for front, (L, below) in zip(reversed(self.plan.fronts), reversed(self._parts), strict=True):
+            own = slice(front.start, front.stop)
+            x[own] = dtrsm(1.0, L, x[own] - below.T @ x[front.beyond], lower=1, trans_a=1)
+        return x[: self.plan.count][places].reshape(right.shape)
+
+
+def elimination(
+    K: sparse.csr_array, pieces: Sequence[DissectionPiece], unknowns: Sequence[IntArray]
+) -> FrontElimination:
+    """Plan the elimination of all unknowns of the pieces; those of no piece are kept.
+
+    Parameters
+    ----------
+    K : (N, N)
+        Symmetric matrix, kept unknowns last.
+    pieces
+        Of the nodes.
+    unknowns
+        Those of every node.
+    """
+    parts = [np.concatenate([unknowns[node] for node in piece.nodes.tolist()]) for piece in pieces]
+    count = sum(map(len, parts))
+    order = np.concatenate([*parts, np.arange(count, K.shape[0])])
+    place = np.empty(len(order), dtype=np.intp)
+    place[order] = np.arange(len(order))
+    fronts: list[Front] = []
+    start = 0
+    for piece, part in zip(pieces, parts, strict=True):
+        stop = start + len(part)
+        coupled = [place[K[part].indices], *(fronts[child].beyond for child in piece.children)]
+        later = np.unique(np.concatenate(coupled))
+        fronts.append(Front(start, stop, later[later >= stop], piece.children))
+        start = stop
+    return FrontElimination(order, count, fronts)
+
+
+def factorised(K: sparse.csr_array, plan: FrontElimination) -> FrontFactors:
+    """Eliminate as planned.
+
+    Raises
+    ------
+    LinAlgError
+        If what is eliminated is not positive definite.
+    """
+    permuted = sparse.csc_array(K[plan.order][:, plan.order])
+    permuted.sort_indices()
+    last = slice(plan.count, None)
+    factors = FrontFactors(plan, np.asfortranarray(permuted[last, last].toarray()))
+    rests: dict[int, FloatArray] = {}
+    roots = set(range(len(plan.fronts))) - {c for front in plan.fronts for c in front.children}
+    for number, front in enumerate(plan.fronts):
+        L, below, rest = _assembled(permuted, front, [(plan.fronts[c], rests.pop(c)) for c in front.children])
+        L, info = dpotrf(L, lower=1, clean=1, overwrite_a=1)
+        if info:
+            raise LinAlgError(f"not positive definite at unknown {front.start + info - 1}")
+        below = dtrsm(1.0, L, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+        if len(front.beyond):
+            rest = dsyrk(-1.0, below, 1.0, rest, lower=1, overwrite_c=1)
+        factors._parts.append((L, below))
+        if number in roots:
+            _add(factors.schur, rest, front.beyond - plan.count)
+        else:
+            rests[number] = rest
+    lower = np.tril(factors.schur)
+    factors.schur = lower + np.tril(lower, -1).T
+    return factors
+
+
+def _assembled(
+    K: sparse.csc_array, front: Front, children: Sequence[tuple[Front, FloatArray]]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The front before its elimination: own, below and rest, of which the lower triangles count."""
+    own, size = front.own, len(front.beyond)
+    corner, below = np.zeros((own, own), order="F"), np.zeros((size, own), order="F")
+    rest = np.zeros((size, size), order="F")
+    columns = K[:, front.start : front.stop].tocoo()
+    row, column = columns.coords
+    inside = (row >= front.start) & (row < front.stop)
+    corner[row[inside] - front.start, column[inside]] = columns.data[inside]
+    later = row >= front.stop
+    below[np.searchsorted(front.beyond, row[later]), column[later]] = columns.data[later]
+    for child, part in children:
+        split = int(np.searchsorted(child.beyond, front.stop))
+        first = child.beyond[:split] - front.start
+        second = np.searchsorted(front.beyond, child.beyond[split:])
+        _add(corner, part[:split, :split], first)
+        below[np.ix_(second, first)] += part[split:, :split]
+        _add(rest, part[split:, split:], second)
+    return corner, below, rest
+
+
+def _add(target: FloatArray, part: FloatArray, places: NDArray[np.intp]) -> None:
+    if len(places):
+        target[np.ix_(places, places)] += part

@@ -1,0 +1,206 @@
+"""The bodies of a model: which nodes hang together, and which of their rigid motions meet no resistance."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.result import Result
+from shakedown.models.condensation.loose_motion import motions_in_words
+from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.stiffness import Stiffness
+
+_FREE = 1e-9  # of the largest stiffness: resistance to a rigid motion that is round-off
+_ORDER = ("first", "second")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelBody(Result):
+    """One connected part of the model.
+
+    Attributes
+    ----------
+    name : str
+        "first body" and "second body" where there are no more; else bodies are numbered.
+    nodes : (k,)
+        Labels of its nodes that have rows in the matrix.
+    free : tuple of str
+        Rigid motions that meet no resistance but the contact's, in words: "along x", "turning about z".
+    contact_nodes : int
+        How many of them are contact nodes.
+    """
+
+    name: str
+    nodes: NDArray[np.intp]
+    free: tuple[str, ...]
+    contact_nodes: int
+
+    def to_dict(self) -> dict[str, object]:
+        """What ``shakedown-bounds import --check --json`` writes of it."""
+        count = {"nodes": len(self.nodes), "contact_nodes": self.contact_nodes}
+        return {"name": self.name, **count, "free": list(self.free)}
+
+
+def bodies_of(
+    stiffness: Stiffness, held: NDArray[np.bool_], contact: NDArray[np.intp], mesh: Mesh | None
+) -> tuple[ModelBody, ...]:
+    """The bodies, those of the contact first.
+
+    Parameters
+    ----------
+    held : (N,)
+        Rows that are held.
+    contact : (n,) or (n, 2)
+        Contact nodes, or pairs (first body, second body).
+    """
+    part = _parts(stiffness)
+    labels, index = np.unique(stiffness.dofs[:, 0], return_index=True)
+    of_node = dict(zip(labels.tolist(), part[index].tolist(), strict=True))
+    met = [of_node[label] for label in contact.T.ravel().tolist()]
+    order = list(dict.fromkeys([*met, *part.tolist()]))
+    two = contact.ndim == 2 and len(set(met)) == 2 == len(order)
+    places = known_places(mesh, labels[labels > 0])
+    bodies = []
+    for number, own in enumerate(order):
+        rows = np.flatnonzero(part == own)
+        name = f"{_ORDER[number]} body" if two else "body" if len(order) == 1 else f"body {number + 1}"
+        free = free_motions(stiffness, rows, held, places, axial=mesh is not None and mesh.axisymmetric)
+        bodies.append(ModelBody(name, np.unique(stiffness.dofs[rows, 0]), free, met.count(own)))
+    return tuple(bodies)
+
+
+def contact_patches(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None) -> NDArray[np.intp]:
+    """Which patch every contact node belongs to, (n,), from 0.
+
+    Nodes of the first body that share a face, or where no faces are known an entry of the matrix, lie on one
+    patch if their normals look the same way and the nodes opposite belong to one body.
+    """
+    first, n = contact.first, contact.first.size
+    place = dict(zip(first.tolist(), range(n), strict=True))
+    if mesh is not None and mesh.elements:
+        faces = [[place[node] for node in face if node in place] for _, face in mesh.boundary(set(place))]
+        edges = [(face[0], other) for face in faces for other in face[1:]]
+    else:
+        rows = np.flatnonzero(np.isin(stiffness.dofs[:, 0], first))
+        K = stiffness.K[rows][:, rows].tocoo()
+        nodes = stiffness.dofs[rows, 0]
+        edges = [(place[a], place[b]) for a, b in zip(*(nodes[k].tolist() for k in K.coords), strict=True)]
+    pairs = np.array(edges, dtype=np.intp).reshape(-1, 2)
+    normals = contact.unit_normals
+    alike = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0
+    if contact.labels.ndim > 1:
+        body = dict(zip(stiffness.dofs[:, 0].tolist(), _parts(stiffness).tolist(), strict=True))
+        opposite = np.array([body[node] for node in contact.labels[:, 1].tolist()])
+        alike &= opposite[pairs[:, 0]] == opposite[pairs[:, 1]]
+    a, b = pairs[alike].T
+    graph = sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n))
+    found = connected_components(graph, directed=False)[1]
+    return np.unique(found, return_index=True)[1].argsort().argsort()[found]  # in the order of the nodes
+
+
+def rigid_residual(stiffness: Stiffness, mesh: Mesh | None, axes: Sequence[int]) -> float:
+    """Largest force that a rigid motion (in the plane, of a plane problem) meets, by max |K| and the motion.
+
+    A body of revolution moves along its axis only.
+
+    NaN where the mesh does not know the coordinates of every node with rows, or
+    the rows are not displacements (multipliers, modes).
+    """
+    moving = np.isin(stiffness.dofs[:, 1], axes)
+    places = known_places(mesh, stiffness.dofs[moving, 0])
+    if places is None or mesh is None:
+        return float("nan")
+    xyz = np.zeros((len(moving), 3))
+    xyz[moving] = [places[node] for node in stiffness.dofs[moving, 0].tolist()]
+    xyz[moving] -= xyz[moving].mean(axis=0)
+    size = max(float(np.abs(xyz[:, [axis - 1 for axis in axes]]).max()), np.finfo(float).tiny)
+    motions = rigid_motions(stiffness.dofs, xyz / size, [2] if mesh.axisymmetric else axes)
+    marked = stiffness.K.diagonal() >= DEFAULT.constrained_diagonal
+    scale = float(np.abs(stiffness.K.data[np.abs(stiffness.K.data) < DEFAULT.constrained_diagonal]).max())
+    return float(np.abs((stiffness.K @ motions)[~marked]).max(initial=0.0) / scale)
+
+
+def known_places(mesh: Mesh | None, labels: NDArray[np.intp]) -> Mapping[int, Sequence[float]] | None:
+    """Node → (x, y, z), or None where the coordinates of some node are not known."""
+    if mesh is None or not set(labels.tolist()) <= set(mesh.labels.tolist()):
+        return None
+    return dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True))
+
+
+def coupled_nodes(stiffness: Stiffness) -> tuple[NDArray[np.intp], NDArray[np.intp], sparse.csr_array]:
+    """Labels of the nodes (k,), which of them every row is of (N,), and which the matrix couples (k, k)."""
+    labels, node = np.unique(stiffness.dofs[:, 0], return_inverse=True)
+    K, diagonal = stiffness.K.tocoo(), np.abs(stiffness.K.diagonal())
+    marked = diagonal >= DEFAULT.constrained_diagonal
+    size = np.sqrt(np.where(marked, diagonal[~marked].max(initial=0.0), diagonal))
+    row, column = K.coords
+    large = np.abs(K.data) > DEFAULT.condensed_pattern * size[row] * size[column]
+    entries = (np.ones(large.sum()), (node[row[large]], node[column[large]]))
+    graph = sparse.coo_array(entries, shape=(len(labels), len(labels)))
+    return labels, node, (graph.tocsr() > 0).tocsr()
+
+
+def _parts(stiffness: Stiffness) -> NDArray[np.intp]:
+    """The number of the connected part of every row; the rows of a node belong together."""
+    _, node, coupled = coupled_nodes(stiffness)
+    return np.asarray(connected_components(coupled, directed=False)[1])[node]
+
+
+def rigid_motions(dofs: NDArray[np.intp], xyz: FloatArray, axes: Sequence[int]) -> FloatArray:
+    """Rigid motions of nodes at (N, 3), one per row: along the axes, then turned within them, (N, k).
+
+    Turning is by one radian per length; rows of rotations (directions 4, 5, 6) turn along.
+
+    Examples
+    --------
+    >>> rigid_motions(np.array([(7, 1), (7, 2)]), np.array([[3.0, 4.0, 0.0]] * 2), (1, 2)).tolist()
+    [[1.0, 0.0, -4.0], [0.0, 1.0, 3.0]]
+    """
+    direction = dofs[:, 1]
+    columns = [np.where(direction == axis, 1.0, 0.0) for axis in axes]
+    moving = np.flatnonzero(np.isin(direction, axes))
+    for about in (1, 2, 3) if len(axes) == 3 else sorted({1, 2, 3} - set(axes)) if len(axes) == 2 else ():
+        turned = np.where(direction == 3 + about, 1.0, 0.0)
+        turned[moving] = np.cross(np.eye(3)[about - 1], xyz[moving])[
+            np.arange(len(moving)), direction[moving] - 1
+        ]
+        columns.append(turned)
+    return np.column_stack(columns)
+
+
+def free_motions(
+    stiffness: Stiffness,
+    rows: NDArray[np.intp],
+    held: NDArray[np.bool_],
+    places: Mapping[int, Sequence[float]] | None,
+    *,
+    axial: bool = False,
+) -> tuple[str, ...]:
+    """Rigid motions of the nodes of some rows that meet no resistance and move no held row, in words.
+
+    Where places are not known nothing is said of turning; a body of revolution (``axial``) moves along its
+    axis only.
+    """
+    dofs = stiffness.dofs[rows]
+    own = dofs[:, 0] > 0  # multipliers and pressures of internal nodes stay as they are
+    axes = [2] if axial else sorted({1, 2, 3} & set(dofs[own, 1].tolist()))
+    xyz = np.zeros((own.sum(), 3))
+    if places is not None:
+        xyz = np.array([places[node] for node in dofs[own, 0].tolist()])
+        xyz = (xyz - xyz.mean(axis=0)) / max(float(np.ptp(xyz, axis=0).max()), np.finfo(float).tiny)
+    motions = rigid_motions(dofs[own], xyz, axes)
+    motions = motions[:, np.abs(motions).max(axis=0, initial=0.0) > DEFAULT.symmetry]
+    everywhere = np.zeros((len(rows), motions.shape[1]))
+    everywhere[own] = motions
+    loose = ~held[rows]
+    K = stiffness.K[rows[loose]][:, rows[loose]]
+    met = np.vstack([K @ everywhere[loose] / (abs(K).max() if K.nnz else 1.0), everywhere[~loose]])
+    _, size, modes = np.linalg.svd(np.linalg.qr(met, mode="r"))
+    null = modes[size <= max(_FREE, 10.0 * (stiffness.accuracy or 0.0)) * np.sqrt(len(rows))].T
+    return tuple(motions_in_words(motions @ null, dofs[own], places)) if null.size else ()

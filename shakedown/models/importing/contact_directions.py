@@ -1,0 +1,260 @@
+"""Normals of the contact nodes, and the plane or the tangents in which they slip."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.contact_frame import PLANE, SPACE
+from shakedown.models.importing.model_section import Model
+from shakedown.models.readers.mesh import IN_PLANE
+from shakedown.models.readers.toml_table import TomlTable
+
+_STEEP = np.sqrt(0.5)  # cosine between an axis and the normal from which on the axis is the normal's
+Axes = tuple[int, ...]  # two directions that span a plane, or all three
+
+
+@dataclass(frozen=True, eq=False)
+class ContactDirections:
+    """Which ways the gap opens and the nodes slip.
+
+    Attributes
+    ----------
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    normals : (n, d + 1)
+        Into the first body.
+    tangent : (3,) or (n, 3) or None
+        Towards which the first of two tangents leads, where that is given.
+    assumed : bool
+        Whether nothing but normals in the plane of x and y says that there is one direction of slip.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    given : bool
+        Whether the configuration gives the normals, not the faces.
+    """
+
+    axes: Axes
+    normals: FloatArray
+    tangent: FloatArray | None = None
+    assumed: bool = False
+    surface: str | None = None
+    given: bool = False
+
+
+def contact_directions(
+    table: TomlTable, model: Model, first: NDArray[np.intp], *, assume_plane: bool = True
+) -> ContactDirections:
+    """Take the keys ``directions``, ``axes``, ``normal(s)``, ``surface`` and ``tangent(s)``.
+
+    Two directions of slip are said (``directions = 2``, ``tangent``, ``tangents``), or follow from normals
+    that do not lie in the plane of x and y; one is said (``directions = 1``, ``axes``,
+    ``free_out_of_plane``), or assumed.
+
+    Parameters
+    ----------
+    first : (n,)
+        Contact nodes of the first body.
+    assume_plane
+        Whether normals in the plane of x and y, where nothing else is said, mean one direction of slip.
+
+    Raises
+    ------
+    ProblemError
+        If keys contradict each other, or normals are neither given nor to be had from the model.
+    """
+    said, given = _axes(table, model), _given(table, len(first))
+    if said is None and given is not None and given.shape[-1] == 2:
+        said = PLANE
+    normals = _of_faces(table, model, first, said or SPACE) if given is None else given
+    surface = table.text("surface", required=False)
+    axes = said or (PLANE if assume_plane and _in_plane(normals, exactly=given is not None) else SPACE)
+    columns = [axis - 1 for axis in axes]
+    along = normals[:, columns] if given is None and said is None else normals
+    along = along if given is None else _along(table, given, axes)
+    return ContactDirections(
+        axes,
+        np.broadcast_to(along, (len(first), len(axes))).copy(),
+        _tangent(table, model, first, along) if axes == SPACE else None,
+        assumed=said is None and axes == PLANE,
+        surface=surface,
+        given=given is not None,
+    )
+
+
+def in_space(vectors: FloatArray, axes: Axes) -> FloatArray:
+    """Vectors along two of the axes x, y, z (n, 2), or along all of them, as vectors (n, 3).
+
+    Examples
+    --------
+    >>> in_space(np.array([[0.6, 0.8]]), (1, 3)).tolist()
+    [[0.6, 0.0, 0.8]]
+    """
+    found = np.zeros((len(vectors), 3))
+    found[:, [axis - 1 for axis in axes]] = vectors
+    return found
+
+
+def _in_plane(normals: FloatArray, *, exactly: bool) -> bool:
+    """Whether normals (3,) or (n, 3) lie in the plane of x and y: as given, or to what meshes leave."""
+    if exactly:
+        return not normals[..., 2].any()
+    return bool((np.abs(np.hypot(normals[:, 0], normals[:, 1]) - 1) <= IN_PLANE).all())
+
+
+def _axes(table: TomlTable, model: Model) -> Axes | None:
+    """What the configuration or an axisymmetric model says of the plane; None where that is nothing."""
+    number = table.integer("directions")
+    if number not in (None, 1, 2):
+        raise ProblemError(f"{table.where}: key 'directions': expected 1 or 2, found {number}")
+    axes = table.array("axes", int, (2,), required=False)
+    if axes is not None and sorted({1, 2, 3} & set(axes)) != sorted(axes):
+        raise ProblemError(f"{table.where}: key 'axes': expected two of 1, 2, 3, found {axes}")
+    if model.axisymmetric:
+        _check_axisymmetric(axes or list(PLANE), number, model, table.where)
+        return PLANE
+    flat = [key for key in ("axes", "free_out_of_plane") if (key == "axes" and axes) or table.has(key)]
+    tangents = [key for key in ("tangent", "tangents") if table.has(key)]
+    if flat and (number == 2 or tangents):
+        other = f"'{tangents[0]}'" if tangents else "directions = 2"
+        raise ProblemError(
+            f"{table.where}: key '{flat[0]}': expected of a plane problem only, found it beside {other}"
+        )
+    if number == 2 or (tangents and number is None):
+        return SPACE
+    if tangents:
+        raise ProblemError(
+            f"{table.where}: key '{tangents[0]}': expected beside directions = 2 only, found directions = 1"
+        )
+    return tuple(axes or PLANE) if flat or number == 1 else None
+
+
+def _check_axisymmetric(axes: list[int], number: int | None, model: Model, where: str) -> None:
+    """That an axisymmetric model lies where its elements expect it: radius x >= 0, axis y."""
+    if number == 2:
+        raise ProblemError(
+            f"{where}: key 'directions': expected 1 of an axisymmetric model, found 2; friction around the "
+            "circumference needs a solid model"
+        )
+    if axes != [1, 2]:
+        raise ProblemError(
+            f"{where}: key 'axes': expected [1, 2] (radius, axis) of an axisymmetric model, found {axes}"
+        )
+    if model.mesh is None:
+        return
+    k = int(np.argmin(model.mesh.coordinates[:, 0]))
+    if model.mesh.coordinates[k, 0] < 0:
+        raise ProblemError(
+            f"{model.mesh.name}: expected radii x >= 0 of an axisymmetric model, found "
+            f"{model.mesh.coordinates[k, 0]:g} at node {model.mesh.labels[k]}"
+        )
+
+
+def _given(table: TomlTable, n: int) -> FloatArray | None:
+    """Normals as the configuration gives them, (2,), (3,), (n, 2) or (n, 3)."""
+    normal, normals = _vectors(table, "normal"), _vectors(table, "normals")
+    named = {"normal": normal, "normals": normals, "surface": table.content.get("surface")}
+    keys = [f"'{key}'" for key, value in named.items() if value is not None]
+    if len(keys) > 1:
+        raise ProblemError(
+            f"{table.where}: expected one of the keys 'normal', 'normals' and 'surface', found "
+            f"{' and '.join(keys)}"
+        )
+    if normals is not None and len(normals) != n:
+        raise ProblemError(
+            f"{table.where}: key 'normals': expected one for each of {n} nodes, found {len(normals)}"
+        )
+    found = normals if normal is None else normal
+    if found is None:
+        return None
+    with np.errstate(over="ignore"):  # of a length that is refused
+        length = np.linalg.norm(np.atleast_2d(found), axis=1)
+    if not (long := (length > 0) & (length < np.inf)).all():
+        raise ProblemError(
+            f"{table.where}: {keys[0]}: expected vectors of length > 0 and < inf, found "
+            f"{np.atleast_2d(found)[~long][0].tolist()}"
+            + f" at node {int(np.argmin(long))}"
+            * (normal is None)
+        )
+    return found
+
+
+def _vectors(table: TomlTable, key: str) -> FloatArray | None:
+    """Vectors of two or three components: one, or, where the key is a plural, one per node."""
+    value, many = table.content.get(key), key.endswith("s")
+    first = value[0] if many and isinstance(value, list) and value else value
+    width = 3 if isinstance(first, list) and len(first) == 3 else 2
+    given = table.array(key, float, (None, width) if many else (width,), required=False)
+    return None if given is None else np.array(given, dtype=float)
+
+
+def _along(table: TomlTable, vectors: FloatArray, axes: Axes) -> FloatArray:
+    """Normals along the axes, of vectors along them or along x, y, z."""
+    key = "normal" if vectors.ndim == 1 else "normals"
+    if len(axes) == 3:
+        if vectors.shape[-1] != 3:
+            raise ProblemError(
+                f"{table.where}: key '{key}': expected 3 numbers beside directions = 2, found "
+                f"{vectors.shape[-1]}"
+            )
+        return vectors
+    if vectors.shape[-1] == 2:
+        return vectors
+    (across,) = {1, 2, 3} - set(axes)
+    wrong = vectors.reshape(-1, 3)[vectors.reshape(-1, 3)[:, across - 1] != 0]
+    if len(wrong):
+        raise ProblemError(
+            f"{table.where}: key '{key}': expected 2 numbers, along directions {axes[0]} and {axes[1]}, or "
+            f"3 of which that in direction {across} is 0, found {wrong[0].tolist()}; of a solid model, "
+            f"'axes' names the two directions of slip and normal ([1, 3] for x and z), and the third one "
+            "is held ([supports] fixed) or moves without friction (free_out_of_plane); directions = 2 has "
+            "friction in both tangential directions"
+        )
+    return vectors[..., [axis - 1 for axis in axes]]
+
+
+def _of_faces(table: TomlTable, model: Model, first: NDArray[np.intp], axes: Axes) -> FloatArray:
+    """Normals from the faces of the model, or of its surface of a name."""
+    if model.mesh is None or not model.mesh.elements:
+        raise ProblemError(
+            f"{table.where}: expected one of 'normal' and 'normals', or [model] with a deck that has "
+            "elements, found none"
+        )
+    twin = TomlTable(dict(table.content), table.where)
+    with found_in(table.where):
+        return model.mesh.normals(first, axes, twin.text("surface", required=False))
+
+
+def _tangent(
+    table: TomlTable, model: Model, first: NDArray[np.intp], normals: FloatArray
+) -> FloatArray | None:
+    """Towards which the first tangents lead: as given, (3,) or (n, 3), or by a system of the deck."""
+    if isinstance(table.content.get("tangent"), str) and not table.has("tangents"):
+        return _by_system(str(table.text("tangent")), table.where, model, first, normals)
+    one = table.array("tangent", float, (3,), required=False)
+    many = table.array("tangents", float, (None, 3), required=False)
+    if one is not None and many is not None:
+        raise ProblemError(f"{table.where}: expected one of the keys 'tangent' and 'tangents', found both")
+    if many is not None and len(many) != len(first):
+        raise ProblemError(
+            f"{table.where}: key 'tangents': expected one for each of {len(first)} nodes, found {len(many)}"
+        )
+    given = many if one is None else one
+    return None if given is None else np.array(given, dtype=float)
+
+
+def _by_system(
+    name: str, where: str, model: Model, first: NDArray[np.intp], normals: FloatArray
+) -> FloatArray:
+    """The first axis of a local system at every node, (n, 3); the second where that is the normal."""
+    if model.mesh is None:
+        raise ProblemError(
+            f"{where}: key 'tangent': expected [x, y, z], or [model] with a deck that has the *ORIENTATION "
+            f"'{name}', found no [model]"
+        )
+    with found_in(f"{where}: key 'tangent'"):
+        axes = model.mesh.system(name).axes_at(model.mesh.at(first))
+    across = np.abs((axes[:, 0] * normals).sum(axis=1)) / np.linalg.norm(normals, axis=-1)
+    return np.where((across > _STEEP)[:, None], axes[:, 1], axes[:, 0])

@@ -1,0 +1,98 @@
+"""A picture of what an import has read: the mesh, the contact nodes, their normals and tangents."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import UsageError
+from shakedown.models.importing.import_model import Import
+from shakedown.models.readers.mesh import CORNERS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ARROW = 0.7  # length of an arrow, by the mean distance of the nodes
+
+
+@checked
+def contact_picture(made: Import, ax: "Axes | None" = None) -> "Axes":
+    """Draw the contact nodes of an import with normals (and tangents), on the mesh where it is known.
+
+    Parameters
+    ----------
+    made
+        What :func:`shakedown.import_model` returns.
+    ax
+        Where to draw (with two tangents, axes in three dimensions); without it a new figure is made.
+
+    Raises
+    ------
+    UsageError
+        If no coordinates are known (``[model]`` in the configuration).
+    """
+    contact, mesh = made.contact, made.mesh
+    if contact.coordinates is None or mesh is None:
+        raise UsageError("picture: expected coordinates ([model] with a deck or a list of nodes), found none")
+    if contact.directions > 1:
+        return _in_space(made, ax)
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(6.0, 4.2), layout="constrained").add_subplot()
+    a, b = contact.axes[0] - 1, contact.axes[1] - 1
+    for shape, nodes in mesh.elements.values():
+        if CORNERS[shape] <= 4 and "hedron" not in shape:
+            ring = mesh.at([*nodes[: CORNERS[shape]], nodes[0]])
+            ax.plot(ring[:, a], ring[:, b], color="0.8", linewidth=0.5, zorder=1)
+    ax.plot(mesh.coordinates[:, a], mesh.coordinates[:, b], ".", color="0.6", markersize=2, zorder=2)
+    place = contact.coordinates[:, [a, b]]
+    normals = contact.normals / np.hypot(*contact.normals.T)[:, None]
+    ax.quiver(
+        place[:, 0], place[:, 1], normals[:, 0], normals[:, 1], angles="xy", color="tab:red", width=0.004
+    )
+    ax.plot(place[:, 0], place[:, 1], "o", color="tab:red", markersize=3, zorder=3)
+    style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 6, "rotation": 90}
+    for name, (x, y) in zip(contact.names, place, strict=True):
+        ax.annotate(name, (x, y), xytext=(0, -4), textcoords="offset points", **style)
+    ax.set_aspect("equal")
+    ax.set_xlabel("xyz"[a])
+    ax.set_ylabel("xyz"[b])
+    ax.set_title("contact nodes and normals into the first body", fontsize=9)
+    return ax
+
+
+def _in_space(made: Import, ax: "Axes | None") -> "Axes":
+    """Normals and both tangents at the contact nodes, on the faces that the nodes span."""
+    contact, frame = made.contact, made.condensation.frame
+    assert contact.coordinates is not None
+    assert made.mesh is not None
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(6.0, 5.0), layout="constrained").add_subplot(projection="3d")
+    if getattr(ax, "name", "") != "3d":
+        raise UsageError("picture: expected axes in three dimensions (projection='3d'), found plane ones")
+    drawn: Any = ax
+    place = contact.coordinates
+    for ring in made.mesh.outlines(contact.first):
+        drawn.plot(*made.mesh.at([*ring, ring[0]]).T, color="0.75", linewidth=0.5)
+    length = _ARROW * float(np.ptp(place, axis=0).max() or 1.0) / max(np.sqrt(len(place)) - 1, 1)
+    first, second = frame.slip_axes.transpose(1, 0, 2)
+    arrows = (
+        (frame.normals, "tab:red", "normal, into the first body"),
+        (first, "tab:blue", "first tangent"),
+        (second, "tab:green", "second tangent"),
+    )
+    for vectors, colour, label in arrows:
+        drawn.quiver(
+            *place.T, *(length * vectors).T, color=colour, linewidth=0.8, label=label, arrow_length_ratio=0.2
+        )
+    low, high = place.min(axis=0) - length, place.max(axis=0) + length
+    drawn.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    drawn.set(xlabel="x", ylabel="y", zlabel="z")
+    drawn.set_box_aspect(high - low, zoom=0.9)
+    drawn.locator_params(nbins=4)
+    drawn.legend(loc="upper left", fontsize=7)
+    drawn.set_title("contact nodes, normals and tangents", fontsize=9)
+    return ax

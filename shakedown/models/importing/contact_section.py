@@ -1,0 +1,287 @@
+"""``[contact]``: nodes or pairs, normals into the first body, tangents or a plane, positions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.contact_frame import SPACE, check_unique, node_names
+from shakedown.models.condensation.tangent_pairs import patch_positions
+from shakedown.models.importing.contact_directions import Axes, contact_directions, in_space
+from shakedown.models.importing.contact_nodes import contact_nodes
+from shakedown.models.importing.initial_gap import initial_gap
+from shakedown.models.importing.model_section import Model
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.text import quoted
+from shakedown.models.readers.toml_table import TomlTable, is_number, shown
+
+Friction = FloatArray | Mapping[str, float]  # () or (n,), or a coefficient for each node set
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSection:
+    """Where the contact is.
+
+    Attributes
+    ----------
+    labels : (n,) or (n, 2)
+        Contact nodes, or pairs (node of the first body, node of the second).
+    normals : (n, d + 1)
+        Into the first body.
+    axes
+        The two directions that span the plane, or all three where the nodes slip in two directions.
+    tangent : (3,) or (n, 3) or None
+        Towards which the first of two tangents leads, where that is given.
+    assumed : bool
+        Whether nothing says that the nodes slip in one direction only.
+    free_out_of_plane : bool
+        Whether a third direction moves without friction.
+    tied : (n,) or None
+        The node tied to each contact node, for reactions.
+    relative : bool
+        Whether the rows of the contact nodes are displacements u₁ − u₂ of two bodies.
+    x : (n,) or (n, 2) or (n, 3) or None
+        Positions along the contact; of a flat patch in space on its plane, else where they are [length].
+    coordinates : (n, 3) or None
+        Where the nodes of the first body are [length].
+    gap : () or (n,)
+        Initial gap [length]; negative is interference.
+    gap_is_stated : bool
+        Whether the configuration says what it is, be it 0.
+    area : (n,) or None
+        Area that each node stands for [length²], where the faces of the model give it.
+    sorted_by_place : bool
+        Whether the nodes stand in the order of their places, not in that of the configuration.
+    surface : str or None
+        The surface of the deck whose faces gave the normals.
+    normals_are_given : bool
+        Whether the configuration gives the normals, not the faces.
+    """
+
+    labels: NDArray[np.intp]
+    normals: FloatArray
+    axes: Axes
+    tangent: FloatArray | None
+    assumed: bool
+    free_out_of_plane: bool
+    tied: NDArray[np.intp] | None
+    relative: bool
+    x: FloatArray | None
+    coordinates: FloatArray | None
+    gap: FloatArray
+    gap_is_stated: bool
+    area: FloatArray | None
+    sorted_by_place: bool
+    surface: str | None
+    normals_are_given: bool
+
+    @property
+    def first(self) -> NDArray[np.intp]:
+        """Contact nodes of the first body, (n,)."""
+        return self.labels if self.labels.ndim == 1 else self.labels[:, 0]
+
+    @property
+    def moved(self) -> NDArray[np.intp]:
+        """Nodes that unit displacements move: those of the first body, then those of the second."""
+        return self.labels.T.ravel()
+
+    @property
+    def unit_normals(self) -> FloatArray:
+        """Unit normals along x, y, z, (n, 3)."""
+        found = in_space(self.normals, self.axes)
+        return found / np.linalg.norm(found, axis=1)[:, None]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What each contact node is called: its label, or the labels of its pair."""
+        return node_names(self.labels)
+
+    @property
+    def plane(self) -> tuple[int, int]:
+        """The two directions of a plane contact; of another x and y, which mean nothing there."""
+        return (self.axes[0], self.axes[1])
+
+    @property
+    def directions(self) -> int:
+        """Tangential directions of a node."""
+        return len(self.axes) - 1
+
+
+def contact_section(
+    table: TomlTable, model: Model, files: InputFiles, *, assume_plane: bool = True
+) -> ContactSection:
+    """Take the section from its table; ``assume_plane`` as :func:`contact_directions` takes it.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed, a set is unknown, nodes of two sets do not match, or
+        the normals are neither given nor to be had from the model.
+    """
+    labels, from_sets = contact_nodes(table, model)
+    with found_in(table.where.removesuffix(": contact")):
+        check_unique(labels)
+    first = labels if labels.ndim == 1 else labels[:, 0]
+    gap_is_stated = table.has("gap")
+    gap = initial_gap(table, model, files)
+    area = _areas(table, model, first)  # before the normals take 'surface'
+    found = contact_directions(table, model, first, assume_plane=assume_plane)
+    contact = ContactSection(
+        labels,
+        found.normals,
+        found.axes,
+        found.tangent,
+        found.assumed,
+        table.flag("free_out_of_plane"),
+        _integers(table, "tied"),
+        table.flag("relative"),
+        _positions(table, found.axes),
+        None if model.mesh is None else model.mesh.at(first),
+        gap.listed,
+        gap_is_stated,
+        area,
+        from_sets and found.axes != SPACE and model.mesh is not None,
+        found.surface,
+        found.given,
+    )
+    table.done()
+    if contact.relative:
+        _check_relative(contact, model, table.where)
+    placed = _placed(contact, table.where) if found.axes != SPACE else _on_patch(contact)
+    normals = in_space(placed.normals, placed.axes)
+    return replace(placed, gap=gap.at(placed.labels, normals, placed.x, model.mesh))
+
+
+def _integers(table: TomlTable, key: str) -> NDArray[np.intp] | None:
+    values = table.array(key, int, (None,), required=False)
+    return None if values is None else np.array(values, dtype=np.intp)
+
+
+def _positions(table: TomlTable, axes: Axes) -> FloatArray | None:
+    values = table.array("x", float, (None,) if len(axes) == 2 else (None, 2), required=False)
+    return None if values is None else np.array(values, dtype=float)
+
+
+def _areas(table: TomlTable, model: Model, first: NDArray[np.intp]) -> FloatArray | None:
+    """Areas of the nodes of the first body, where the model has their faces."""
+    given, thickness = table.has("thickness"), table.number("thickness", 1.0) or 0.0
+    if not thickness > 0:
+        raise ProblemError(f"{table.where}: key 'thickness': expected a number > 0, found {thickness:g}")
+    if model.axisymmetric and given:
+        raise ProblemError(
+            f"{table.where}: key 'thickness': expected none, because the areas of an axisymmetric model are "
+            f"2 pi r times a length, found {thickness:g}"
+        )
+    if model.mesh is None or not model.mesh.elements:
+        return None
+    surface = table.content.get("surface")
+    return model.mesh.node_areas(first, surface if isinstance(surface, str) else None, thickness)
+
+
+def _check_relative(contact: ContactSection, model: Model, where: str) -> None:
+    """That the deck makes the rows of the contact nodes displacements of one body relative to another."""
+    if contact.labels.ndim != 1:
+        raise ProblemError(f"{where}: key 'relative': expected 'nodes' (u1 - u2), found 'pairs'")
+    if model.mesh is None or not model.mesh.elements:
+        return
+    for label in contact.labels.tolist():
+        for axis in contact.axes:
+            if (label, axis) not in model.mesh.relative:
+                raise ProblemError(
+                    f"{where}: key 'relative': expected an *EQUATION u1 - u2 - u = 0 for direction {axis} of "
+                    f"node {label}, found none in the deck"
+                )
+
+
+def _placed(contact: ContactSection, where: str) -> ContactSection:
+    """The nodes in order along the contact, where sets named them, with their positions."""
+    if contact.coordinates is None:
+        return contact
+    plane = contact.coordinates[:, [contact.axes[0] - 1, contact.axes[1] - 1]]
+    unit = contact.normals / np.maximum(np.hypot(*contact.normals.T), np.finfo(float).tiny)[:, None]
+    tangent = np.array([unit[:, 1].mean(), -unit[:, 0].mean()])
+    along = plane @ tangent
+    sort = contact.sorted_by_place
+    order = np.argsort(along, kind="stable") if sort else np.arange(len(along))
+    check_order(contact, where, {"x": contact.x, "gap": contact.gap})
+    size = np.hypot(*tangent)
+    x = along[order] / size if contact.x is None and size > 0 else contact.x
+    return replace(
+        contact,
+        labels=contact.labels[order],
+        normals=contact.normals[order],
+        x=x,
+        coordinates=contact.coordinates[order],
+        area=None if contact.area is None else contact.area[order],
+    )
+
+
+def check_order(contact: ContactSection, where: str, lists: Mapping[str, FloatArray | None]) -> None:
+    """Refuse lists of one thing per node beside sets of nodes that are put in the order of their places."""
+    for key, given in lists.items():
+        if contact.sorted_by_place and given is not None and np.ndim(given):
+            raise ProblemError(
+                f"{where}: key '{key}': expected no list beside sets of nodes, whose order it cannot know, "
+                f"found one of length {len(given)}; name the nodes one by one"
+            )
+
+
+def _on_patch(contact: ContactSection) -> ContactSection:
+    """The nodes in the order of the sets that named them, with positions on the plane of a flat patch."""
+    if contact.coordinates is None or contact.x is not None:
+        return contact
+    unit = contact.normals / np.linalg.norm(contact.normals, axis=1)[:, None]
+    return replace(contact, x=patch_positions(contact.coordinates, unit, contact.tangent))
+
+
+def taken_friction(root: TomlTable) -> Friction:
+    """The key ``friction``, before the contact nodes are known."""
+    value = root.content.get("friction")
+    if isinstance(value, dict):
+        root.take("friction", "a table", required=True)
+        wrong = [item for item in value.values() if not is_number(item)]
+        if wrong or not value:
+            raise ProblemError(
+                f"{root.where}: key 'friction': expected a number for each node set, found "
+                f"{shown(wrong[0] if wrong else value)}"
+            )
+        return {name: float(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return np.array(root.array("friction", float, (None,)), dtype=float)
+    if not root.has("friction"):
+        raise root.missing("friction", "a number, a list, or a table of node sets")
+    return np.array(root.number("friction"))
+
+
+def friction_of(given: Friction, contact: ContactSection, model: Model, where: str) -> FloatArray:
+    """The coefficients, () or (n,). A pair has that of the set in which either of its nodes is.
+
+    Raises
+    ------
+    ProblemError
+        If a set is unknown or has no contact node, or a contact node is in none or in several of them.
+    """
+    where = f"{where}: key 'friction'"
+    if not isinstance(given, Mapping):
+        check_order(contact, where.removesuffix(": key 'friction'"), {"friction": given})
+        return given
+    bodies = contact.labels.reshape(len(contact.labels), -1)
+    inside = {name: _inside(model.nodes(name, where), bodies) for name in given}
+    for name, own in inside.items():
+        if not own.any():
+            raise ProblemError(f"{where}: expected contact nodes in the set {quoted(name)}, found none")
+    count = np.sum(list(inside.values()), axis=0)
+    if (count != 1).any():
+        k = int(np.argmax(count != 1))
+        found = " and ".join(quoted(name) for name, own in inside.items() if own[k]) or "none"
+        raise ProblemError(
+            f"{where}: expected every contact node in one of the sets, found {contact.names[k]} in {found}"
+        )
+    return np.asarray(sum(value * inside[name] for name, value in given.items()), dtype=float)
+
+
+def _inside(nodes: NDArray[np.intp], bodies: NDArray[np.intp]) -> NDArray[np.bool_]:
+    return np.asarray(np.isin(bodies, nodes).any(axis=1))

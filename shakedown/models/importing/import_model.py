@@ -1,0 +1,497 @@
+"""From the files of a finite-element code to a problem, steered by a TOML configuration."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.argument_kinds import checked
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.shown_values import plain
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.joint.problem import Problem
+from shakedown.joint.result import Result
+from shakedown.models.condensation.condense import Condensation, condensed_stiffness
+from shakedown.models.condensation.contact_frame import SPACE, friction_left_out
+from shakedown.models.importing.contact_directions import in_space
+from shakedown.models.importing.contact_section import (
+    ContactSection,
+    contact_section,
+    friction_of,
+    taken_friction,
+)
+from shakedown.models.importing.doubtful_data import doubtful_data
+from shakedown.models.importing.load_doubts import load_doubts, pulled_open, sampling_doubts
+from shakedown.models.importing.load_evidence import LoadEvidence, Resultants, few_digits
+from shakedown.models.importing.load_section import (
+    absent_before,
+    held_keys,
+    held_rows,
+    load_section,
+    uneven,
+    vary_loads,
+)
+from shakedown.models.importing.model_evidence import (
+    ModelEvidence,
+    check_contact,
+    load_names,
+    model_evidence,
+    positive_areas,
+    source_text,
+)
+from shakedown.models.importing.model_section import Model, model_section
+from shakedown.models.importing.static_runs import static_run
+from shakedown.models.importing.stiffness_section import ImportContext, stiffness_section
+from shakedown.models.readers.calculix_storage import NUMBERED
+from shakedown.models.readers.circumference import circumference_notes
+from shakedown.models.readers.input_files import InputFiles, sha256
+from shakedown.models.readers.mesh import CALCULIX, SOLIDS, Mesh
+from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.toml_table import TomlTable, change_number, read_toml
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Import(Result):
+    """A problem made from finite-element files, with the evidence.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was made.
+    condensation : Condensation
+        The condensed stiffness, with residual, asymmetry and rigid motions.
+    stiffness : Stiffness
+        The matrix as it was read, with the node and direction of every row.
+    contact : ContactSection
+        Contact nodes or pairs, normals, positions.
+    mesh : Mesh or None
+        Nodes and sets of the model, where the configuration names a file of them.
+    static_run : float
+        Largest difference from the static run, relative to its largest reaction;
+        NaN where none was given.
+    evidence : ModelEvidence
+        Bodies and what holds them, patches, distances of the pairs.
+    loads : tuple of LoadEvidence
+        Resultants of every load case.
+    sources : dict
+        SHA-256 of the configuration and of every file that was read.
+    warnings : tuple of str
+        What is doubtful, and would make numbers wrong: the problem carries it with it.
+    notes : tuple of str
+        What else a user should know about the import.
+    path : str
+        The configuration.
+    """
+
+    problem: Problem
+    condensation: Condensation
+    stiffness: Stiffness
+    contact: ContactSection
+    mesh: Mesh | None
+    static_run: float
+    evidence: ModelEvidence
+    loads: tuple[LoadEvidence, ...]
+    sources: dict[str, str]
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    path: str
+
+    @property
+    def rigid_residual(self) -> float:
+        """Largest force that a rigid motion of the whole model (in its plane, where it is one) meets.
+
+        Relative to what displacements of that size can meet: near 0 for a free model, NaN where the
+        coordinates are not known.
+        """
+        return self.evidence.rigid_residual
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """The warnings, and what is unusual in the data of the problem: signs, units, per cent for one."""
+        return (*self.warnings, *doubtful_data(self.problem))
+
+    @property
+    def ready(self) -> bool:
+        """Whether nothing speaks against going on: no doubts."""
+        return not self.doubts
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``shakedown-bounds import --check --json`` writes."""
+        reduced, contact = self.condensation, self.contact
+        document = {
+            "problem": self.problem,
+            "format": self.format,
+            "rows": {"contact": reduced.layout.size, "condensed": reduced.interior, "held": reduced.held},
+            "zero_modes": reduced.zero_modes,
+            "asymmetry": reduced.asymmetry,
+            "residual": reduced.residual,
+            "static_run": self.static_run,
+            "ready": self.ready,
+            "warnings": self.warnings,
+            "doubts": self.doubts,
+            "notes": self.notes,
+            "nodes": contact.names,
+            "normals": reduced.frame.normals,
+            **({"tangents": self.problem.tangents} if self.tangents else {}),
+            "coordinates": contact.coordinates,
+            "node_area": self.problem.node_area,
+            "gap": contact.gap,
+            "pairs": self.evidence.pairs,
+            "rigid_residual": self.rigid_residual,
+            "bodies": self.evidence.bodies,
+            "patches": self.evidence.patches,
+            "loads": self.loads,
+            "sources": self.sources,
+        }
+        return {word: plain(value) for word, value in document.items()}
+
+    def columns(self) -> dict[str, Any]:
+        """One row per contact node."""
+        contact, frame = self.contact, self.condensation.frame
+        columns: dict[str, Any] = {"nodes": list(contact.names)}
+        if contact.coordinates is not None:
+            columns |= dict(zip("xyz", contact.coordinates.T, strict=True))
+        columns |= {f"normal {'xyz'[a - 1]}": frame.normals[:, k] for k, a in enumerate(contact.axes)}
+        for number, tangent in enumerate(self.tangents):
+            columns |= {f"tangent {number + 1} {a}": tangent[:, k] for k, a in enumerate("xyz")}
+        return columns if contact.area is None else columns | {"area": contact.area}
+
+    @property
+    def tangents(self) -> tuple[FloatArray, ...]:
+        """The first and the second tangents, (n, 3) each; none of a plane contact."""
+        found = self.problem.tangents
+        return () if found is None else (found[:, 0], found[:, 1])
+
+    @property
+    def format(self) -> str:
+        """What the stiffness file was found to be."""
+        return self.stiffness.format
+
+
+@checked
+def import_problem(config_path: str | os.PathLike[str]) -> Problem:
+    """The problem that a configuration describes; see :func:`import_model` for its keys.
+
+    Parameters
+    ----------
+    config_path
+        The TOML file; paths in it are relative to its folder.
+
+    Raises
+    ------
+    ProblemError
+        If the configuration or a file it names is malformed, or the model is
+        not one that can be condensed; the message says what and where.
+    """
+    return import_model(config_path).problem
+
+
+@checked
+def import_model(
+    config_path: str | os.PathLike[str],
+    *,
+    command: str = "",
+    changes: Mapping[str, float] | None = None,
+    before: Import | None = None,
+    announce: Callable[[str], None] | None = None,
+) -> Import:
+    """Read finite-element output as a TOML configuration says, and condense it.
+
+    The problem keeps what leads back to the model: labels, coordinates, normals and, where
+    there are faces, areas of its nodes, the names of the loads, and as ``source`` the
+    configuration, the SHA-256 of every file and the command. The same files and the same
+    command give the same problem, to the byte.
+
+    Keys of the configuration (those in brackets are optional)::
+
+        [name], [units]            shown in reports
+        friction                   a number, or one per contact node, or a table of node sets
+                                   {pads = 0.3, spacer = 0.15}
+        [steps]                    load steps m, where a time function is sampled
+
+        [model]                    coordinates, sets and normals
+        file                       a deck (Abaqus, CalculiX), Nastran bulk data (.pch, .asm), or
+                                   a list 'node x y z'
+
+        [stiffness]
+        file                       any format that shakedown.models.readers knows
+        [map]                      rows of Matrix Market, Harwell-Boeing, COORDINATE, OUTPUT4:
+                                   'node direction' lines, Ansys' node vector or .mapping,
+                                   the deck, Nastran's EXTRN or ASET cards
+        [matrix]                   which matrix of a Nastran file; "KXX(2)" is the second of a name
+        [superelement]             which one of Nastran files that hold several (BEGIN SUPER n,
+                                   SECONCT), here, in [model] and in the map
+        [scale]                    factor on the stiffness (a thickness, a unit)
+        [angle]                    axisymmetric models: degrees of the circumference that the
+                                   matrix stands for, where the deck does not say it
+        [allow_sparse]             true: accept a superelement that couples few nodes
+        [order], [amplitude]       reactions to unit displacements: "node-by-node" or
+                                   "direction-by-direction"; the displacement
+
+        [contact]
+        nodes | pairs              node labels, or the name of a set; [body 1, body 2] for two
+                                   bodies, or the names of two sets that lie on each other
+        [directions]               2: friction in two tangential directions, 1: in a plane. By default
+                                   2 where normals leave the plane of x and y or contact nodes move
+                                   across it, unless 'axes' or 'free_out_of_plane' say otherwise
+        [normal] | [normals]       into body 1; one for all, or one per node; by default from
+                                   the faces of the model, or of its surface [surface]
+        [tangent] | [tangents]     with two directions: towards which the first tangent leads,
+                                   [x, y, z], one for all or one per node, or the name of an
+                                   *ORIENTATION of the deck; the second one is at right
+                                   angles to it and to the normal
+        [axes]                     of a plane problem: directions that span it, default [1, 2]
+        [free_out_of_plane]        true: a third direction moves without friction
+        [relative]                 true: the rows of the nodes are u1 - u2 of two bodies
+        [tied]                     for reactions: the node tied to each contact node, whose
+                                   force CalculiX prints apart
+        [x]                        positions for plots, by default from the coordinates
+        [thickness]                of a plane model, for the areas of the nodes; default 1 (of an
+                                   axisymmetric one the areas are 2 pi r times a length)
+        [gap]                      initial gap, negative for interference: a number, a list,
+                                   {file, column}, {points = [[x, gap], …]},
+                                   {nodes = [[node or set, gap], …]}, or "coordinates": between
+                                   the nodes of the pairs as the deck places them
+
+        [supports]                 rows that are held or have prescribed displacements
+        [fixed]                    [[node or set, direction], …]
+
+        [[load]]                   one table per load case
+        history | range            a number, a list, {constant, harmonics}, {points},
+                                   {file, column, time, period, delimiter, decimal, scale};
+                                   or [low, high], any value between
+        [forces]                   [[node or set, direction, value at each], …] or {file, [scale]}:
+                                   *CLOAD lines, a substructure with [case], OUTPUT4 with
+                                   matrix, [column]
+        [displacements]            [[node or set, direction, value], …]; holds those rows
+        [reactions]                [[x, y], …] or {file, [step] | [steps], [scale], [bodies]}:
+                                   reactions at the contact nodes, all clamped, from a static run;
+                                   steps = [[step, factor], …] adds steps
+        [open]                     {file, [step] | [steps], [scale]}: displacements of the contact
+                                   nodes under the load while nothing acts between the bodies
+        [thermal]                  {file, [step] | [steps], [scale]}: reactions to a temperature
+                                   with every node held
+        [mean], [transient]        as in shakedown.LoadCase
+        [name]
+        [unit], [value]            how reports say the load: its unit, and what factor 1 stands for
+                                   in it (default 1); mean and amplitude follow from the history
+
+        [check]                    an independent static run to compare with
+        displacements              [[contact node, direction, value], …], the others clamped
+        reactions                  as above
+
+    Parameters
+    ----------
+    config_path
+        The TOML file; paths in it are relative to its folder.
+    command
+        What was typed, for ``source``.
+    changes
+        Dotted key → number that takes the place of the configuration's; tables of a list and
+        entries of a list are counted from 1: ``{"load.2.history.harmonics.1.sin": 0.5}``. Or the
+        name of a constant load → the load in its unit: ``{"bolt preload": 12.0}``.
+    before
+        The import of the same configuration as it stands: where the changes touch only
+        friction, load steps, loads without prescribed displacements or the gap, the matrix is
+        neither read nor condensed again.
+    announce
+        Is told, before it begins, what a condensation that takes long will take.
+
+    Raises
+    ------
+    ProblemError
+        As :func:`import_problem`.
+    """
+    if not isinstance(config_path, str | os.PathLike):
+        raise ProblemError(f"expected the path of a TOML file, found {config_path!r}")
+    root, files = read_toml(config_path), InputFiles(Path(config_path).parent)
+    numbers = vary_loads(root, changes or {})
+    for key, value in numbers.items():
+        change_number(root, key, value)
+    kept = before if before is not None and all(map(_keeps_stiffness, numbers)) else None
+    name, units, steps = root.text("name", ""), root.text("units", ""), root.integer("steps")
+    friction = taken_friction(root)
+    sections = {key: root.table(key) for key in ("stiffness", "contact")}
+    sections |= {key: root.table(key, required=False) for key in ("model", "supports", "check")}
+    tables = root.tables("load")
+    root.done()
+    stiffness_file = sections["stiffness"].content.get("file")
+    if kept is None:
+        model = model_section(sections["model"], files, _superelement(sections["stiffness"]))
+    else:
+        model = Model(kept.mesh)
+    contact = contact_section(sections["contact"].copy(), model, files)
+    if kept is None:
+        stiffness = stiffness_section(sections["stiffness"], contact, model, files)
+    else:
+        stiffness = kept.stiffness
+    _check_directions(contact, stiffness, model.mesh, sections["contact"].where)
+    if contact.assumed and _moves_across(contact, stiffness, held_keys(sections["supports"], tables, model)):
+        contact = contact_section(sections["contact"], model, files, assume_plane=False)
+    f = friction_of(friction, contact, model, root.where)
+    doubts = check_contact(contact, model.mesh, sections["contact"].where)
+    checked = bool(sections["check"].content)
+    context = ImportContext(stiffness, contact, model, files, steps, checked)
+    loads = [load_section(table, context) for table in tables]
+    if kept is None:
+        held = held_rows(sections["supports"], context, loads)
+        with found_in(root.where):
+            reduced = _condensed(stiffness, contact, held, model.mesh, announce)
+        difference = static_run(sections["check"], reduced, context, str(stiffness_file))
+        evidence = model_evidence(stiffness, contact, held, model.mesh, doubts)
+    else:
+        reduced, difference, evidence = kept.condensation, kept.static_run, kept.evidence
+    cases = [load.case for load in loads]
+    bare = reduced.problem(cases, f, x=contact.x, gap=contact.gap, name=name or "", units=units or "")
+    sources = {**({} if kept is None else kept.sources), **files.sources}
+    sources = {Path(config_path).name: sha256(config_path), **sources}
+    resultants = Resultants(stiffness.dofs, contact, reduced, evidence, model.mesh)
+    area, without = positive_areas(contact)
+    names = load_names(cases, root.where)
+    warnings = (
+        *evidence.warnings,
+        *without,
+        *sampling_doubts(names, [load.doubts for load in loads]),
+        *load_doubts(cases, names, reduced, evidence.held),
+        *pulled_open(bare),
+    )
+    problem = replace(
+        bare,
+        label=contact.names,
+        coordinates=contact.coordinates,
+        normal=in_space(reduced.frame.normals, contact.axes),
+        tangent=None if contact.directions > 1 else in_space(reduced.frame.tangents, contact.axes),
+        node_area=area,
+        stiffness_accuracy=stiffness.accuracy,
+        load_names=names,
+        source=source_text(config_path, sources, _with_changes(command, changes), warnings),
+    )
+    return Import(
+        problem=problem,
+        condensation=reduced,
+        stiffness=stiffness,
+        contact=contact,
+        mesh=model.mesh,
+        static_run=difference,
+        evidence=evidence,
+        loads=tuple(map(resultants.of, cases)),
+        sources=sources,
+        warnings=warnings,
+        notes=(
+            *reduced.notes,
+            *evidence.notes,
+            *_unplaced(contact),
+            *_relative(contact, model.mesh),
+            *circumference_notes(stiffness, model.mesh),
+            *_solid(stiffness, contact, model.mesh),
+            *absent_before(cases, names),
+            *uneven(cases),
+            *(note for load in loads for note in few_digits(load.case, load.rounding, reduced)),
+        ),
+        path=os.fspath(config_path),
+    )
+
+
+def _with_changes(command: str, changes: Mapping[str, float] | None) -> str:
+    """What was typed, and what was changed."""
+    return " ".join([*([command] if command else []), *(f"{k}={v!r}" for k, v in (changes or {}).items())])
+
+
+def _keeps_stiffness(key: str) -> bool:
+    """Whether a change at a key leaves the matrix, the held rows and the contact nodes as they are."""
+    table, *more = key.split(".")
+    if table == "load":
+        return len(more) > 1 and more[1] != "displacements"
+    return key in ("friction", "steps") or key.startswith(("friction.", "contact.gap"))
+
+
+def _condensed(
+    stiffness: Stiffness,
+    contact: ContactSection,
+    held: NDArray[np.intp],
+    mesh: Mesh | None,
+    announce: Callable[[str], None] | None,
+) -> Condensation:
+    return condensed_stiffness(
+        stiffness.K,
+        stiffness.dofs,
+        contact.labels,
+        contact.normals,
+        fixed=held,
+        axes=contact.plane,
+        tangent=contact.tangent,
+        free_out_of_plane=contact.free_out_of_plane,
+        allow_sparse=stiffness.superelement,  # checked as a whole when it was read
+        places=None
+        if mesh is None
+        else dict(zip(mesh.labels.tolist(), mesh.coordinates.tolist(), strict=True)),
+        announce=announce,
+    )
+
+
+def _check_directions(contact: ContactSection, stiffness: Stiffness, mesh: Mesh | None, where: str) -> None:
+    """That the rows of contact nodes are x, y, z: CalculiX stores them so, in a ``*TRANSFORM`` or not.
+
+    But a ``*BOUNDARY`` there takes a row away that is none of these.
+    """
+    turned = [label for label in contact.moved.tolist() if mesh is not None and label in mesh.rotated]
+    if not turned or mesh is None:
+        return
+    if mesh.matrix_by != CALCULIX or stiffness.format != NUMBERED:
+        raise ProblemError(
+            f"{where}: expected contact nodes with directions x, y, z (or MATRIXSTORAGE of CalculiX, which "
+            f"has them), found node {turned[0]} in a *TRANSFORM"
+        )
+    labels, count = np.unique(stiffness.dofs[:, 0], return_counts=True)
+    rows = dict(zip(labels.tolist(), count.tolist(), strict=True))
+    partly = [label for label in turned if rows.get(label, 0) != len(SPACE)]
+    if partly:
+        raise ProblemError(
+            f"{where}: expected three rows of a contact node in a *TRANSFORM, found {rows.get(partly[0], 0)} "
+            f"of node {partly[0]} (a *BOUNDARY takes one away that is none of x, y, z)"
+        )
+
+
+def _moves_across(contact: ContactSection, stiffness: Stiffness, held: set[tuple[int, int]]) -> bool:
+    """Whether a contact node moves across the plane of x and y that nobody has asked for."""
+    rows = np.isin(stiffness.dofs[:, 0], contact.labels) & (stiffness.dofs[:, 1] == 3)
+    rows &= stiffness.K.diagonal() < DEFAULT.constrained_diagonal
+    return not set(map(tuple, stiffness.dofs[rows].tolist())) <= held
+
+
+def _superelement(stiffness: TomlTable) -> int | None:
+    """The key of ``[stiffness]`` that picks one superelement in every Nastran file of the configuration."""
+    return TomlTable(dict(stiffness.content), stiffness.where).integer("superelement")
+
+
+def _unplaced(contact: ContactSection) -> tuple[str, ...]:
+    """A word on pairs of which nothing but their labels is known."""
+    if contact.labels.ndim == 1 or contact.coordinates is not None:
+        return ()
+    return ("pairs and normals are not checked, because [model] does not say where the nodes are",)
+
+
+def _relative(contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
+    if not contact.relative:
+        return ()
+    if mesh is not None and mesh.elements:
+        return ("the contact displacements are relative, u1 - u2, as the equations of the deck say",)
+    return ("the contact displacements are relative, u1 - u2: stated, not checked (no deck in [model])",)
+
+
+def _solid(stiffness: Stiffness, contact: ContactSection, mesh: Mesh | None) -> tuple[str, ...]:
+    """A word on solid models whose matrix has no rows across the plane of the contact."""
+    if contact.directions > 1:
+        return ()
+    (across,) = {1, 2, 3} - set(contact.axes)
+    if mesh is None or [contact.first[0], across] in stiffness.dofs.tolist():
+        return ()  # said by the condensation
+    solid = {node for shape, nodes in mesh.elements.values() if shape in SOLIDS for node in nodes}
+    if solid.isdisjoint(contact.first.tolist()):
+        return ()
+    return (friction_left_out(across, "has no rows in the matrix"),)

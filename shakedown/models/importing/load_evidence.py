@@ -1,0 +1,167 @@
+"""Evidence of an import: what each load amounts to, on every body and at every patch of the contact."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.result import Result
+from shakedown.models.condensation.condense import Condensation
+from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.importing.bodies import ModelBody, known_places
+from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.importing.model_evidence import ModelEvidence
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.text import quoted
+
+_LEFT_OVER = 1e-6  # of the largest part: what a body without supports has left, by round-off
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadPart(Result):
+    """What acts on one body, or at one patch of the contact.
+
+    Attributes
+    ----------
+    what : str
+        Which, in words.
+    force : (d + 1,)
+        Along the axes [force]; NaN where that is not known.
+    moment : (1,) or (3,)
+        About the middle of the contact: of a plane contact about the normal of its plane, in space about
+        x, y, z [force × length]; NaN where coordinates are not known.
+    """
+
+    what: str
+    force: FloatArray
+    moment: FloatArray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadEvidence(Result):
+    """Resultants of a load case at factor 1.
+
+    Attributes
+    ----------
+    name : str
+        The load case.
+    applied : (d + 1,)
+        Sum of its nodal forces along the axes [force].
+    contact : (d + 1,)
+        Sum of the welded reactions along them: forces of the contact on the
+        first body [force]. Where the contact alone holds the model, and no
+        displacement is prescribed, it is minus the applied force.
+    parts : tuple of LoadPart
+        What is applied to every body, what each patch of the contact carries while it is welded (on the
+        first body), and what the supports of every body carry, by equilibrium.
+    """
+
+    name: str
+    applied: FloatArray
+    contact: FloatArray
+    parts: tuple[LoadPart, ...]
+
+
+class Resultants:
+    """The resultants of load cases of one model."""
+
+    def __init__(
+        self,
+        dofs: NDArray[np.intp],
+        contact: ContactSection,
+        reduced: Condensation,
+        evidence: ModelEvidence,
+        mesh: Mesh | None,
+    ) -> None:
+        self.dofs, self.contact, self.reduced = dofs, contact, reduced
+        self.bodies, self.patches = evidence.bodies, evidence.patches
+        self.axisymmetric = mesh is not None and mesh.axisymmetric
+        self.places = None if self.axisymmetric else known_places(mesh, self.dofs[self.dofs[:, 0] > 0, 0])
+        at = (
+            np.zeros(3)
+            if self.places is None
+            else np.mean([self.places[k] for k in contact.first.tolist()], axis=0)
+        )
+        self.middle = np.asarray(at)
+
+    def of(self, case: LoadCase) -> LoadEvidence:
+        """Those of one load case."""
+        frame, layout = self.reduced.frame, self.reduced.layout
+        q, p = layout.split(self.reduced.welded_reactions(case))
+        welded = (layout.by_node(q)[..., None] * frame.slip_axes).sum(axis=1) + p[:, None] * frame.normals
+        force = np.zeros(len(self.dofs)) if case.force is None else case.force
+        applied = np.array([force[self.dofs[:, 1] == axis].sum() for axis in self.contact.axes])
+        parts = tuple(self._parts(case, force, welded))
+        return LoadEvidence(case.name, applied, welded.sum(axis=0), parts)
+
+    def _parts(self, case: LoadCase, force: FloatArray, welded: FloatArray) -> Iterator[LoadPart]:
+        keys = [axis - 1 for axis in self.contact.axes]
+        spread = np.zeros((len(welded), 3))
+        spread[:, keys] = welded
+        acting = {body.name: self._of_rows(force, body.nodes) for body in self.bodies}
+        for name, wrench in acting.items():
+            if wrench[:3].any() or np.nan_to_num(wrench[3:]).any():
+                yield self._part(f"applied, {name}", wrench)
+        count = int(self.patches.max()) + 1
+        for patch in range(count):
+            on = np.flatnonzero(self.patches == patch)
+            which = f"contact, patch {patch + 1}" if count > 1 else f"contact, {self.bodies[0].name}"
+            yield self._part(which, self._of_nodes(self.contact.first[on], spread[on]))
+        if case.reactions is not None or case.opened is not None:
+            return  # what acts on the bodies besides is not known
+        size = max(np.abs(force).max(initial=0.0), np.abs(welded).max())
+        for body in self.bodies:
+            carried = -acting[body.name] - self._on_body(body, spread)
+            if self.axisymmetric:  # the hoop stress carries the rest
+                carried[0] = np.nan
+            met = body.contact_nodes or np.any(acting[body.name])
+            if (met and not body.free) or np.nanmax(np.abs(carried[keys])) > _LEFT_OVER * size:
+                yield self._part(f"supports, {body.name}", carried)
+
+    def _on_body(self, body: ModelBody, spread: FloatArray) -> FloatArray:
+        """What the contact does to a body while it is welded."""
+        first, *second = self.contact.labels.reshape(len(spread), -1).T
+        total = np.zeros(6)
+        for nodes, sign in ((first, 1.0), *((own, -1.0) for own in second)):
+            on = np.isin(nodes, body.nodes)
+            total += sign * self._of_nodes(nodes[on], spread[on])
+        return total
+
+    def _of_nodes(self, nodes: NDArray[np.intp], forces: FloatArray) -> FloatArray:
+        """Force and moment, (6,), of forces (k, 3) at nodes."""
+        moment = np.full(3, np.nan)
+        if self.places is not None:
+            arms = np.array([self.places[node] for node in nodes.tolist()]).reshape(-1, 3) - self.middle
+            moment = np.cross(arms, forces).sum(axis=0)
+        return np.concatenate([forces.sum(axis=0), moment])
+
+    def _of_rows(self, force: FloatArray, nodes: NDArray[np.intp]) -> FloatArray:
+        """Force and moment, (6,), of what acts on the rows of some nodes."""
+        rows = np.flatnonzero(np.isin(self.dofs[:, 0], nodes) & (force != 0) & (self.dofs[:, 0] > 0))
+        direction = self.dofs[rows, 1]
+        forces, moments = (force[rows, None] * (direction[:, None] == np.arange(3) + k) for k in (1, 4))
+        total = self._of_nodes(self.dofs[rows, 0], forces)
+        total[3:] += moments.sum(axis=0)
+        return total
+
+    def _part(self, what: str, wrench: FloatArray) -> LoadPart:
+        axes = self.contact.axes
+        about = [1, 2, 3] if len(axes) == 3 else sorted({1, 2, 3} - set(axes))
+        return LoadPart(what, wrench[[axis - 1 for axis in axes]], wrench[[2 + axis for axis in about]])
+
+
+def few_digits(case: LoadCase, rounding: FloatArray | None, reduced: Condensation) -> tuple[str, ...]:
+    """A note: how accurate welded reactions are that come from displacements off by so much, (n, d + 1)."""
+    if rounding is None:
+        return ()
+    frame = reduced.frame
+    slips = (rounding[:, None, :] * np.abs(frame.slip_axes)).sum(axis=2).ravel()
+    local = reduced.layout.joined(slips, (rounding * np.abs(frame.normals)).sum(axis=1))
+    error = np.abs(reduced.stiffness) @ local
+    largest = np.abs(reduced.welded_reactions(case)).max()
+    if not (error.any() and largest):
+        return ()
+    accurate = f"{quoted(case.name)} are accurate to {error.max() / largest:.0e} of the largest"
+    return (f"the welded reactions of {accurate}, by the digits of the displacements with the contact open",)

@@ -1,0 +1,216 @@
+"""``[[load]]`` and ``[supports]``: what acts, and what is held."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.load_case import LoadCase, histories
+from shakedown.models.importing.model_section import Model, Values
+from shakedown.models.importing.static_runs import clamped_run, opened_run, thermal_forces
+from shakedown.models.importing.stiffness_section import ImportContext
+from shakedown.models.importing.time_function import time_function
+from shakedown.models.readers.abaqus_matrix import read_nodal_loads
+from shakedown.models.readers.abaqus_substructure import read_substructure_load
+from shakedown.models.readers.circumference import HOOP
+from shakedown.models.readers.nastran_op4 import is_op4, read_op4_columns
+from shakedown.models.readers.text import quoted, read_lines
+from shakedown.models.readers.toml_table import TomlTable, is_number, shown
+
+UNEVEN = 0.01  # of the amplitude: a sampled wave misses its top by less
+
+
+@dataclass(frozen=True)
+class LoadSection:
+    """A load case, the rows whose displacement it prescribes, the rounding of displacements read, doubts."""
+
+    case: LoadCase
+    prescribed: NDArray[np.intp]
+    rounding: FloatArray | None
+    doubts: tuple[str, ...] = ()
+
+
+def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
+    """Take one load case from its table."""
+    size = len(context.stiffness.dofs)
+    force, moved = _forces(table, context), context.model.values(table, "displacements")
+    displacement = np.zeros(size)
+    rows = context.rows(f"{table.where}: key 'displacements'", moved or {})
+    displacement[rows] = list((moved or {}).values())
+    _check_circumference(table, context)
+    reactions, clamped = clamped_run(table, context.contact, context.files, context.model.mesh)
+    if clamped is not None:  # both bodies held: each node carries minus its reaction
+        force = (np.zeros(size) if force is None else force) - _spread(table.where, clamped, context)
+    thermal = thermal_forces(table, context)
+    opened = opened_run(table, context.contact, context.files, context.model.mesh)
+    if thermal is not None:
+        force = thermal if force is None else force + thermal
+    limits = table.array("range", float, (2,), required=False)
+    course = None if limits is not None else time_function(table, context.steps, context.files)
+    case = LoadCase(
+        history=None if course is None else course.factors,
+        range=limits,
+        force=force,
+        displacement=None if moved is None else displacement,
+        reactions=reactions,
+        opened=None if opened is None else opened[0],
+        mean=table.number("mean"),
+        transient=table.array("transient", float, (None,), required=False),
+        value=table.number("value"),
+        unit=table.text("unit", "") or "",
+        name=table.text("name", table.where) or table.where,
+    )
+    table.done()
+    doubts = () if course is None else course.doubts
+    return LoadSection(case, rows, None if opened is None else opened[1], doubts)
+
+
+def vary_loads(root: TomlTable, changes: Mapping[str, float]) -> dict[str, float]:
+    """Set constant load cases that are called by their names to values in their units; the other changes.
+
+    Raises
+    ------
+    ProblemError
+        If a name is that of several loads or of a key too, or a load is not constant.
+    """
+    tables = root.content.get("load")
+    cases = [table for table in tables if isinstance(table, dict)] if isinstance(tables, list) else []
+    others = {}
+    for name, value in changes.items():
+        named = [table for table in cases if table.get("name") == name]
+        if not named:
+            others[name] = value
+        elif len(named) > 1 or name in root.content:
+            found = f"{len(named)} loads" if len(named) > 1 else "a load and a key"
+            raise ProblemError(f"{root.where}: {name}: expected the name of one thing, found {found}")
+        else:
+            _set_constant(named[0], value, f"{root.where}: {name}")
+    return others
+
+
+def _set_constant(table: dict[str, Any], value: float, where: str) -> None:
+    """A constant load of this value; its transient load steps and its mean grow with it."""
+    old, per = table.get("history"), table.get("value", 1.0)
+    if not (is_number(old) and is_number(per) and per):
+        raise ProblemError(
+            f"{where}: expected a constant load (history = a number) with a value other than 0, found "
+            f"history = {shown(old)}, value = {shown(per)}; of others the numbers have keys"
+        )
+    table["history"] = value / per
+    later = [key for key in ("mean", "transient") if key in table]
+    if later and not old:
+        raise ProblemError(f"{where}: expected a history other than 0 beside '{later[0]}', found 0")
+    for key in later:
+        numbers = table[key] if isinstance(table[key], list) else [table[key]]
+        if all(map(is_number, numbers)):  # else refused where it is read
+            scaled = [number * table["history"] / old for number in numbers]
+            table[key] = scaled if isinstance(table[key], list) else scaled[0]
+
+
+def absent_before(cases: Sequence[LoadCase], names: Sequence[str]) -> tuple[str, ...]:
+    """A note: which load cases have no factors for the load steps before the first period, if others have."""
+    silent = [name for case, name in zip(cases, names, strict=True) if case.transient is None]
+    if not silent or len(silent) == len(cases):
+        return ()
+    absent = ", ".join(quoted(name) for name in silent)
+    return (f"transient: not given for {absent} and so absent from the load steps before the first period",)
+
+
+def uneven(cases: Sequence[LoadCase]) -> tuple[str, ...]:
+    """Notes on stated loads that go further one way than the other: mean ± amplitude then covers more."""
+    factors, found = histories(cases), []
+    means = factors.period.mean(axis=0) if factors.mean is None else factors.mean
+    for case, mean, column in zip(cases, means, factors.period.T, strict=True):
+        ends = (1.0 if case.value is None else case.value) * (np.array([column.min(), column.max()]) - mean)
+        if case.is_stated and abs(ends.sum()) > UNEVEN * np.abs(ends).max():
+            departs = f"departs from its mean by {ends.min():+.4g} and {ends.max():+.4g} {case.unit}".rstrip()
+            found.append(
+                f"{quoted(case.name)} {departs}: its amplitude is the larger; key 'mean' moves the mean"
+            )
+    return tuple(found)
+
+
+def _forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
+    """Forces on all rows, from a list or from a file."""
+    force = np.zeros(len(context.stiffness.dofs))
+    if not isinstance(table.content.get("forces"), dict):
+        listed = context.model.values(table, "forces")
+        if listed is None:
+            return None
+        force[context.rows(f"{table.where}: key 'forces'", listed)] = list(listed.values())
+        return force
+    source = table.table("forces")
+    name, scale = str(source.text("file")), source.number("scale", 1.0) or 0.0
+    case, matrix = source.text("case", required=False), source.text("matrix", required=False)
+    column = source.integer("column")
+    source.done()
+    if matrix is not None:
+        force[:] = context.files.read(name, lambda path: _op4_column(path, matrix, column, len(force)))
+        return scale * force
+    found = context.files.read(name, lambda path: _nodal_loads(path, case))
+    force[context.rows(source.where, found)] = list(found.values())
+    return scale * force
+
+
+def _nodal_loads(path: Path, case: str | None) -> Values:
+    """A load case of a substructure, or ``node, dof, value`` lines."""
+    if any(line.strip().upper().startswith("*USER ELEMENT") for line in read_lines(path)):
+        return read_substructure_load(path, case)
+    if case is not None:
+        raise ProblemError(
+            f"{path}: expected no key 'case', because the file is no substructure, found {quoted(case)}"
+        )
+    return read_nodal_loads(path)
+
+
+def _op4_column(path: Path, matrix: str, column: int | None, size: int) -> FloatArray:
+    """One column of a matrix of loads on the rows of the stiffness."""
+    if not is_op4(path.read_bytes()[:256]):
+        raise ProblemError(
+            f"{path}: expected an OUTPUT4 file beside the key 'matrix', found "
+            f"{quoted(path.read_bytes()[:60].decode('ascii', 'replace'))}"
+        )
+    values = read_op4_columns(path, matrix)
+    count = values.shape[1]
+    if len(values) != size:
+        raise ProblemError(f"{path}: expected {matrix} of {size} rows, found {len(values)}")
+    chosen = "none" if column is None else column
+    if (column is None and count > 1) or not 1 <= (column or 1) <= count:
+        raise ProblemError(f"{path}: key 'column': expected 1 to {count}, found {chosen}")
+    return values[:, (column or 1) - 1]
+
+
+def _check_circumference(table: TomlTable, context: ImportContext) -> None:
+    """Refuse reactions of an axisymmetric model unless a static run has to agree with its stiffness."""
+    given = [key for key in ("reactions", "thermal") if table.has(key)]
+    if given and context.model.axisymmetric and not context.checked:
+        raise ProblemError(
+            f"{table.where}: key '{given[0]}': expected 'forces' (on the whole circumference) or 'open' for "
+            "an axisymmetric model, or [check] with a run that moves contact nodes radially, found neither; "
+            f"{HOOP}"
+        )
+
+
+def _spread(where: str, values: Values, context: ImportContext) -> FloatArray:
+    spread = np.zeros(len(context.stiffness.dofs))
+    spread[context.rows(f"{where}: key 'reactions'", values)] = list(values.values())
+    return spread
+
+
+def held_keys(supports: TomlTable, loads: Sequence[TomlTable], model: Model) -> set[tuple[int, int]]:
+    """(node, direction) that ``[supports]`` or a prescribed displacement holds; the tables are left whole."""
+    held = set(model.values(supports.copy(), "fixed", valued=False) or ())
+    return held.union(*(model.values(load.copy(), "displacements") or () for load in loads))
+
+
+def held_rows(supports: TomlTable, context: ImportContext, loads: list[LoadSection]) -> NDArray[np.intp]:
+    """``[supports]`` and prescribed displacements: rows that do not move freely."""
+    fixed = context.model.values(supports, "fixed", valued=False)
+    supports.done()
+    own = context.rows(f"{supports.where}: key 'fixed'", fixed or {})
+    return np.concatenate([own, *(load.prescribed for load in loads)])

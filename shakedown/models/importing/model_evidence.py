@@ -1,0 +1,141 @@
+"""What an import finds of the model itself, whatever loads it: bodies, patches, pairs, warnings."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.visible_text import LONGEST_NAME, shortened, visible
+from shakedown.joint.places import bearing_no_pressure
+from shakedown.joint.result import Result
+from shakedown.models.condensation.load_case import LoadCase
+from shakedown.models.importing.bodies import ModelBody, bodies_of, contact_patches, rigid_residual
+from shakedown.models.importing.contact_faces import contact_doubts
+from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.importing.model_fit import model_doubts
+from shakedown.models.importing.pair_distances import (
+    PairDistances,
+    check_distances,
+    check_gap,
+    distances_of,
+)
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.stiffness import Stiffness
+
+LONGEST_CONFIGURATION = 200_000  # bytes that are kept word for word; of a longer one its SHA-256 must do
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelEvidence(Result):
+    """What speaks for and against a model.
+
+    Attributes
+    ----------
+    held : (N,)
+        Which rows of the matrix are held: by the configuration, or marked so in the matrix.
+    bodies : tuple of ModelBody
+        The connected parts of the model, with the rigid motions that nothing but the contact resists.
+    patches : (n,)
+        Which patch of the contact every node belongs to, from 0.
+    pairs : PairDistances or None
+        How far apart the nodes of the pairs lie, where the model says where they are.
+    rigid_residual : float
+        As :class:`~shakedown.models.importing.import_model.Import` has it.
+    warnings : tuple of str
+        What is doubtful.
+    """
+
+    held: NDArray[np.bool_]
+    bodies: tuple[ModelBody, ...]
+    patches: NDArray[np.intp]
+    pairs: PairDistances | None
+    rigid_residual: float
+    warnings: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A note on parts of the model that the contact does not touch."""
+        alone = [body.nodes for body in self.bodies if not body.contact_nodes]
+        if not alone:
+            return ()
+        size, first = len(alone[0]), alone[0][0]
+        return (
+            f"{len(alone)} part(s) of the model have no contact node, one of {size} node(s) from {first}",
+        )
+
+
+def check_contact(contact: ContactSection, mesh: Mesh | None, where: str) -> tuple[str, ...]:
+    """Warnings about a contact in its model, from where its nodes lie alone.
+
+    Raises
+    ------
+    ProblemError
+        If it cannot be meant: pairs too far apart, normals out of the body.
+    """
+    pairs = distances_of(contact, mesh)
+    apart = () if pairs is None else check_distances(pairs, where, gap_is_stated=contact.gap_is_stated)
+    return (*apart, *check_gap(contact), *contact_doubts(contact, mesh, where))
+
+
+def model_evidence(
+    stiffness: Stiffness,
+    contact: ContactSection,
+    rows: NDArray[np.intp],
+    mesh: Mesh | None,
+    warnings: tuple[str, ...],
+) -> ModelEvidence:
+    """What is found of a model with held ``rows``, beside ``warnings`` of its contact."""
+    held = np.asarray(stiffness.K.diagonal() >= DEFAULT.constrained_diagonal)
+    held[rows] = True
+    return ModelEvidence(
+        held=held,
+        bodies=bodies_of(stiffness, held, contact.labels, mesh),
+        patches=contact_patches(contact, stiffness, mesh),
+        pairs=distances_of(contact, mesh),
+        rigid_residual=rigid_residual(stiffness, mesh, contact.axes),
+        warnings=(*warnings, *model_doubts(stiffness, contact, mesh)),
+    )
+
+
+def positive_areas(contact: ContactSection) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """The areas of the nodes, or None and a warning where the elements give some node no positive one."""
+    warning = () if contact.area is None else bearing_no_pressure(contact.area, contact.names)
+    return (None if warning else contact.area), warning
+
+
+def load_names(cases: Sequence[LoadCase], where: str) -> tuple[str, ...]:
+    """Names of the load cases; one without a name is called by its place in the configuration."""
+    return tuple(shortened(visible(case.name.removeprefix(f"{where}: ")), LONGEST_NAME - 1) for case in cases)
+
+
+def source_text(
+    config_path: str | os.PathLike[str],
+    sources: Mapping[str, str],
+    command: str,
+    warnings: Sequence[str] = (),
+) -> str:
+    """``source`` of a problem as JSON: toolkit, command, configuration, files, warnings; no date."""
+    raw = Path(config_path).read_bytes()
+    text = raw.decode() if len(raw) <= LONGEST_CONFIGURATION else None
+    about = {
+        "toolkit": f"shakedown-bounds {_version()}",
+        "command": command,
+        "configuration": {"name": Path(config_path).name, "text": text},
+        "files": [{"name": name, "sha256": digest} for name, digest in sources.items()],
+        "warnings": list(warnings),
+    }
+    return json.dumps({key: value for key, value in about.items() if value})
+
+
+def _version() -> str:
+    try:
+        return version("shakedown-bounds")
+    except PackageNotFoundError:  # a copy that was never installed
+        return "unknown"

@@ -1,0 +1,127 @@
+"""``[model]``: coordinates, node sets and surfaces, from a deck, bulk data or a list of nodes."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.coordinates import read_coordinates
+from shakedown.models.readers.deck import is_deck, read_deck
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.nastran_bulk import is_bulk_data, read_grids
+from shakedown.models.readers.text import quoted, read_lines
+from shakedown.models.readers.toml_table import TomlTable, shown
+
+Values = dict[tuple[int, int], float]  # {(node, direction): value}
+_LARGEST_LABEL = 2**62
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What is known of the model beside its stiffness.
+
+    Attributes
+    ----------
+    mesh : Mesh or None
+        Nodes, sets and faces; None where the configuration names no file.
+    frames : dict
+        Directions of nodes that have their own (Nastran), as
+        :meth:`shakedown.models.readers.Stiffness.in_basic_directions` takes them.
+    """
+
+    mesh: Mesh | None = None
+    frames: dict[int, FloatArray] = field(default_factory=dict)
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether a deck says that the model is a section of a body of revolution."""
+        return self.mesh is not None and self.mesh.axisymmetric
+
+    def nodes(self, name: str, where: str) -> NDArray[np.intp]:
+        """Labels of a node set or surface.
+
+        Raises
+        ------
+        ProblemError
+            If there is no model, or no such set.
+        """
+        if self.mesh is None:
+            raise ProblemError(
+                f"{where}: expected node labels, or [model] with a deck that names sets, found "
+                f"{quoted(name)} and no [model]"
+            )
+        with found_in(where):
+            return self.mesh.nodes(name)
+
+    def values(self, table: TomlTable, key: str, *, valued: bool = True) -> Values | None:
+        """Entries [node or set, direction, value] as {(node, direction): value}; None where they are absent.
+
+        Raises
+        ------
+        ProblemError
+            If an entry is malformed, or a (node, direction) occurs twice.
+        """
+        entries = table.entries(key, 3 if valued else 2)
+        if entries is None:
+            return None
+        found: Values = {}
+        where = f"{table.where}: key '{key}'"
+        for entry in entries:
+            value = self._value(entry, valued, where)
+            labels = self.nodes(entry[0], where).tolist() if isinstance(entry[0], str) else [int(entry[0])]
+            for label in labels:
+                if (label, int(entry[1])) in found:
+                    raise ProblemError(
+                        f"{where}: expected every (node, direction) once, found ({label}, "
+                        f"{int(entry[1])}) twice"
+                    )
+                found[label, int(entry[1])] = value
+        return found
+
+    @staticmethod
+    def _value(entry: list[Any], valued: bool, where: str) -> float:
+        checks = (
+            (entry[0], "a node (a whole number, or the name of a set)"),
+            (entry[1], "a whole direction"),
+        )
+        for k, (item, expected) in enumerate(checks):
+            if not (_is_label(item) or (k == 0 and isinstance(item, str))):
+                raise ProblemError(f"{where}: expected {expected}, found {shown(entry)}")
+        value = entry[2] if valued else 0.0
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e308:
+            raise ProblemError(f"{where}: expected a finite number, found {shown(entry)}")
+        return float(value)
+
+
+def _is_label(item: Any) -> bool:
+    """Whole and of a size that labels can have; 21.0 counts as 21."""
+    if isinstance(item, bool) or not isinstance(item, int | float):
+        return False
+    return abs(item) < _LARGEST_LABEL and item == int(item)
+
+
+def model_section(table: TomlTable, files: InputFiles, superelement: int | None = None) -> Model:
+    """Read the section; an absent one is a model of which nothing is known.
+
+    ``superelement`` picks one of a Nastran file with several, as in ``[stiffness]``.
+    """
+    if not table.content:
+        return Model()
+    name = str(table.text("file"))
+    table.done()
+    return files.read(name, lambda path: read_model(path, superelement))
+
+
+def read_model(path: Path, superelement: int | None = None) -> Model:
+    """A deck, Nastran bulk data or a list of nodes; its content decides."""
+    lines = read_lines(path)
+    if is_deck(lines):
+        return Model(read_deck(path))
+    if is_bulk_data(lines):
+        return Model(*read_grids(path, superelement))
+    return Model(read_coordinates(path))

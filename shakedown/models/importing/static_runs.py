@@ -1,0 +1,220 @@
+"""What a static run of another code gave: a load case by its reactions or displacements, and ``[check]``."""
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.condense import Condensation
+from shakedown.models.importing.contact_section import ContactSection, check_order
+from shakedown.models.importing.model_section import Values
+from shakedown.models.importing.stiffness_section import ImportContext
+from shakedown.models.readers.circumference import HOOP
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.mesh import Mesh
+from shakedown.models.readers.nodal_vectors import NodalVectors, What, combined, in_model_directions
+from shakedown.models.readers.reactions_table import read_nodal_vectors
+from shakedown.models.readers.toml_table import TomlTable
+
+
+def run_of(source: TomlTable, what: What, files: InputFiles, mesh: Mesh | None) -> NodalVectors:
+    """The step of a file that a table names, or the sum of some steps, each times a factor; along x, y, z.
+
+    Keys: ``file``; ``step`` (from 1) or ``steps`` = [[step, factor], …]; ``scale``.
+    """
+    name, step, scale = str(source.text("file")), source.integer("step"), source.number("scale", 1.0) or 0.0
+    pairs = source.array("steps", float, (None, 2), required=False)
+    if step is not None and pairs is not None:
+        raise ProblemError(f"{source.where}: expected one of the keys 'step' and 'steps', found both")
+    runs = files.read(name, lambda path: read_nodal_vectors(path, what))
+    if pairs is None:
+        if not 1 <= (step or 1) <= len(runs) or (step is None and len(runs) > 1) or step == 0:
+            found = "none" if step is None else step
+            raise ProblemError(f"{source.where}: key 'step': expected 1 to {len(runs)}, found {found}")
+        pairs = [[step or 1, 1.0]]
+    for number, _ in pairs:
+        if number != int(number) or not 1 <= number <= len(runs):
+            raise ProblemError(
+                f"{source.where}: key 'steps': expected [step, factor] with steps 1 to {len(runs)}, "
+                f"found {number:g}"
+            )
+    chosen = [_along_axes(runs[int(number) - 1], mesh, source.where) for number, _ in pairs]
+    return combined(chosen, [scale * factor for _, factor in pairs])
+
+
+def _along_axes(run: NodalVectors, mesh: Mesh | None, where: str) -> NodalVectors:
+    """The vectors along x, y, z, where the deck says which way the directions of their nodes lead."""
+    unknown = sorted(run.local if mesh is None else run.local - set(mesh.rotated))
+    if unknown:
+        raise ProblemError(
+            f"{where}: expected {run.what} along x, y, z, or the *TRANSFORM of the deck in [model], found "
+            f"those of node {unknown[0]} in directions of its own (*NODE PRINT, GLOBAL=YES writes x, y, z)"
+        )
+    return run if mesh is None else in_model_directions(run, mesh.directions_of)
+
+
+def clamped_run(
+    table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
+) -> tuple[FloatArray | None, Values | None]:
+    """``reactions``: those of the first body, (n, d + 1), or those of both bodies held apart."""
+    if not isinstance(table.content.get("reactions"), dict):
+        listed = table.array("reactions", float, (None, len(contact.axes)), required=False)
+        check_order(contact, table.where, {"reactions": listed})
+        return (None if listed is None else np.array(listed, dtype=float)), None
+    source = table.table("reactions")
+    bodies = source.text("bodies", "" if contact.labels.ndim == 1 else None)
+    if bodies not in ("", "tied", "clamped") or (contact.labels.ndim == 1 and bodies):
+        raise ProblemError(
+            f"{source.where}: key 'bodies': expected 'tied' (reactions of the first body, the bodies tied to "
+            "each other) or 'clamped' (of both, each held by itself) for pairs, and none for nodes, found "
+            f"'{bodies}'"
+        )
+    run = run_of(source, "reactions", files, mesh)
+    source.done()
+    if bodies != "clamped":
+        return run.at(contact.first, contact.axes, contact.tied), None
+    forces = run.at(contact.moved, contact.axes)
+    keys = [(int(node), axis) for node in contact.moved for axis in contact.axes]
+    return None, dict(zip(keys, forces.ravel().tolist(), strict=True))
+
+
+def thermal_forces(table: TomlTable, context: ImportContext) -> FloatArray | None:
+    """``thermal``: minus the reactions of a run in which every node was held, on all rows.
+
+    Raises
+    ------
+    ProblemError
+        If a node with rows was not printed, CalculiX did not print that all were held, or
+        nothing is there to hold.
+    """
+    if not table.has("thermal"):
+        return None
+    source = table.table("thermal")
+    if context.stiffness.superelement:
+        raise ProblemError(
+            f"{table.where}: key 'thermal': expected a matrix of all nodes, found a superelement; run the "
+            "load with the contact nodes held and give their 'reactions', or with the contact open ('open')"
+        )
+    twin = TomlTable(dict(source.content), source.where)
+    run = run_of(source, "reactions", context.files, context.model.mesh)
+    source.done()
+    if run.by_calculix:
+        _check_held(twin, context.files, context.model.mesh)
+    dofs = context.stiffness.dofs
+    moving = np.isin(dofs[:, 1], (1, 2, 3))
+    force = np.zeros(len(dofs))
+    with found_in(source.where):
+        places = run.places(dofs[moving, 0], "node")
+    force[moving] = -run.vectors[places, dofs[moving, 1] - 1]
+    if not force.any():
+        raise ProblemError(
+            f"{source.where}: expected the reactions of nodes that a temperature pushes, found zeros "
+            "(weight, pressure and forces leave none in CalculiX where every node is held: use 'forces' or "
+            "'open')"
+        )
+    rotated = () if context.model.mesh is None else context.model.mesh.rotated
+    turned = [node for node in dofs[force != 0, 0].tolist() if node in rotated]
+    if turned:
+        raise ProblemError(
+            f"{source.where}: expected nodes with directions x, y, z, found node {turned[0]} in a *TRANSFORM"
+        )
+    return force
+
+
+def _check_held(source: TomlTable, files: InputFiles, mesh: Mesh | None) -> None:
+    """That the displacements beside the reactions are all zero."""
+    where = source.where
+    try:
+        run = run_of(source, "displacements", files, mesh)
+    except ProblemError as error:
+        raise ProblemError(
+            f"{where}: expected displacements beside the reactions, which show that every node was held "
+            f"(*NODE PRINT: U, RF); {error}"
+        ) from None
+    moved = np.flatnonzero(run.vectors.any(axis=1))
+    if moved.size:
+        raise ProblemError(
+            f"{where}: expected every node held (*BOUNDARY), found node {run.nodes[moved[0]]} displaced by "
+            f"{np.abs(run.vectors[moved[0]]).max():.3g}"
+        )
+
+
+def opened_run(
+    table: TomlTable, contact: ContactSection, files: InputFiles, mesh: Mesh | None
+) -> tuple[FloatArray, FloatArray] | None:
+    """``open``: displacements of the contact nodes with the contact open (of pairs u₁ − u₂), rounding."""
+    if not table.has("open"):
+        return None
+    source = table.table("open")
+    run = run_of(source, "displacements", files, mesh)
+    source.done()
+    columns = [axis - 1 for axis in contact.axes]
+    with found_in(source.where):
+        bodies = [run.places(nodes) for nodes in contact.labels.reshape(len(contact.labels), -1).T]
+    first, *second = (run.vectors[places][:, columns] for places in bodies)
+    rounding = np.sum([run.rounding[places][:, columns] for places in bodies], axis=0)
+    apart = first - sum(second)
+    if (np.abs(apart) <= rounding).all():
+        raise ProblemError(
+            f"{source.where}: expected displacements with the contact open, found contact nodes that do not "
+            f"move{' apart' if second else ''} (held, tied or in contact? then 'reactions')"
+        )
+    return apart, rounding
+
+
+def _found(moved: Values | None, reactions: FloatArray | None, clamped: Values | None) -> str:
+    """Which keys a check has, for a message."""
+    if clamped is not None:
+        return "reactions of both bodies, clamped"
+    there = [
+        f"'{key}'" for key, value in (("displacements", moved), ("reactions", reactions)) if value is not None
+    ]
+    return f"{there[0]} alone" if there else "neither"
+
+
+def static_run(table: TomlTable, reduced: Condensation, context: ImportContext, stiffness_file: str) -> float:
+    """``[check]``: the largest difference from an independent static run, NaN where there is none.
+
+    Raises
+    ------
+    ProblemError
+        If it differs, or the run is the file that the stiffness was made from.
+    """
+    if not table.content:
+        return float("nan")
+    contact, files = context.contact, context.files
+    source = table.content.get("reactions")
+    if isinstance(source, dict) and files.same(str(source.get("file")), stiffness_file):
+        raise ProblemError(
+            f"{table.where}: key 'reactions': expected a run of its own, found the file that the stiffness "
+            "was made from, which agrees with itself"
+        )
+    moved = context.model.values(table, "displacements")
+    reactions, clamped = clamped_run(table, contact, files, context.model.mesh)
+    table.done()
+    if moved is None or reactions is None or clamped is not None:
+        raise ProblemError(
+            f"{table.where}: expected the keys 'displacements' and 'reactions' (of the first body), found "
+            f"{_found(moved, reactions, clamped)}"
+        )
+    labels = contact.first.tolist()
+    displacement = np.zeros((reduced.n, len(contact.axes)))
+    for (node, direction), value in moved.items():
+        if node not in labels or direction not in contact.axes:
+            raise ProblemError(
+                f"{table.where}: key 'displacements': expected contact nodes and directions {contact.axes}, "
+                f"found node {node}, direction {direction}"
+            )
+        displacement[labels.index(node), contact.axes.index(direction)] = value
+    if not context.model.axisymmetric:
+        return reduced.check_against_run(displacement, reactions, what=table.where)
+    if not displacement[:, 0].any():
+        raise ProblemError(
+            f"{table.where}: key 'displacements': expected a contact node that moves radially (direction 1), "
+            "because an axisymmetric model is checked, found none"
+        )
+    try:
+        return reduced.check_against_run(displacement, reactions, what=table.where)
+    except ProblemError as error:
+        raise ProblemError(
+            f"{error}; they must be those on the whole circumference of the axisymmetric model ({HOOP})"
+        ) from None

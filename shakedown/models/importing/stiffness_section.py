@@ -1,0 +1,188 @@
+"""``[stiffness]``: the matrix with its map, or unit displacements; in the directions of the model."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.errors import ProblemError, found_in
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.stiffness_checks import check_condensed
+from shakedown.models.importing.contact_section import ContactSection
+from shakedown.models.importing.model_section import Model, Values
+from shakedown.models.readers.calculix_reactions import Order, unit_displacement_stiffness
+from shakedown.models.readers.circumference import HOOP, circumference_factor
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.nastran_bulk import is_bulk_data, read_analysis_set, read_grids
+from shakedown.models.readers.nastran_cards import cards, of_superelement
+from shakedown.models.readers.reactions_table import read_nodal_vectors
+from shakedown.models.readers.row_map import Rows
+from shakedown.models.readers.sniff import read_stiffness, stiffness_format
+from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import read_lines
+from shakedown.models.readers.toml_table import TomlTable
+
+_BESIDE = {"numbered": (".dof",), "op4": (".pch", ".asm")}  # maps that codes write beside the matrix
+
+
+class Pick(NamedTuple):
+    """What to take of a Nastran file that holds several: the matrix, the superelement."""
+
+    matrix: str | None
+    superelement: int | None
+
+
+@dataclass(frozen=True)
+class ImportContext:
+    """What all loads need: the stiffness with its rows, the contact, the model and the files."""
+
+    stiffness: Stiffness
+    contact: ContactSection
+    model: Model
+    files: InputFiles
+    steps: int | None
+    checked: bool = False  # whether [check] names a run that the reactions of others can rely on
+
+    def rows(self, where: str, values: Values) -> NDArray[np.intp]:
+        """Rows of (node, direction) pairs."""
+        with found_in(where):
+            return self.stiffness.rows(list(values))
+
+
+def stiffness_section(
+    table: TomlTable, contact: ContactSection, model: Model, files: InputFiles
+) -> Stiffness:
+    """Read the section; a superelement is checked to be condensed.
+
+    Raises
+    ------
+    ProblemError
+        If it is malformed or a file cannot be read.
+    """
+    name, map_name = str(table.text("file")), table.text("map", required=False)
+    pick = Pick(table.text("matrix", required=False), table.integer("superelement"))
+    scale = table.number("scale", 1.0) or 0.0
+    allow_sparse = table.flag("allow_sparse")
+    angle = table.number("angle")
+    order, amplitude = table.text("order", "node-by-node"), table.number("amplitude", 1.0) or 0.0
+    table.done()
+    if not scale > 0 or amplitude == 0:
+        found = f"'scale' = {scale:g} and 'amplitude' = {amplitude:g}"
+        raise ProblemError(f"{table.where}: expected 'scale' > 0 and 'amplitude' other than 0, found {found}")
+    found = files.read(name, stiffness_format)
+    if found == "reactions":
+        stiffness = files.read(
+            name, lambda path: _unit_displacements(path, contact, str(order), amplitude, model.axisymmetric)
+        )
+    else:
+        map_name = map_name or _beside(name, found, files)
+        stiffness = _matrix(name, map_name, pick, model, files)
+        _check_whole(stiffness, map_name, str(files.path(name)))
+    factor = circumference_factor(model.mesh, stiffness.format, angle, scale, table.where)
+    if stiffness.superelement and not allow_sparse:
+        with found_in(files.path(name)):
+            check_condensed(stiffness.K, stiffness.dofs[:, 0])
+    return replace(
+        stiffness,
+        K=scale * factor * stiffness.K,
+        superelement=stiffness.superelement or allow_sparse,
+        circumference=factor,
+    )
+
+
+def _check_whole(stiffness: Stiffness, map_name: str | None, where: str) -> None:
+    """Refuse what a file that was cut off leaves behind: rows that lack their diagonal, or have no entry.
+
+    Internal nodes (multipliers) may have zeros on the diagonal. CalculiX names in its ``.dof``
+    file only rows that have entries; other maps may name more.
+    """
+    K, dofs = stiffness.K, stiffness.dofs
+    coupled = abs(K).sum(axis=1) > 0
+    lacking = (K.diagonal() == 0) & coupled & (dofs[:, 0] > 0) & np.isin(dofs[:, 1], (1, 2, 3))
+    if map_name is not None and Path(map_name).suffix == ".dof":
+        lacking |= np.diff(K.indptr) == 0
+    if lacking.any():
+        node, direction = dofs[np.argmax(lacking)].tolist()
+        raise ProblemError(
+            f"{where}: expected an entry on the diagonal of every row, found none in {lacking.sum()} of "
+            f"{len(dofs)} rows, first ({node}, {direction}); is the file cut off?"
+        )
+
+
+def _beside(name: str, found: str, files: InputFiles) -> str | None:
+    """The map that stands beside a matrix under the same name."""
+    for suffix in _BESIDE.get(found, ()):
+        beside = str(Path(name).with_suffix(suffix))
+        if beside != name and files.path(beside).is_file():
+            return beside
+    return None
+
+
+def _matrix(name: str, map_name: str | None, pick: Pick, model: Model, files: InputFiles) -> Stiffness:
+    """The matrix of a file, its rows in the directions of the model."""
+    frames = model.frames
+    if map_name is None:
+        stiffness = files.read(
+            name, lambda path: read_stiffness(path, matrix=pick.matrix, superelement=pick.superelement)
+        )
+    else:
+        stiffness = files.read(
+            map_name,
+            lambda rows: files.read(
+                name,
+                lambda path: read_stiffness(
+                    path,
+                    dof_map=_rows(rows, pick.superelement),
+                    matrix=pick.matrix,
+                    superelement=pick.superelement,
+                ),
+            ),
+        )
+        if model.mesh is None and stiffness.format == "Nastran OUTPUT4":
+            frames = files.read(map_name, lambda path: _frames(path, pick.superelement))
+    with found_in(files.path(name)):
+        return stiffness.in_basic_directions(frames)
+
+
+def _rows(path: Path, superelement: int | None) -> Rows:
+    """A map, or the rows of one superelement of a punch file."""
+    if is_bulk_data(read_lines(path)):
+        return read_analysis_set(path, superelement)
+    if superelement is not None:
+        raise ProblemError(
+            f"{path}: expected a punch file beside the key 'superelement', found a map without superelements"
+        )
+    return path
+
+
+def _frames(path: Path, superelement: int | None) -> dict[int, FloatArray]:
+    """Directions of the grid points of a punch file, where it holds any."""
+    lines = read_lines(path)
+    if not is_bulk_data(lines):
+        return {}
+    lines = of_superelement(lines, superelement, str(path))
+    if not any(card == "GRID" for _, card, _ in cards(lines)):
+        return {}
+    return read_grids(path, superelement)[1]
+
+
+def _unit_displacements(
+    path: Path, contact: ContactSection, order: str, amplitude: float, axisymmetric: bool
+) -> Stiffness:
+    tables = read_nodal_vectors(path)
+    if axisymmetric and tables[0].by_calculix:
+        raise ProblemError(
+            f"{path}: expected no reactions of an axisymmetric model: {HOOP}; write the matrix "
+            "(*FREQUENCY, SOLVER=MATRIXSTORAGE)"
+        )
+    with found_in(path):
+        return unit_displacement_stiffness(
+            tables,
+            contact.moved,
+            axes=contact.axes,
+            order=cast(Order, order),
+            amplitude=amplitude,
+            tied=contact.tied,
+        )

@@ -1,0 +1,204 @@
+"""Time functions of load cases as a configuration states them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.input_files import InputFiles
+from shakedown.models.readers.table import NumberTable, read_table
+from shakedown.models.readers.text import listed
+from shakedown.models.readers.toml_table import TomlTable
+
+MOST_STEPS = 1_000_000  # load steps of one period
+MISSED = 0.01  # of the range: peaks between the load steps that go further by less are not said
+_FINE = 64  # places of one wave among which its peaks are looked for
+_UNRECORDED = 0.05  # of the period after the last row of a record
+_ROUNDED = 1e-6  # of a period: times are printed with few digits
+
+
+class TimeFunction(NamedTuple):
+    """Factors of a load case over one period, and what the load steps do not show of it.
+
+    Attributes
+    ----------
+    factors : () or (m,)
+        At the load steps t = k/m.
+    doubts : tuple of str
+        Peaks between the load steps, waves that they alias, a record that ends long before the period.
+    """
+
+    factors: FloatArray
+    doubts: tuple[str, ...] = ()
+
+
+def time_function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
+    """The key ``history`` of a load, at the load steps t = k/m of one period.
+
+    A number is a constant; a list holds the factors themselves; a table holds
+
+    - ``constant`` and ``harmonics`` = [{order, cos, sin}, …]: constant +
+      Σ cos · cos 2π order t + sin · sin 2π order t;
+    - or ``points`` = [[t, factor], …], 0 ≤ t ≤ 1, straight lines between, closed
+      from the last to the first;
+    - or ``file``: a table of numbers, with ``column`` (its heading, or its number
+      from 1) where it has several. With ``time`` (a column) and ``period`` (in the
+      same unit) the values are sampled at the load steps, straight lines between;
+      else each row is one load step. ``delimiter`` (tab, ;, comma, space) and
+      ``decimal`` (. or comma) where they are not to be found out, ``scale`` a factor.
+
+    Raises
+    ------
+    ProblemError
+        If the key is missing or malformed, or a function is given without the
+        number of steps.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> load = TomlTable({"history": {"constant": 1.0, "harmonics": [{"order": 1, "sin": 0.5}]}}, "load 1")
+    >>> time_function(load, 4, InputFiles(Path("."))).factors
+    array([1. , 1.5, 1. , 0.5])
+    """
+    if isinstance(table.content.get("history"), dict):
+        return _function(table.table("history"), steps, files)
+    value = table.take("history", "a number, a list or a table", required=True)
+    table.content["history"] = value
+    if isinstance(value, list):
+        return TimeFunction(np.array(table.array("history", float, (None,)), dtype=float))
+    return TimeFunction(np.array(table.number("history")))
+
+
+def _function(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
+    kinds = [key for key in ("harmonics", "points", "file") if table.has(key)]
+    if len(kinds) != 1:
+        raise ProblemError(f"{table.where}: expected one of harmonics, points and file, found {len(kinds)}")
+    if kinds[0] == "file":
+        found = _from_file(table, steps, files)
+    elif kinds[0] == "harmonics":
+        found = _harmonics(table, _steps(table, steps))
+    else:
+        found = _points(table, _steps(table, steps))
+    table.done()
+    return found
+
+
+def _steps(table: TomlTable, steps: int | None) -> FloatArray:
+    """t = k/m at the load steps."""
+    if steps is None or not 1 <= steps <= MOST_STEPS:
+        raise ProblemError(
+            f"{table.where}: expected 'steps' from 1 to {MOST_STEPS} at the top of the file, found "
+            f"{'none' if steps is None else steps}"
+        )
+    return np.arange(steps) / steps
+
+
+def _harmonics(table: TomlTable, t: FloatArray) -> TimeFunction:
+    constant, terms = table.number("constant", 0.0) or 0.0, list[tuple[int, float, float]]()
+    for term in table.tables("harmonics"):
+        order = term.integer("order") if term.has("order") else 1
+        if order is None or order < 0:
+            raise ProblemError(f"{term.where}: key 'order': expected a whole number from 0, found {order}")
+        terms.append((order, term.number("cos", 0.0) or 0.0, term.number("sin", 0.0) or 0.0))
+        term.done()
+
+    def at(t: FloatArray) -> FloatArray:
+        total = np.full(len(t), constant)
+        for order, cos, sin in terms:
+            phase = 2 * np.pi * (order * t % 1.0)
+            total += cos * np.cos(phase) + sin * np.sin(phase)
+        return total
+
+    m, sampled = len(t), at(t)
+    highest = max((order for order, *parts in terms if any(parts)), default=0)
+    aliases = tuple(
+        f"{_alias(order, m)} at {m} load step(s): 'steps' above {2 * order} shows it"
+        for order, cos, sin in terms
+        if (cos or sin) and (2 * order > m or (2 * order == m and sin))
+    )
+    fine = np.linspace(0.0, 1.0, _FINE * min(highest, MOST_STEPS // _FINE) + 1)
+    return TimeFunction(sampled, aliases or _missed(sampled, at(fine)))
+
+
+def _alias(order: int, m: int) -> str:
+    """What a harmonic that m load steps do not show looks like."""
+    if 2 * order == m:
+        return f"the sine of order {order} is 0"
+    return f"a harmonic of order {order} cannot be told from one of order {abs(order - m * round(order / m))}"
+
+
+def _missed(sampled: FloatArray, peaks: FloatArray) -> tuple[str, ...]:
+    """A doubt where a function goes further between the load steps than at them; its values at its peaks."""
+    low, high = peaks.min(), peaks.max()
+    share = max(high - sampled.max(), sampled.min() - low) / (high - low) if high > low else 0.0
+    if share <= MISSED:
+        return ()
+    return (
+        f"its {len(sampled)} load step(s) miss {100 * share:.2g} % of its range: it lies between "
+        f"{low:.4g} and {high:.4g}, at the load steps between {sampled.min():.4g} and {sampled.max():.4g}; "
+        "more 'steps' show it",
+    )
+
+
+def _points(table: TomlTable, t: FloatArray) -> TimeFunction:
+    points = np.array(table.array("points", float, (None, 2)), dtype=float)
+    times = points[:, 0]
+    down = np.flatnonzero(np.diff(times) < 0)
+    if times.min() < 0 or times.max() > 1 or down.size:
+        found = f"t from {times.min():g} to {times.max():g}"
+        if down.size:
+            found = f"t = {times[down[0] + 1]:g} after {times[down[0]]:g}"
+        raise ProblemError(
+            f"{table.where}: expected points with 0 <= t <= 1 in ascending order, found {found}"
+        )
+    whole = times[-1] == 1 and times[0] == 0
+    sampled = np.interp(t, times, points[:, 1], period=None if whole else 1.0)
+    return TimeFunction(sampled, _missed(sampled, points[:, 1]))
+
+
+def _from_file(table: TomlTable, steps: int | None, files: InputFiles) -> TimeFunction:
+    name, column, time = str(table.text("file")), table.key_of_column("column"), table.key_of_column("time")
+    delimiter, decimal = table.text("delimiter", required=False), table.text("decimal", required=False)
+    period, scale = table.number("period"), table.number("scale", 1.0) or 0.0
+    rows = files.read(name, lambda path: read_table(path, delimiter=delimiter, decimal=decimal))
+    width = rows.values.shape[1]
+    if column is None and width > 1 + (time is not None):
+        names = listed(rows.columns) if rows.columns else f"1 to {width}"
+        raise ProblemError(f"{table.where}: expected the key 'column' (one of {names}), found none")
+    if column is None:
+        column = 1 if width == 1 or not np.array_equal(rows.column(time or 1), rows.column(1)) else 2
+    values = scale * rows.column(column)
+    if (time is None) != (period is None):
+        found = "'time'" if period is None else "'period'"
+        raise ProblemError(
+            f"{table.where}: expected the keys 'time' and 'period' together, found {found} alone"
+        )
+    if time is None or period is None:
+        return TimeFunction(values)
+    return _resampled(rows, values, rows.column(time), period, _steps(table, steps))
+
+
+def _resampled(
+    rows: NumberTable, values: FloatArray, times: FloatArray, period: float, t: FloatArray
+) -> TimeFunction:
+    """Values at the load steps of the period that begins with the first row."""
+    down = np.flatnonzero(np.diff(times) < 0)
+    if not period > 0 or down.size or times[-1] - times[0] > period * (1 + _ROUNDED):
+        found = f"{times.min():g} to {times.max():g}"
+        if down.size:
+            found = f"{times[down[0] + 1]:g} after {times[down[0]]:g} in line {rows.lines[down[0] + 1]}"
+        raise ProblemError(
+            f"{rows.name}: expected times in ascending order within one period of {period:g}, found {found}"
+        )
+    passed = (times - times[0]) / period
+    whole = abs(passed[-1] - 1.0) <= _ROUNDED
+    sampled = np.interp(t, passed, values, period=None if whole else 1.0)
+    doubts = _missed(sampled, values)
+    unrecorded = 1.0 - passed[-1]
+    if unrecorded > max(_UNRECORDED, 2 * np.diff(passed).max(initial=0.0)):
+        doubts += (
+            f"its record covers {100 * passed[-1]:.3g} % of the period of {period:g}, and goes straight back "
+            "to its beginning for the rest: are 'time' and 'period' in one unit?",
+        )
+    return TimeFunction(sampled, doubts)

@@ -1,0 +1,80 @@
+"""Abaqus ``*MATRIX OUTPUT, FORMAT=MATRIX INPUT``: labelled entries, and nodal loads."""
+
+import os
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.stiffness import Stiffness, from_entries
+from shakedown.models.readers.text import integers, number, quoted, read_lines
+
+NodalLoads = dict[tuple[int, int], float]
+ABAQUS_MATRIX = "Abaqus matrix input"
+
+
+def read_abaqus_matrix(path: str | os.PathLike[str]) -> Stiffness:
+    """Read ``node,dof, node,dof, value`` lines: either triangle, or both.
+
+    Negative labels are internal nodes of Abaqus; they stay, to be condensed with
+    the interior. 1e36 on the diagonal marks constrained rows; it stays too.
+
+    Raises
+    ------
+    ProblemError
+        If a line is malformed or an entry occurs twice.
+    """
+    keys, values = [], []
+    for k, line in enumerate(read_lines(path), start=1):
+        text = line.strip()
+        if not text or text.startswith("*"):
+            continue
+        where = f"{os.fspath(path)}: line {k}"
+        fields = text.rstrip(",").split(",")
+        if len(fields) != 5:
+            raise ProblemError(
+                f"{where}: expected 'node,dof, node,dof, value' (*MATRIX OUTPUT, FORMAT=MATRIX INPUT), "
+                f"found {quoted(text)}"
+            )
+        keys.append(integers(fields[:4], where))
+        values.append(number(fields[4], where))
+    if not keys:
+        raise ProblemError(f"{os.fspath(path)}: expected matrix entries, found none")
+    table = np.array(keys, dtype=np.intp)
+    return from_entries(table[:, :2], table[:, 2:], np.array(values), os.fspath(path), ABAQUS_MATRIX)
+
+
+def read_nodal_loads(path: str | os.PathLike[str]) -> NodalLoads:
+    """Read ``node, dof, value`` lines (Abaqus ``*CLOAD``): {(node, direction): force}.
+
+    Raises
+    ------
+    ProblemError
+        If a line is malformed or a degree of freedom occurs twice.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "job_LOAD1.mtx"
+    >>> _ = path.write_text("** Assembled nodal loads\\n*CLOAD, REAL\\n12,2, -5.0e+01\\n")
+    >>> read_nodal_loads(path)
+    {(12, 2): -50.0}
+    """
+    loads: NodalLoads = {}
+    for k, line in enumerate(read_lines(path), start=1):
+        text = line.strip()
+        if not text or text.startswith("*"):
+            continue
+        where = f"{os.fspath(path)}: line {k}"
+        fields = text.rstrip(",").split(",")
+        if len(fields) != 3:
+            raise ProblemError(f"{where}: expected 'node, dof, value', found {quoted(text)}")
+        if fields[0].strip()[:1].isalpha():
+            raise ProblemError(
+                f"{where}: expected a node label, found the set {quoted(fields[0])} (list sets in the "
+                "configuration: forces = [[set, direction, value]])"
+            )
+        node, direction = integers(fields[:2], where)
+        if (node, direction) in loads:
+            raise ProblemError(f"{where}: expected every (node, dof) once, found ({node}, {direction}) twice")
+        loads[node, direction] = number(fields[2], where)
+    return loads

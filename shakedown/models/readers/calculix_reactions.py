@@ -1,0 +1,202 @@
+"""CalculiX ``*NODE PRINT`` output (``job.dat``), and the stiffness by unit displacements."""
+
+import os
+import re
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import DEFAULT, FIRST_DIGIT
+from shakedown.models.condensation.stiffness_checks import asymmetry
+from shakedown.models.readers.nodal_vectors import NodalVectors, What
+from shakedown.models.readers.stiffness import Stiffness
+from shakedown.models.readers.text import integers, number, quoted, read_lines
+
+SEVEN_DIGITS = 1e-7  # of printed reactions
+_HEADING = r"^\s*{} for set (\S+) and time\s+(\S+)"
+HEADINGS: dict[What, re.Pattern[str]] = {
+    "reactions": re.compile(_HEADING.format(r"forces \(fx,fy,fz\)"), re.IGNORECASE),
+    "displacements": re.compile(_HEADING.format(r"displacements \(vx,vy,vz\)"), re.IGNORECASE),
+}
+COLUMNS: dict[What, str] = {"reactions": "node fx fy fz", "displacements": "node vx vy vz"}
+LOCAL = "L"  # at the end of a row whose components are along the directions of a *TRANSFORM
+LETTERS: dict[What, str] = {"reactions": "RF", "displacements": "U"}
+_WORDS = {2: "two", 3: "three"}
+Order = Literal["node-by-node", "direction-by-direction"]
+
+
+def is_calculix_output(lines: list[str]) -> bool:
+    """Whether the lines are those of a ``.dat`` file with reactions or displacements."""
+    return any(heading.match(line) for line in lines for heading in HEADINGS.values())
+
+
+def read_calculix_output(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read all tables of reactions, or of displacements, of a ``.dat`` file, in the order of the file.
+
+    Tables of several node sets at one time are one step.
+
+    Raises
+    ------
+    ProblemError
+        If there is no table, or a line of one is malformed.
+    """
+    name = os.fspath(path)
+    tables: list[tuple[str, float, list[list[float]], set[int]]] = []
+    reading = False
+    for k, line in enumerate(read_lines(path), start=1):
+        where, heading = f"{name}: line {k}", HEADINGS[what].match(line)
+        if heading:
+            tables.append((heading[1], number(heading[2], where), [], set()))
+            reading = True
+            continue
+        fields = line.split()
+        if not fields or not reading:
+            continue
+        if not re.fullmatch(r"\d+", fields[0]):  # another kind of output
+            reading = False
+            continue
+        local = fields[4:] == [LOCAL]
+        if len(fields) != 4 + local:
+            raise ProblemError(f"{where}: expected '{COLUMNS[what]}', found {quoted(line)}")
+        row = [*integers(fields[:1], where), *(number(field, where) for field in fields[1:4])]
+        tables[-1][2].append(row)
+        if local:
+            tables[-1][3].add(int(row[0]))
+    if not any(rows for _, _, rows, _ in tables):
+        raise ProblemError(
+            f"{name}: expected {what} (*NODE PRINT, {LETTERS[what]}), found no table of "
+            f"{'forces' if what == 'reactions' else what}"
+        )
+    steps: list[NodalVectors] = []
+    for node_set, when, rows, own in tables:
+        table = step_of(what, (node_set,), when, rows, name, SEVEN_DIGITS)
+        table = replace(table, local=frozenset(own))
+        if steps and when == steps[-1].time and node_set not in steps[-1].node_sets:
+            table = _merged(steps.pop(), table)
+        steps.append(table)
+    return steps
+
+
+def step_of(
+    what: What, node_sets: tuple[str, ...], time: float, rows: list[list[float]], name: str, digits: float
+) -> NodalVectors:
+    """One table that CalculiX wrote, its numbers with so many digits; ``ProblemError`` where it is none."""
+    if not rows:
+        raise ProblemError(f"{name}: expected {what} at time {time:g}, found an empty table")
+    data = np.array(rows)
+    nodes, count = np.unique(data[:, 0], return_counts=True)
+    if count.max() > 1:
+        raise ProblemError(
+            f"{name}: expected every node once in a table, found node {nodes[np.argmax(count)]:g} twice at "
+            f"time {time:g}"
+        )
+    vectors = data[:, 1:]
+    rounding = FIRST_DIGIT * digits * np.abs(vectors)
+    return NodalVectors(
+        what, node_sets, time, data[:, 0].astype(np.intp), vectors, rounding, by_calculix=True
+    )
+
+
+def _merged(first: NodalVectors, second: NodalVectors) -> NodalVectors:
+    return replace(
+        first,
+        node_sets=first.node_sets + second.node_sets,
+        nodes=np.concatenate([first.nodes, second.nodes]),
+        vectors=np.concatenate([first.vectors, second.vectors]),
+        rounding=np.concatenate([first.rounding, second.rounding]),
+        local=first.local | second.local,
+    )
+
+
+def unit_displacement_stiffness(
+    steps: list[NodalVectors],
+    nodes: NDArray[np.intp],
+    *,
+    axes: tuple[int, ...] = (1, 2),
+    order: Order = "node-by-node",
+    amplitude: float = 1.0,
+    tied: NDArray[np.intp] | None = None,
+) -> Stiffness:
+    """The condensed stiffness from one static step per contact degree of freedom.
+
+    Each step moves one contact node by ``amplitude`` in one direction and holds
+    all others; its reactions are a column of the stiffness. Rigid motions of a
+    body that is held by the contact alone come back exactly, in spite of the few
+    digits that are printed.
+
+    Parameters
+    ----------
+    steps
+        Reactions, one table per step.
+    nodes : (n,)
+        Contact nodes in the order in which they were moved.
+    axes
+        The two directions of the plane, or the three of space, in the order in which they were moved.
+    order
+        ``"node-by-node"``: (node 1, x), (node 1, y), (node 2, x) …;
+        ``"direction-by-direction"``: x of all nodes, then y.
+    amplitude
+        The displacement [length].
+    tied : (n,), optional
+        A node tied to each contact node by an equation: CalculiX prints the
+        force on it apart, and the reaction of the contact node lacks it.
+
+    Raises
+    ------
+    ProblemError
+        If there are not 2n steps (3n in space), a node was not printed, the reactions have the
+        wrong sign, or the result is not symmetric to the digits that are printed.
+    """
+    n, d = len(nodes), len(axes)
+    turned = sorted(frozenset().union(*(step.local for step in steps)))
+    if turned:
+        raise ProblemError(
+            "unit displacements: expected reactions along x, y, z, found those of node "
+            f"{turned[0]} in a *TRANSFORM"
+        )
+    if len(steps) != d * n:
+        hint = "" if len(steps) != 3 * n else "; with three for each say directions = 2"
+        raise ProblemError(
+            f"unit displacements: expected {d * n} steps, {_WORDS[d]} for each of {n} contact nodes, "
+            f"found {len(steps)}{hint}"
+        )
+    if order not in ("node-by-node", "direction-by-direction"):
+        raise ProblemError(f"order: expected 'node-by-node' or 'direction-by-direction', found '{order}'")
+    columns = np.array([step.at(nodes, axes, tied).ravel() for step in steps]).T / amplitude
+    by_direction = columns[:, np.arange(d * n).reshape(d, n).T.ravel()]
+    K, other = (columns, by_direction) if order == "node-by-node" else (by_direction, columns)
+    if np.diag(K).max() < 0:
+        raise ProblemError(
+            "unit displacements: expected reactions that point the way the node was moved (the force on the "
+            "body), found them reversed"
+        )
+    error = asymmetry(K)
+    if error > DEFAULT.printed_digits:
+        hint = ""
+        if asymmetry(other) <= DEFAULT.printed_digits:
+            hint = "; it is symmetric if the steps go the other way (order)"
+        raise ProblemError(
+            f"unit displacements: expected a symmetric stiffness, found an asymmetry of {error:.2g}{hint}"
+        )
+    dofs = np.column_stack([np.repeat(nodes, d), np.tile(axes, n)]).astype(np.intp)
+    return Stiffness(
+        sparse.csr_array(_with_rigid_motions(0.5 * K + 0.5 * K.T)),
+        dofs,
+        "reactions to unit displacements",
+        superelement=True,
+        accuracy=SEVEN_DIGITS,
+    )
+
+
+def _with_rigid_motions(K: FloatArray) -> FloatArray:
+    """The stiffness with eigenvalues that drown in the printed digits set to zero: rigid motions."""
+    eigenvalues, modes = np.linalg.eigh(K)
+    rigid = np.abs(eigenvalues) <= DEFAULT.printed_digits * eigenvalues[-1]
+    if not rigid.any():
+        return K
+    return K - (modes[:, rigid] * eigenvalues[rigid]) @ modes[:, rigid].T

@@ -1,0 +1,119 @@
+"""Local coordinate systems of a deck (``*ORIENTATION``, ``*TRANSFORM``): rectangular or cylindrical."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.readers.text import number, quoted
+
+PARALLEL = 1e-9  # sine of an angle below which two directions do not span a plane
+
+
+@dataclass(frozen=True, eq=False)
+class CoordinateSystem:
+    """Three perpendicular axes at every place.
+
+    Attributes
+    ----------
+    name : str
+        What the deck calls it, with the file, for messages.
+    cylindrical : bool
+        Whether the axes are radial, circumferential and axial.
+    first, second : (3,)
+        Rectangular: along the first axis, and in the plane of the first and the second one. Cylindrical:
+        two points on the axis [length].
+    """
+
+    name: str
+    cylindrical: bool
+    first: FloatArray
+    second: FloatArray
+
+    def axes_at(self, places: FloatArray) -> FloatArray:
+        """The axes at places (n, 3), one per row, (n, 3, 3).
+
+        Raises
+        ------
+        ProblemError
+            If the points of the system do not say its axes, or a place lies on the axis of a cylinder.
+
+        Examples
+        --------
+        >>> pin = CoordinateSystem("pin", True, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+        >>> pin.axes_at(np.array([[0.0, 2.0, 5.0]])).tolist()
+        [[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]]
+        """
+        if not self.cylindrical:
+            third = np.cross(self.first, self.second)
+            size = np.linalg.norm(self.first) * np.linalg.norm(self.second)
+            self._check(bool(np.linalg.norm(third) > PARALLEL * size), "two directions that span a plane")
+            axes = np.array([self.first, np.cross(third, self.first), third])
+            return np.tile(axes / np.linalg.norm(axes, axis=1)[:, None], (len(places), 1, 1))
+        axis = self.second - self.first
+        length = float(np.linalg.norm(axis))
+        self._check(length > 0, "two points on the axis")
+        axis = axis / length
+        arm = places - self.first
+        radial = arm - np.outer(arm @ axis, axis)
+        radius = np.linalg.norm(radial, axis=1)
+        self._check(bool((radius > PARALLEL * length).all()), "nodes beside its axis")
+        radial = radial / radius[:, None]
+        along = np.broadcast_to(axis, radial.shape)
+        return np.stack([radial, np.cross(axis, radial), along], axis=1) + 0.0
+
+    def _check(self, right: bool, expected: str) -> None:
+        if not right:
+            raise ProblemError(f"{self.name}: expected {expected}, found others")
+
+
+def coordinate_system(name: str, parameters: dict[str, str], data: list[tuple[str, str]]) -> CoordinateSystem:
+    """Read the data lines (where, text) of ``*ORIENTATION``: two points, or three, the last the origin.
+
+    Raises
+    ------
+    ProblemError
+        If it is of another kind (a table of directions, spherical), or turned once more.
+    """
+    kind = parameters.get("SYSTEM", "RECTANGULAR").upper()
+    where = data[0][0] if data else name
+    fields = [field.strip() for _, text in data[:1] for field in text.split(",") if field.strip()]
+    plain = parameters.get("DEFINITION", "COORDINATES").upper() == "COORDINATES"
+    if kind not in ("RECTANGULAR", "CYLINDRICAL") or not plain or len(fields) not in (6, 9):
+        raise ProblemError(
+            f"{where}: expected *ORIENTATION of SYSTEM=RECTANGULAR or CYLINDRICAL with two points (or "
+            f"three), found {quoted(', '.join([kind, *fields]))}"
+        )
+    turned = [field.strip() for _, text in data[1:2] for field in text.split(",") if field.strip()]
+    if any(number(field, data[1][0]) for field in turned[1:]):
+        raise ProblemError(
+            f"{data[1][0]}: expected no further turn of *ORIENTATION, found {quoted(data[1][1])}"
+        )
+    points = np.array([number(field, where) for field in fields]).reshape(-1, 3)
+    origin = points[2] if len(points) == 3 and kind == "RECTANGULAR" else np.zeros(3)
+    return CoordinateSystem(
+        f"{where}: *ORIENTATION {quoted(name)}", kind == "CYLINDRICAL", points[0] - origin, points[1] - origin
+    )
+
+
+def nodal_system(parameters: dict[str, str], data: list[tuple[str, str]], name: str) -> CoordinateSystem:
+    """Read the data line (where, text) of ``*TRANSFORM`` in a file: the directions of the nodes of a set.
+
+    Two points: of ``TYPE=R`` along the first axis, and in the plane of the first and the second one; of
+    ``TYPE=C`` on the axis, the directions radial, circumferential and axial.
+
+    Raises
+    ------
+    ProblemError
+        If it is of another kind, or there are not six numbers.
+    """
+    kind, where = parameters.get("TYPE", "R").strip().upper(), data[0][0] if data else name
+    fields = [field.strip() for _, text in data for field in text.split(",") if field.strip()]
+    if kind not in ("R", "C") or len(fields) != 6:
+        raise ProblemError(
+            f"{where}: expected *TRANSFORM of TYPE=R or C with two points, found "
+            f"{quoted(', '.join([kind, *fields]))}"
+        )
+    first, second = np.array([number(field, where) for field in fields]).reshape(2, 3)
+    return CoordinateSystem(f"{where}: *TRANSFORM", kind == "C", first, second)

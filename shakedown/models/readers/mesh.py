@@ -1,0 +1,321 @@
+"""Nodes, node sets and element faces of a finite-element model; normals of its boundary."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.joint.places import without_cancelled
+from shakedown.models.readers.coordinate_system import CoordinateSystem, coordinate_system, nodal_system
+from shakedown.models.readers.face_shares import face_shares
+from shakedown.models.readers.text import listed, quoted
+
+Element = tuple[str, tuple[int, ...]]  # shape, node labels
+Orientation = tuple[dict[str, str], list[tuple[str, str]]]  # parameters, (where, line) of the data
+Face = tuple[int, ...]  # its corners, in order, then its midside nodes
+
+# Corners of the faces, and edges that carry the midside nodes, as Abaqus, CalculiX and Nastran number them.
+FACES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "triangle": ((0, 1), (1, 2), (2, 0)),
+    "quadrilateral": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetrahedron": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    "hexahedron": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
+_RING = {n: tuple((k, (k + 1) % n) for k in range(n)) for n in (3, 4)}
+EDGES: dict[str, tuple[tuple[int, int], ...]] = {
+    "triangle": _RING[3],
+    "quadrilateral": _RING[4],
+    "tetrahedron": (*_RING[3], (0, 3), (1, 3), (2, 3)),
+    "wedge": (*_RING[3], (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+    "hexahedron": (*_RING[4], (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+}
+SOLIDS = ("tetrahedron", "wedge", "hexahedron")
+CALCULIX, ABAQUS = "CalculiX", "Abaqus"  # codes that a deck asks for a matrix
+CORNERS = {"triangle": 3, "quadrilateral": 4, "tetrahedron": 4, "wedge": 6, "hexahedron": 8}
+# A normal that leaves the plane by more than this share is not a normal of the plane problem.
+IN_PLANE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """What a deck or a list of nodes says about the model.
+
+    Attributes
+    ----------
+    name : str
+        The file, for messages.
+    labels : (k,)
+        Node labels, in the order of the file.
+    coordinates : (k, 3)
+        Where they are [length].
+    node_sets : mapping
+        Node labels of each set, by its name in upper case.
+    surfaces : mapping
+        (element, face from 1) of each element surface, likewise.
+    elements : mapping
+        Shape and nodes of every element.
+    rotated : mapping
+        The system (``*TRANSFORM``) of nodes whose directions are not x, y, z, as the deck has it.
+    relative : mapping
+        (node, direction) of degrees of freedom that an ``*EQUATION`` makes the
+        difference u₁ − u₂ of two others: the labels of these two.
+    axisymmetric : bool
+        Whether the elements are sections of a body of revolution about the axis x = 0.
+    matrix_by : str
+        The code whose keywords for writing a matrix the deck has: CalculiX, Abaqus or none.
+    young : tuple of float
+        Young's moduli of the isotropic materials; empty where there are others.
+    systems : mapping
+        Local coordinate systems (``*ORIENTATION``) by their names in upper case, as the deck has them.
+    """
+
+    name: str
+    labels: NDArray[np.intp]
+    coordinates: FloatArray
+    node_sets: Mapping[str, NDArray[np.intp]] = field(default_factory=dict)
+    surfaces: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    elements: Mapping[int, Element] = field(default_factory=dict)
+    rotated: Mapping[int, Orientation] = field(default_factory=dict)
+    relative: Mapping[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    axisymmetric: bool = False
+    matrix_by: str = ""
+    systems: Mapping[str, Orientation] = field(default_factory=dict)
+    young: tuple[float, ...] = ()
+
+    @classmethod
+    def of_nodes(cls, labels: NDArray[np.intp], coordinates: FloatArray, name: str) -> "Mesh":
+        """Nodes without elements; ``ProblemError`` if a label occurs twice."""
+        repeated = [label for label, count in Counter(labels.tolist()).items() if count > 1]
+        if repeated:
+            raise ProblemError(f"{name}: expected every node once, found node {repeated[0]} twice")
+        return cls(name, labels, coordinates)
+
+    def nodes(self, name: str) -> NDArray[np.intp]:
+        """Labels of a node set or of the nodes of a surface, in the order of the file.
+
+        Raises
+        ------
+        ProblemError
+            If there is no such set, or it is empty.
+        """
+        key = name.strip().upper()
+        if key in self.surfaces:
+            found = dict.fromkeys(node for face in self._surface(key) for node in face)
+            labels = np.array(list(found), dtype=np.intp)
+        elif key in self.node_sets:
+            labels = np.array(list(dict.fromkeys(self.node_sets[key].tolist())), dtype=np.intp)
+        else:
+            known = listed(sorted({*self.node_sets, *self.surfaces}))
+            raise ProblemError(f"{self.name}: expected the node set or surface {quoted(name)}, found {known}")
+        if not len(labels):
+            raise ProblemError(f"{self.name}: expected nodes in the set {quoted(name)}, found none")
+        return labels
+
+    def system(self, name: str) -> CoordinateSystem:
+        """A local coordinate system; ``ProblemError`` if there is none of that name, or of another kind."""
+        key = name.strip().upper()
+        if key not in self.systems:
+            known = listed(sorted(self.systems)) or "none"
+            raise ProblemError(f"{self.name}: expected the *ORIENTATION {quoted(name)}, found {known}")
+        return coordinate_system(name, *self.systems[key])
+
+    def directions_of(self, labels: ArrayLike) -> FloatArray:
+        """Where directions 1, 2, 3 of nodes lead, one per row, (k, 3, 3): x, y, z unless the deck turns them.
+
+        Raises
+        ------
+        ProblemError
+            If a system is of another kind than rectangular or cylindrical, or a node lies on its axis.
+        """
+        wanted = np.asarray(labels).ravel()
+        places, found = self.at(wanted), np.tile(np.eye(3), (len(wanted), 1, 1))
+        for k, label in enumerate(wanted.tolist()):
+            if label in self.rotated:
+                system = nodal_system(*self.rotated[label], self.name)
+                found[k] = system.axes_at(places[k : k + 1])[0]
+        return found
+
+    def at(self, labels: ArrayLike) -> FloatArray:
+        """Coordinates of nodes, (k, 3) [length]; ``ProblemError`` names the first that is not there."""
+        index = self._index
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        absent = [label for label in wanted if label not in index]
+        if absent:
+            raise ProblemError(f"{self.name}: expected node {absent[0]}, found no coordinates of it")
+        return self.coordinates[[index[label] for label in wanted]]
+
+    @cached_property
+    def _index(self) -> dict[int, int]:
+        """Where a node stands, by its label."""
+        return {label: k for k, label in enumerate(self.labels.tolist())}
+
+    def _faces_of(self, element: int) -> list[Face]:
+        """Nodes of every face of an element, corners first."""
+        shape, nodes = self.elements[element]
+        count = CORNERS[shape]
+        middle = {
+            frozenset(edge): nodes[count + k] for k, edge in enumerate(EDGES[shape]) if count + k < len(nodes)
+        }
+        faces = []
+        for corners in FACES[shape]:
+            edges = zip(corners, corners[1:] + corners[:1], strict=True)
+            between = [middle[key] for edge in edges if (key := frozenset(edge)) in middle]
+            faces.append((*(nodes[k] for k in corners), *dict.fromkeys(between)))
+        return faces
+
+    def _surface(self, key: str) -> list[Face]:
+        return [self._faces_of(element)[face - 1] for element, face in self.surfaces[key]]
+
+    def normals(
+        self, labels: ArrayLike, axes: tuple[int, ...] = (1, 2), surface: str | None = None
+    ) -> FloatArray:
+        """Unit normals into the body at nodes of its boundary, (n, 2) or (n, 3) [–].
+
+        Each is the mean, weighted by area, of the faces of the boundary that
+        have all their corners among the nodes.
+
+        Parameters
+        ----------
+        labels : (n,)
+            Nodes.
+        axes
+            The two directions that span the plane of the problem, or all three of one in space.
+        surface
+            Surface of the deck that the faces must belong to, where edges of the
+            body make it unclear.
+
+        Raises
+        ------
+        ProblemError
+            If no face of the boundary ends at a node, or a normal leaves the plane.
+        """
+        wanted = np.asarray(labels).ravel()
+        units, _ = self.face_normals(wanted, surface)
+        bare = np.isnan(units[:, 0])
+        if bare.any():
+            raise ProblemError(
+                f"{self.name}: expected a face of the boundary at contact node {wanted[np.argmax(bare)]} "
+                "with all its corners among the contact nodes, found none; give 'normal' or 'normals'"
+            )
+        if len(axes) == 3:
+            return units
+        plane = units[:, [axes[0] - 1, axes[1] - 1]]
+        if (np.abs(np.linalg.norm(plane, axis=1) - 1) > IN_PLANE).any():
+            k = int(np.argmin(np.linalg.norm(plane, axis=1)))
+            raise ProblemError(
+                f"{self.name}: expected normals in the plane of directions {axes[0]} and {axes[1]}, found "
+                f"({', '.join(f'{c:.3g}' for c in units[k])}) at node {wanted[k]}; give 'normal' or 'axes'"
+            )
+        return plane
+
+    def face_normals(self, labels: ArrayLike, surface: str | None = None) -> tuple[FloatArray, FloatArray]:
+        """Mean unit normals into the body of the faces of :meth:`normals`, and how these faces differ.
+
+        Returns
+        -------
+        (n, 3)
+            NaN where a node has no such face.
+        (n,)
+            Least cosine between the mean and one of the faces at the node.
+        """
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        inward: dict[int, list[FloatArray]] = {label: [] for label in wanted}
+        for element, face in self.boundary(set(wanted), surface):
+            own = set(self.elements[element][1][: self._count(element)])
+            normal = self._area(element, [node for node in face if node in own])
+            for node in inward.keys() & set(face):
+                inward[node].append(normal)
+        units, least = np.full((len(wanted), 3), np.nan), np.ones(len(wanted))
+        for k, faces in enumerate(map(np.array, map(inward.get, wanted))):
+            if len(faces) and (size := np.linalg.norm(faces.sum(axis=0))) > 0:
+                units[k] = faces.sum(axis=0) / size
+                least[k] = (faces @ units[k] / np.linalg.norm(faces, axis=1).clip(np.finfo(float).tiny)).min()
+        return units, least
+
+    def node_areas(
+        self, labels: ArrayLike, surface: str | None = None, thickness: float = 1.0
+    ) -> FloatArray | None:
+        """Area of the boundary that each node stands for, (n,) [length²]: ∫ N_j dA.
+
+        Of the faces of :meth:`normals`. Edges of plane elements count with the thickness, those of
+        axisymmetric ones with the circumference, 2 π r.
+
+        Returns
+        -------
+        (n,) or None
+            None where a node has no such face, or a face has other nodes too or is not of a known
+            kind. An area is not positive where nodal forces say nothing of the pressure there
+            (corners of quadratic faces): 0 at triangles.
+        """
+        wanted = [int(label) for label in np.asarray(labels).ravel()]
+        total = dict.fromkeys(wanted, 0.0)
+        without = set(wanted)
+        for element, face in self.boundary(set(wanted), surface):
+            own = set(self.elements[element][1][: self._count(element)])
+            corners = sum(node in own for node in face)
+            shares = face_shares(self.at(face), corners, revolved=self.axisymmetric)
+            if shares is None or not total.keys() >= set(face):
+                return None
+            for node, share in zip(face, shares * (thickness if corners == 2 else 1.0), strict=True):
+                total[node] += float(share)
+                without.discard(node)
+        return None if without else without_cancelled(np.array([total[label] for label in wanted]))
+
+    def outlines(self, labels: ArrayLike) -> list[Face]:
+        """Corners, in order, of the faces of the boundary that have all their corners among some nodes."""
+        wanted = {int(label) for label in np.asarray(labels).ravel()}
+        faces = [(face, set(self.elements[e][1][: self._count(e)])) for e, face in self.boundary(wanted)]
+        return [tuple(node for node in face if node in own) for face, own in faces]
+
+    def _count(self, element: int) -> int:
+        return CORNERS[self.elements[element][0]]
+
+    def outer_faces(self, nodes: set[int]) -> list[frozenset[int]]:
+        """Corners of the faces of the boundary that have some of the nodes."""
+        seen = Counter[frozenset[int]]()
+        for element, (_, own) in self.elements.items():
+            if not nodes.isdisjoint(own):
+                corners = set(own[: self._count(element)])
+                faces = (corners.intersection(face) for face in self._faces_of(element))
+                seen.update(frozenset(face) for face in faces if not nodes.isdisjoint(face))
+        return [corners for corners, count in seen.items() if count == 1]
+
+    def boundary(self, wanted: set[int], surface: str | None = None) -> Iterable[tuple[int, Face]]:
+        """(element, face) on the boundary of its body with all corners wanted, or of a surface."""
+        if surface is not None:
+            key = surface.strip().upper()
+            self.nodes(key)
+            if key not in self.surfaces:
+                raise ProblemError(
+                    f"{self.name}: expected the element surface {quoted(surface)}, found a node set"
+                )
+            return [(element, self._faces_of(element)[face - 1]) for element, face in self.surfaces[key]]
+        found, seen = [], Counter[frozenset[int]]()
+        for element, (_, nodes) in self.elements.items():
+            if wanted.isdisjoint(nodes):
+                continue
+            own = set(nodes[: self._count(element)])
+            for face in self._faces_of(element):
+                corners = frozenset(face) & own
+                if corners <= wanted:
+                    seen[corners] += 1
+                    found.append((element, face, corners))
+        return [(element, face) for element, face, corners in found if seen[corners] == 1]
+
+    def _area(self, element: int, corners: list[int]) -> FloatArray:
+        """Normal of a face into its element, as long as its area."""
+        points, body = self.at(corners), self.at(self.elements[element][1]).mean(axis=0)
+        middle = points.mean(axis=0)
+        inside = body - middle
+        if len(corners) == 2:  # an edge of a plane element
+            along = points[1] - points[0]
+            normal = np.array([-along[1], along[0], 0.0])
+        else:
+            normal = 0.5 * np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
+        return normal if normal @ inside > 0 else -normal

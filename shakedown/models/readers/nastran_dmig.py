@@ -1,0 +1,94 @@
+"""Nastran DMIG punch files: small, large and free field.
+
+The reader is the project's own: pyYeti's takes the last of two entries for one
+place, reads a missing value as zero, and holds the matrix dense.
+"""
+
+import os
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.nastran_cards import cards, of_superelement
+from shakedown.models.readers.stiffness import Stiffness, from_entries
+from shakedown.models.readers.text import integers, listed, number, read_lines
+
+_SYMMETRIC, _SQUARE = 6, 1
+_REAL = (1, 2)
+
+
+def read_nastran_dmig(
+    path: str | os.PathLike[str], matrix: str | None = None, superelement: int | None = None
+) -> Stiffness:
+    """Read one matrix of a punch file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    matrix
+        Its name, for instance ``KAAX``; by default the only one, or the only one
+        whose name starts with K.
+    superelement
+        Which one of a file with several (``BEGIN SUPER n``).
+
+    Raises
+    ------
+    ProblemError
+        If there is no such matrix, it is complex or rectangular, or a card is malformed.
+    """
+    name = os.fspath(path)
+    lines = of_superelement(read_lines(path), superelement, name)
+    found = [(k, fields) for k, card, fields in cards(lines) if card == "DMIG"]
+    chosen = _chosen({fields[0] for _, fields in found}, matrix, name)
+    own = [(k, fields) for k, fields in found if fields[0] == chosen]
+    header = [(k, fields) for k, fields in own if fields[1] == "0"]
+    if len(header) != 1:
+        where = f" (lines {', '.join(str(k) for k, _ in header[:4])})" if header else ""
+        raise ProblemError(
+            f"{name}: expected one DMIG header card for {listed([chosen])}, found {len(header)}{where}"
+        )
+    shown = listed([chosen])
+    form, kind = integers(header[0][1][2:4], f"{name}: line {header[0][0]}")
+    if form not in (_SYMMETRIC, _SQUARE) or kind not in _REAL:
+        raise ProblemError(
+            f"{name}: line {header[0][0]}: expected {shown} square or symmetric (form 1, 6) and real "
+            f"(type 1, 2), found form {form}, type {kind}"
+        )
+    rows, columns, values = [], [], []
+    for k, fields in own:
+        if fields[1] == "0":
+            continue
+        where = f"{name}: line {k}"
+        column = integers([fields[1], fields[2] or "0"], where)
+        entries = fields[4:]
+        for group in range(0, len(entries), 4):
+            node, direction, value = entries[group : group + 3]
+            if node or value:
+                rows.append(integers([node, direction or "0"], where))
+                columns.append(column)
+                values.append(number(value, where))
+    if not values:
+        raise ProblemError(f"{name}: expected entries of {shown}, found none")
+    return from_entries(
+        np.array(rows, dtype=np.intp),
+        np.array(columns, dtype=np.intp),
+        np.array(values),
+        name,
+        "Nastran DMIG",
+    )
+
+
+def _chosen(found: set[str], matrix: str | None, name: str) -> str:
+    if matrix is not None:
+        if matrix not in found:
+            raise ProblemError(
+                f"{name}: expected the matrix {listed([matrix])}, found {listed(sorted(found))}"
+            )
+        return matrix
+    candidates = [one for one in found if one.startswith("K")] if len(found) > 1 else list(found)
+    if len(candidates) != 1:
+        raise ProblemError(
+            f"{name}: expected one matrix, found {listed(sorted(found))}; name the one to take"
+        )
+    return candidates[0]

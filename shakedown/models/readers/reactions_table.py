@@ -1,0 +1,113 @@
+"""Reactions or displacements as a table that any report tool can write: step, node, fx, fy and maybe fz."""
+
+import os
+
+import numpy as np
+
+from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.calculix_frd import is_frd, read_frd
+from shakedown.models.readers.calculix_reactions import is_calculix_output, read_calculix_output
+from shakedown.models.readers.nodal_vectors import NodalVectors, What
+from shakedown.models.readers.table import NumberTable, read_table
+from shakedown.models.readers.text import read_lines
+
+_PLACE = (
+    ("step", "load step", "loadstep", "frame", "run"),
+    ("node", "node label", "label", "node number", "nid"),
+)
+_NAMES: dict[What, tuple[tuple[str, ...], ...]] = {  # accepted headings of the columns
+    "reactions": (
+        *_PLACE,
+        ("fx", "rf1", "rf.rf1", "reaction x"),
+        ("fy", "rf2", "rf.rf2", "reaction y"),
+        ("fz", "rf3", "rf.rf3", "reaction z"),
+    ),
+    "displacements": (
+        *_PLACE,
+        ("ux", "u1", "u.u1", "displacement x"),
+        ("uy", "u2", "u.u2", "displacement y"),
+        ("uz", "u3", "u.u3", "displacement z"),
+    ),
+}
+
+
+def is_reactions_table(lines: list[str]) -> bool:
+    """Whether the first line names the columns step, node, fx, fy."""
+    first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+    for mark in ("\t", ";", ","):
+        headings = {field.strip().strip('"').casefold() for field in first.split(mark)}
+        if all(headings & set(names) for names in _NAMES["reactions"][:4]):
+            return True
+    headings = set(first.casefold().split())
+    return all(headings & set(names) for names in _NAMES["reactions"][:4])
+
+
+def read_nodal_vectors(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read reactions or displacements: a ``.dat`` or ``.frd`` file of CalculiX, or a table: by content."""
+    lines = read_lines(path)
+    if is_frd(lines):
+        return read_frd(path, what)
+    if is_calculix_output(lines):
+        return read_calculix_output(path, what)
+    return read_vectors_table(path, what)
+
+
+def read_vectors_table(path: str | os.PathLike[str], what: What = "reactions") -> list[NodalVectors]:
+    """Read a table with the columns step, node, fx, fy and maybe fz, one table per step.
+
+    Without a header the columns must stand in this order. The header names them
+    step, node, fx, fy, fz or RF1, RF2, RF3, and for displacements ux, uy, uz or U1, U2, U3; others
+    beside them are passed over.
+    Steps follow in the order of their numbers.
+
+    Raises
+    ------
+    ProblemError
+        If a column is missing, a step or node is not whole, or a node occurs
+        twice in one step.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp()) / "rf.csv"
+    >>> _ = path.write_text("step;node;fx;fy\\n1;7;0,5;-2\\n2;7;1;3\\n")
+    >>> [(step.time, step.nodes.tolist(), step.vectors.tolist()) for step in read_vectors_table(path)]
+    [(1.0, [7], [[0.5, -2.0, 0.0]]), (2.0, [7], [[1.0, 3.0, 0.0]])]
+    """
+    table = read_table(path)
+    keys = _keys(table, what)
+    steps, nodes = np.array(table.whole(keys[0])), np.array(table.whole(keys[1]), dtype=np.intp)
+    vectors = np.zeros((len(steps), 3))
+    for k, key in enumerate(keys[2:]):
+        vectors[:, k] = table.column(key)
+    place, first = np.unique(np.column_stack([steps, nodes]), axis=0, return_index=True)
+    if len(place) < len(steps):
+        k = int(np.setdiff1d(np.arange(len(steps)), first)[0])
+        raise ProblemError(
+            f"{table.name}: line {table.lines[k]}: expected every node once in a step, found node {nodes[k]} "
+            f"twice in step {steps[k]}"
+        )
+    return [
+        NodalVectors(what, ("table",), float(step), nodes[own], vectors[own], np.zeros_like(vectors[own]))
+        for step, own in ((step, steps == step) for step in np.unique(steps))
+    ]
+
+
+def _keys(table: NumberTable, what: What) -> list[str | int]:
+    """The columns step, node, fx, fy and, where there is one, fz."""
+    *first, last = columns = _NAMES[what]
+    expected = f"{', '.join(names[0] for names in first)} and maybe {last[0]}"
+    if not table.columns:
+        width = table.values.shape[1]
+        if width not in (4, 5):
+            raise ProblemError(f"{table.name}: expected the columns {expected}, found {width}")
+        return list(range(1, width + 1))
+    found: list[str | int] = []
+    for names in columns:
+        own = [heading for heading in table.columns if heading.casefold() in names]
+        if len(own) > 1 or (not own and names is not last):
+            raise ProblemError(
+                f"{table.name}: expected one column '{names[0]}', found {len(own)} ({expected})"
+            )
+        found += own
+    return found

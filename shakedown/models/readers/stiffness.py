@@ -1,0 +1,195 @@
+"""A stiffness matrix with the node and direction of each of its rows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from shakedown.ground.errors import ProblemError
+from shakedown.ground.float_array import FloatArray
+from shakedown.models.condensation.contact_frame import checked_dofs
+
+# With fewer digits numbers are round, with more they are as good as floats.
+FEWEST_DIGITS, MOST_DIGITS = 5, 10
+DECIMAL = 1e-13  # round-off of a decimal number between 1 and 10, scaled
+MOST_ENTRIES = 20000  # that are looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """What a reader returns.
+
+    Attributes
+    ----------
+    K : (N, N) sparse
+        Stiffness, both triangles [force/length].
+    dofs : (N, 2)
+        Node label and direction of every row.
+    format : str
+        What the file was found to be.
+    superelement : bool
+        Whether the format says that the matrix is already condensed.
+    circumference : float
+        What the matrix of an axisymmetric model was multiplied by, so that it stands for the
+        whole circumference.
+    accuracy : float, optional
+        Relative accuracy of the entries where the format prints few digits: 1e-7 for seven.
+    """
+
+    K: sparse.csr_array
+    dofs: NDArray[np.intp]
+    format: str
+    superelement: bool = False
+    circumference: float = 1.0
+    accuracy: float | None = None
+
+    def rows(self, keys: ArrayLike) -> NDArray[np.intp]:
+        """Rows of (node, direction) pairs, (k,); ``ProblemError`` names the first that has none."""
+        index = {(int(node), int(direction)): k for k, (node, direction) in enumerate(self.dofs)}
+        found = []
+        for node, direction in np.asarray(keys, dtype=np.intp).reshape(-1, 2).tolist():
+            if (node, direction) not in index:
+                raise ProblemError(f"expected a row for direction {direction} of node {node}, found none")
+            found.append(index[node, direction])
+        return np.array(found, dtype=np.intp)
+
+    def in_basic_directions(self, frames: Mapping[int, FloatArray]) -> "Stiffness":
+        """The stiffness with all displacements in the directions x, y, z of the model.
+
+        Parameters
+        ----------
+        frames
+            For nodes whose rows belong to directions of their own, the (3, 3)
+            matrix R with u_own = R u; rotations turn alike.
+
+        Raises
+        ------
+        ProblemError
+            If such a node lacks a row, so that it cannot be turned.
+        """
+        turned = [int(node) for node in dict.fromkeys(self.dofs[:, 0].tolist()) if node in frames]
+        if not turned:
+            return self
+        T = sparse.eye_array(len(self.dofs), format="lil")
+        for node in turned:
+            own = {int(d): k for k, (label, d) in enumerate(self.dofs) if label == node}
+            for first in (1, 4):
+                rows = [own[d] for d in range(first, first + 3) if d in own]
+                if len(rows) in (1, 2):
+                    raise ProblemError(
+                        f"expected all rows of node {node}, whose directions are not those of the model, "
+                        f"found {len(rows)} of 3 from direction {first} on"
+                    )
+                for i, row in enumerate(rows):
+                    for j, column in enumerate(rows):
+                        T[row, column] = frames[node][i, j]
+        T = T.tocsr()
+        return replace(self, K=(T.T @ self.K @ T).tocsr())
+
+
+def from_entries(
+    rows: NDArray[np.intp], columns: NDArray[np.intp], values: FloatArray, where: str, format: str
+) -> Stiffness:
+    """A stiffness from labelled entries of one triangle or of both.
+
+    Parameters
+    ----------
+    rows, columns : (k, 2)
+        (node, direction) of the row and of the column of every entry.
+    values : (k,)
+        Entries [force/length].
+    where
+        The file, for messages.
+
+    Raises
+    ------
+    ProblemError
+        If an entry occurs twice.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lower = np.array([(1, 1), (2, 1), (2, 1)]), np.array([(1, 1), (1, 1), (2, 1)])
+    >>> from_entries(*lower, np.array([2.0, -1.0, 3.0]), "a file", "labelled entries").K.toarray()
+    array([[ 2., -1.],
+           [-1.,  3.]])
+    """
+    dofs, index = np.unique(np.vstack([rows, columns]), axis=0, return_inverse=True)
+    i, j = np.split(index.ravel(), 2)
+    N = len(dofs)
+    if (twice := repeated_entry(i, j)) is not None:
+        a, b = twice
+        raise ProblemError(
+            f"{where}: expected every entry once, found row {tuple(dofs[a].tolist())}, "
+            f"column {tuple(dofs[b].tolist())} twice"
+        )
+    K = completed(sparse.coo_array((values, (i, j)), shape=(N, N)))
+    return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(values))
+
+
+def repeated_entry(i: NDArray[np.intp], j: NDArray[np.intp]) -> tuple[int, int] | None:
+    """The first row and column (i, j) that occurs twice, or None.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> repeated_entry(np.array([0, 1, 1]), np.array([0, 0, 0])), repeated_entry(np.arange(2), np.arange(2))
+    ((1, 0), None)
+    """
+    width = int(j.max(initial=0)) + 1
+    place, count = np.unique(i * width + j, return_counts=True)
+    if len(place) == len(i):
+        return None
+    return divmod(int(place[np.argmax(count > 1)]), width)
+
+
+def check_entries_once(i: NDArray[np.intp], j: NDArray[np.intp], where: str) -> None:
+    """Raise ``ProblemError`` if an entry (i, j), counted from 0, occurs twice; the message counts from 1."""
+    if (twice := repeated_entry(i, j)) is not None:
+        raise ProblemError(
+            f"{where}: expected every entry once, found row {twice[0] + 1}, column {twice[1] + 1} twice"
+        )
+
+
+def completed(half: sparse.coo_array) -> sparse.csr_array:
+    """Both triangles of a symmetric matrix of which one entry of each mirrored pair is stored.
+
+    A matrix in which some off-diagonal entry has its mirror image stored is
+    taken as it is.
+    """
+    i, j = half.coords
+    off = i != j
+    mirrored = np.isin(i[off] * half.shape[0] + j[off], j[off] * half.shape[0] + i[off])
+    if mirrored.any():
+        return half.tocsr()
+    mirror = sparse.coo_array((half.data[off], (j[off], i[off])), shape=half.shape)
+    return (half + mirror).tocsr()
+
+
+def checked(matrix: sparse.sparray, dofs: NDArray[np.intp], format: str) -> Stiffness:
+    """A matrix together with its map of as many rows, in which no row occurs twice."""
+    K = sparse.csr_array(matrix, dtype=float)
+    return Stiffness(K, checked_dofs(dofs), format, accuracy=printed_accuracy(K.data))
+
+
+def printed_accuracy(values: FloatArray) -> float | None:
+    """10⁻ᵈ where numbers were printed with d significant digits, and d is less than what floats have.
+
+    None where so few digits are enough for all of them that they are round numbers, exact as they are.
+
+    Examples
+    --------
+    >>> printed_accuracy(np.array([1.234567, -0.07654321, 4.2e5])), printed_accuracy(np.array([1 / 3, 2.0]))
+    (1e-07, None)
+    """
+    size = np.abs(values[values != 0][:MOST_ENTRIES])
+    if not size.size:
+        return None
+    mantissa = size / 10.0 ** np.floor(np.log10(size))
+    for digits in range(1, MOST_DIGITS + 1):
+        printed = np.round(mantissa, digits - 1)
+        if np.all(np.abs(printed - mantissa) <= DECIMAL):
+            return 10.0**-digits if digits >= FEWEST_DIGITS else None
+    return None

@@ -1,0 +1,226 @@
+"""Tables of a TOML configuration, taken key by key so that nothing unknown goes unnoticed."""
+
+import math
+import os
+import tomllib
+from difflib import get_close_matches
+from typing import Any
+
+from shakedown.ground.errors import ProblemError
+from shakedown.models.readers.text import quoted, read_bytes
+
+MOST_BYTES = 16 << 20  # of a configuration
+_LARGEST_LABEL = 2**62
+
+
+def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
+    """The root table of a TOML file.
+
+    Raises
+    ------
+    ProblemError
+        If the file is missing, unreadable or not TOML.
+    """
+    name, raw = os.fspath(path), read_bytes(path)
+    if len(raw) > MOST_BYTES:
+        raise ProblemError(f"{name}: expected a TOML file of at most {MOST_BYTES >> 20} MiB, found more")
+    try:
+        content = tomllib.loads(raw.decode("utf-8-sig"))
+    except RecursionError:
+        raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
+    except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
+        raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
+    return TomlTable(content, name)
+
+
+def change_number(root: "TomlTable", key: str, value: float) -> None:
+    """Put a number in the place of another one, or at a key that a table lacks.
+
+    Parameters
+    ----------
+    root
+        The root table, of which nothing has been taken.
+    key
+        A dotted key; a table of a list of tables, or an entry of a list, is named by its place
+        from 1: ``"load.2.history.harmonics.1.sin"``.
+    value
+        The number.
+
+    Raises
+    ------
+    ProblemError
+        If there is no number at such a key.
+    """
+    *way, last = key.split(".")
+    place: Any = root.content
+    name = root.where
+    for part in way:
+        place = _inside(place, part, f"{name}: {key}")
+    old = place.get(last) if isinstance(place, dict) else _inside(place, last, f"{name}: {key}")
+    if old is not None and not is_number(old):
+        raise ProblemError(f"{name}: {key}: expected the key of a number, found {shown(old)}")
+    new = int(value) if isinstance(old, int) and float(value).is_integer() else float(value)
+    if isinstance(place, dict):
+        place[last] = new
+    else:
+        place[int(last) - 1] = new
+
+
+def _inside(place: Any, part: str, where: str) -> Any:
+    """What a table has at a key, or a list at a place from 1."""
+    if isinstance(place, dict) and part in place:
+        return place[part]
+    if isinstance(place, list) and part.isascii() and part.isdigit() and 1 <= int(part[:9]) <= len(place):
+        return place[int(part) - 1]
+    if isinstance(place, dict):
+        raise ProblemError(f"{where}: expected one of {', '.join(map(quoted, place))}, found {quoted(part)}")
+    if isinstance(place, list):
+        raise ProblemError(f"{where}: expected a number from 1 to {len(place)}, found {quoted(part)}")
+    raise ProblemError(f"{where}: expected a table or a list before {quoted(part)}, found {shown(place)}")
+
+
+class TomlTable:
+    """One table; every key is taken once, and what is left over at the end is an error.
+
+    Examples
+    --------
+    >>> table = TomlTable({"file": "k.mtx", "axis": [1, 2]}, "[stiffness]")
+    >>> table.text("file"), table.array("axis", int, (2,))
+    ('k.mtx', [1, 2])
+    >>> table.done()
+    """
+
+    def __init__(self, content: dict[str, Any], where: str) -> None:
+        self.content = dict(content)
+        self.where = where
+        self.known: list[str] = []
+
+    def copy(self) -> "TomlTable":
+        """The table as it stands now, to be taken apart by itself."""
+        return TomlTable(self.content, self.where)
+
+    def take(self, key: str, expected: str, *, required: bool) -> Any:
+        """The raw value of a key, or None where it is absent and not required."""
+        self.known.append(key)
+        if key not in self.content and required:
+            raise self.missing(key, expected)
+        return self.content.pop(key, None)
+
+    def text(self, key: str, default: str | None = None, *, required: bool = True) -> str | None:
+        """A string."""
+        value = self.take(key, "text", required=required and default is None)
+        if value is None:
+            return default
+        if not isinstance(value, str):
+            raise self._wrong(key, "text", value)
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float | None:
+        """A number; None where it is absent and has no default."""
+        value = self.take(key, "a number", required=False)
+        if value is None:
+            return default
+        if not is_number(value):
+            raise self._wrong(key, "a finite number", value)
+        return float(value)
+
+    def integer(self, key: str) -> int | None:
+        """A whole number; None where it is absent."""
+        value = self.take(key, "a whole number", required=False)
+        if value is not None and not _is_whole(value):
+            raise self._wrong(key, "a whole number", value)
+        return None if value is None else int(value)
+
+    def flag(self, key: str) -> bool:
+        """True or false, false where it is absent."""
+        value = self.take(key, "true or false", required=False)
+        if value is not None and not isinstance(value, bool):
+            raise self._wrong(key, "true or false", value)
+        return bool(value)
+
+    def array(self, key: str, kind: type, shape: tuple[int | None, ...], *, required: bool = True) -> Any:
+        """Nested lists of numbers of a shape, in which None stands for any length ≥ 1."""
+        what = "whole numbers" if kind is int else "numbers"
+        size = " x ".join("n" if s is None else str(s) for s in shape)
+        value = self.take(key, f"{size} {what}", required=required)
+        if value is not None and not _fits(value, kind, shape):
+            raise self._wrong(key, f"a list of {size} {what}", value)
+        return value
+
+    def key_of_column(self, key: str) -> str | int | None:
+        """A column of a table file: its heading, or its number from 1; None where it is absent."""
+        value = self.take(key, "a heading or a number", required=False)
+        if value is None or isinstance(value, str):
+            return value
+        if not _is_whole(value) or value < 1:
+            raise self._wrong(key, "a heading, or a number from 1", value)
+        return int(value)
+
+    def entries(self, key: str, width: int) -> list[list[Any]] | None:
+        """A list of lists, each of ``width`` things; None where it is absent."""
+        value = self.take(key, f"a list of lists of {width}", required=False)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(v, list) and len(v) == width for v in value):
+            raise self._wrong(key, f"a list of lists of {width} each", value)
+        return value
+
+    def table(self, key: str, *, required: bool = True) -> "TomlTable":
+        """A table; an empty one where it is absent and not required."""
+        value = self.take(key, "a table", required=required)
+        if value is not None and not isinstance(value, dict):
+            raise self._wrong(key, "a table", value)
+        return TomlTable(value or {}, f"{self.where}: {key}")
+
+    def tables(self, key: str, *, required: bool = True) -> list["TomlTable"]:
+        """A list of tables."""
+        value = self.take(key, "one table or more", required=required)
+        if value is not None and not (isinstance(value, list) and all(isinstance(v, dict) for v in value)):
+            raise self._wrong(key, "a list of tables", value)
+        return [TomlTable(v, f"{self.where}: {key} {k}") for k, v in enumerate(value or [], start=1)]
+
+    def has(self, key: str) -> bool:
+        """Whether a key is there and has not been taken."""
+        return key in self.content
+
+    def missing(self, key: str, expected: str) -> ProblemError:
+        """The refusal of a table that lacks a key; an unknown one that looks like it is named."""
+        alike = get_close_matches(key, self.content, n=1)
+        found = f"the unknown key {quoted(alike[0])}" if alike else "none"
+        return ProblemError(f"{self.where}: expected the key '{key}' ({expected}), found {found}")
+
+    def done(self) -> None:
+        """Refuse keys that were never taken."""
+        if self.content:
+            unknown = ", ".join(quoted(key) for key in list(self.content)[:5])
+            raise ProblemError(
+                f"{self.where}: unknown key {unknown}; expected keys are {', '.join(sorted(set(self.known)))}"
+            )
+
+    def _wrong(self, key: str, expected: str, value: Any) -> ProblemError:
+        return ProblemError(f"{self.where}: key '{key}': expected {expected}, found {shown(value)}")
+
+
+def shown(value: Any) -> str:
+    """A value as a message shows it, short."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) < _LARGEST_LABEL
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value of a configuration is one finite number."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    return _is_whole(value)
+
+
+def _fits(value: Any, kind: type, shape: tuple[int | None, ...]) -> bool:
+    if not shape:
+        return _is_whole(value) if kind is int else is_number(value)
+    if not isinstance(value, list) or not value or shape[0] not in (None, len(value)):
+        return False
+    return all(_fits(item, kind, shape[1:]) for item in value)

@@ -1,0 +1,226 @@
+"""The moving state of an exact evolution as the compiled loops take it, its course, and room to record it."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.experimental import structref
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import (
+    Flags,
+    Hash,
+    Integers,
+    NamedState,
+    Reals,
+    entered,
+    fields,
+    made,
+)
+
+DONE, NO_RATES, LIFTS_OFF, RECORD_FULL, TOO_MANY_EVENTS, NOT_SETTLED, PAUSED = range(7)  # ends of a loop
+EFFORT = 200_000_000  # multiplications and additions after which a loop returns, about a fifth of a second
+LOAD_STEP, REACHES_BACKWARD_LIMIT, REACHES_FORWARD_LIMIT, OPENS, CLOSES, JUMPS = range(6)  # kinds of event
+
+
+class Precision(NamedTuple):
+    """What counts as zero: forces, gaps, and rates relative to the largest; forces in settled equations."""
+
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+@structref.register
+class CourseType(types.StructRef):
+    """Compiled type of :class:`Course`."""
+
+
+class Course(NamedState):
+    """What the state is led along.
+
+    Attributes
+    ----------
+    path : (s + 1, 2n)
+        Welded reactions at the ends of s load steps [force].
+    steps, first
+        s, and the number of the first of them.
+    separable
+        Whether nodes may open.
+    force, length, rate, settled
+        What counts as zero (:class:`Precision`).
+    """
+
+    path: Reals
+    steps: int
+    first: int
+    separable: bool
+    force: float
+    length: float
+    rate: float
+    settled: float
+
+
+@structref.register
+class MotionType(types.StructRef):
+    """Compiled type of :class:`Motion`."""
+
+
+class Motion(NamedState):
+    """The moving state, its derivative and what has been counted since :func:`begin`.
+
+    Attributes
+    ----------
+    u, r : (2n,)
+        Slips and gaps; reactions q, p.
+    elastic : (2n,)
+        κ u, as it was last computed and followed since [force].
+    slip : (n,)
+        Σ|Δv| in contact [length].
+    work : (n,)
+        What friction takes, jumps apart [force × length].
+    opened, closed : (n,)
+        1 where the node was open, and where it was closed.
+    tangent : (2n, t)
+        ∂u/∂(t ``parameters`` of the state at the start); t = 0 where it is not followed.
+    delay : (t,)
+        ∂(time of the last event); ``delayed`` while it is half applied.
+    passes
+        How often the whole course has been passed.
+    step, time
+        Load steps done, and share done of the next.
+    node, kind
+        The last event, where it is not dealt with yet.
+    concerned
+        The node for which the motion stopped, or −1.
+    crowd
+        Events within the present load step.
+    followed
+        Load steps since ``elastic`` was computed from u.
+    events, dissipation
+        Events other than load steps; frictional dissipation [force × length].
+    correction
+        Largest correction of a settled equation [force].
+    signature, last_states
+        Of the sequence of contact states, and of those entered last.
+    signed
+        Whether the present contact states are in the signature.
+    """
+
+    u: Reals
+    r: Reals
+    elastic: Reals
+    slip: Reals
+    work: Reals
+    opened: Flags
+    closed: Flags
+    tangent: Reals
+    delay: Reals
+    n: int
+    parameters: int
+    delayed: bool
+    passes: int
+    step: int
+    time: float
+    node: int
+    kind: int
+    concerned: int
+    crowd: int
+    followed: int
+    events: int
+    dissipation: float
+    correction: float
+    signature: Hash
+    last_states: Hash
+    signed: bool
+
+
+@structref.register
+class RecordType(types.StructRef):
+    """Compiled type of :class:`Record`."""
+
+
+class Record(NamedState):
+    """Room for the states at events, filled from the first row on; no room: nothing is recorded.
+
+    Attributes
+    ----------
+    time : (s,)
+        In load steps from the beginning of the period.
+    u, r : (s, 2n)
+        Slips and gaps; reactions.
+    state : (s, n)
+        Contact states from this time on.
+    node, kind : (s,)
+        What happened.
+    rows, room
+        Rows filled, and s.
+    """
+
+    time: Reals
+    u: Reals
+    r: Reals
+    state: Integers
+    node: Integers
+    kind: Integers
+    rows: int
+    room: int
+
+
+for kind_of_state, python_class in ((CourseType, Course), (MotionType, Motion), (RecordType, Record)):
+    structref.define_boxing(kind_of_state, python_class)
+COURSE, MOTION, RECORD = CourseType(fields(Course)), MotionType(fields(Motion)), RecordType(fields(Record))
+
+
+def course(path: FloatArray, first: int, separable: bool, precision: Precision) -> Course:
+    """The course along welded reactions (s + 1, 2n); its first load step has number ``first``."""
+    new = made(COURSE, {}, path=np.ascontiguousarray(path, dtype=float))
+    new.set(steps=len(path) - 1, first=first, separable=separable, **precision._asdict())
+    return new
+
+
+def motion_at_rest(n: int) -> Motion:
+    """A state at rest at the origin, its derivative not followed."""
+    shapes = {"u": 2 * n, "r": 2 * n, "elastic": 2 * n, "slip": n, "work": n, "opened": n, "closed": n}
+    mo = made(MOTION, shapes)
+    mo.set(n=n)
+    begin(mo)
+    follow_derivative(mo, *without_tangent(n))
+    return mo
+
+
+def without_tangent(n: int) -> tuple[FloatArray, FloatArray]:
+    """Derivative of a state with respect to nothing, and of the time of its last event."""
+    return np.zeros((2 * n, 0)), np.zeros(0)
+
+
+@entered
+def begin(mo: Motion) -> None:
+    """Put the state at the start of its course and count from zero."""
+    mo.passes, mo.step, mo.time, mo.node, mo.kind, mo.concerned, mo.crowd = 0, 0, 0.0, -1, LOAD_STEP, -1, 0
+    mo.events, mo.dissipation, mo.correction, mo.delayed = 0, 0.0, 0.0, False
+    mo.signature, mo.last_states, mo.signed = np.uint64(0), np.uint64(0), False
+    for i in range(mo.n):
+        mo.slip[i] = 0.0
+        mo.work[i] = 0.0
+        mo.opened[i], mo.closed[i] = 0, 0
+
+
+def follow_derivative(mo: Motion, tangent: FloatArray, delay: FloatArray) -> None:
+    """Follow this derivative (2n, t), and that of the time of the last event, in place from here on."""
+    mo.hold(tangent=tangent, delay=delay)
+    mo.set(parameters=len(delay))
+
+
+def resume(mo: Motion, time: float) -> None:
+    """Go on after a jump, from this share of the load step on."""
+    mo.set(time=time, node=-1, kind=JUMPS, delayed=False, signed=False, events=mo.events + 1)
+
+
+def room_for(rows: int, n: int) -> Record:
+    """Room for so many states of n nodes."""
+    shapes = {"time": rows, "u": (rows, 2 * n), "r": (rows, 2 * n), "state": (rows, n), "node": rows}
+    record = made(RECORD, shapes | {"kind": rows})
+    record.set(room=rows)
+    return record

@@ -1,0 +1,148 @@
+"""The stiffness with the places of open nodes exchanged: there the reaction is given, not the displacement.
+
+Of a free place the reaction is zero and the displacement follows from equilibrium. With these places
+exchanged (a principal pivot transform of κ) the outputs
+
+    out = reactions of the places that are not free, displacements of those that are
+
+are linear in the displacements of the former and the welded reactions of the latter, however the
+other nodes slip: an open node costs a closed one nothing until it closes again. Opening a node exchanges
+its three places, closing it the same three: the exchange is its own inverse. Where one place is free
+and the other is not the matrix is antisymmetric, elsewhere symmetric, so that its rows serve as columns.
+"""
+
+from shakedown.ground.contact_status import OPEN
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.named_state import entered, inner, summing
+from shakedown.motion.space.sliding import Sliding
+
+SINGULAR = 1e-13  # pivot, relative to the largest entry of its row of κ, that counts as zero
+MOST_EXCHANGES = 60  # after which the matrix is made afresh: each adds its round-off
+
+
+@summing
+def exchange(sl: Sliding, place: int) -> bool:
+    """Exchange one place; False, and nothing changed, where nothing else holds it."""
+    N, S = 3 * sl.n, sl.exchanged
+    row = place * N
+    pivot, size = S[row + place], 0.0
+    if sl.free[place] == 0:
+        for j in range(N):
+            size = max(size, abs(sl.kappa[row + j]))
+        if pivot <= SINGULAR * size:
+            return False
+    for i in range(N):
+        x = S[i * N + place] / pivot
+        if i != place and x != 0.0:
+            for j in range(N):
+                S[i * N + j] -= x * S[row + j]
+            S[i * N + place] = x
+    for j in range(N):
+        S[row + j] /= -pivot
+    S[row + place] = 1.0 / pivot
+    sl.free[place] = 1 - sl.free[place]
+    sl.exchanges += 1
+    return True
+
+
+@entered
+def make_afresh(sl: Sliding) -> None:
+    """Make the matrix of the present contact states anew before the next load step."""
+    sl.exchanges = MOST_EXCHANGES + 1
+
+
+@inner
+def is_free(sl: Sliding, place: int) -> bool:
+    """Whether a place is free in the present contact states."""
+    n = sl.n
+    if place >= 2 * n:
+        return sl.contact[place - 2 * n] == OPEN
+    node = place // 2
+    return sl.contact[node] == OPEN or sl.friction[node] == 0.0
+
+
+@inner
+def arrange(sl: Sliding) -> bool:
+    """Exchange places until those that the contact states say are free; False where nothing holds one."""
+    N, held, afresh = 3 * sl.n, True, sl.exchanges > MOST_EXCHANGES
+    if afresh:
+        for k in range(N * N):
+            sl.exchanged[k] = sl.kappa[k]
+        for place in range(N):
+            sl.free[place] = 0
+    for place in range(N):
+        if is_free(sl, place) != (sl.free[place] == 1):
+            held = exchange(sl, place) and held
+    if afresh:
+        sl.exchanges = 0  # those that make it are not counted: many open nodes would have it made every time
+    return held
+
+
+@summing
+def compute_base(sl: Sliding) -> None:
+    """Rates of the outputs while nothing slips."""
+    N, S, base = 3 * sl.n, sl.exchanged, sl.base
+    for i in range(N):
+        base[i] = 0.0
+    for j in range(N):
+        x = sl.welded[j]
+        if sl.free[j] == 1 and x != 0.0:
+            for i in range(N):
+                base[i] += x * S[j * N + i]
+    for i in range(N):
+        base[i] = -base[i] if sl.free[i] == 1 else base[i] + sl.welded[i]
+
+
+@summing
+def compute_out(sl: Sliding) -> None:
+    """The outputs from the displacements and the load at the present time, afresh."""
+    N, S, out = 3 * sl.n, sl.exchanged, sl.out
+    for i in range(N):
+        out[i] = 0.0
+    for j in range(N):
+        x = sl.path[sl.step * N + j] + sl.time * sl.welded[j] if sl.free[j] == 1 else sl.u[j]
+        if x != 0.0:
+            for i in range(N):
+                out[i] += x * S[j * N + i]
+    for i in range(N):
+        if sl.free[i] == 1:
+            out[i] = -out[i]
+            sl.u[i] = out[i]
+        else:
+            out[i] += sl.path[sl.step * N + i] + sl.time * sl.welded[i]
+
+
+@summing
+def move(sl: Sliding, slip: FloatArray, start: int, target: FloatArray) -> None:
+    """What packed slips (from ``start`` on) change the outputs by."""
+    N, S = 3 * sl.n, sl.exchanged
+    for i in range(N):
+        target[i] = 0.0
+    for a in range(sl.s):
+        for c in range(2):
+            x, row = slip[start + 2 * a + c], (2 * sl.node[a] + c) * N
+            for i in range(N):
+                target[i] += x * S[row + i]
+    for i in range(N):
+        if sl.free[i] == 1:
+            target[i] = -target[i]
+
+
+@summing
+def move_twice(
+    sl: Sliding, slip: FloatArray, out: FloatArray, k: FloatArray, start: int, rate: FloatArray
+) -> None:
+    """As :func:`move`, what packed slips and, from ``start`` on, their rates change, in one pass."""
+    N, S = 3 * sl.n, sl.exchanged
+    for i in range(N):
+        out[i], rate[i] = 0.0, 0.0
+    for a in range(sl.s):
+        first = 2 * sl.node[a] * N
+        x, y, dx, dy = slip[2 * a], slip[2 * a + 1], k[start + 2 * a], k[start + 2 * a + 1]
+        for i in range(N):
+            one, other = S[first + i], S[first + N + i]
+            out[i] += x * one + y * other
+            rate[i] += dx * one + dy * other
+    for i in range(N):
+        if sl.free[i] == 1:
+            out[i], rate[i] = -out[i], -rate[i]

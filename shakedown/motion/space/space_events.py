@@ -1,0 +1,208 @@
+"""From event to event in space: along smooth curves, by the compiled loops of this subpackage."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.problem import Problem
+from shakedown.motion.contact_law import Scales, swing
+from shakedown.motion.cycle_record import Interim, State, Totals
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.implicit.implicit_step import ImplicitJoint
+from shakedown.motion.plane.moving_state import EFFORT
+from shakedown.motion.plane.run import Progress, progress
+from shakedown.motion.space.curved_history import CurvedHistory
+from shakedown.motion.space.curved_loop import follow_curve
+from shakedown.motion.space.directed_jump import DirectedJump, end_at_once
+from shakedown.motion.space.exchange import make_afresh
+from shakedown.motion.space.sliding import (
+    DEGREE,
+    CurveRecord,
+    Measures,
+    begin_sliding,
+    curve_room,
+    lead,
+    resume_sliding,
+    sliding,
+)
+
+RECORD_ROWS = 256
+NEAR = 1e-2  # of the error allowed: a node that near its limit, relative to the force scale, is there
+FINEST = 1e-13  # accuracy of a path, relative to the length scale, that floats allow
+
+
+def measures(scale: Scales, locked: float, moving: float, tolerances: Tolerances) -> Measures:
+    """What counts as zero where locked-in slips make up reactions of this size, and a period changes so much.
+
+    Both [force]. What moves little must be followed so much better: by what it costs that is the same.
+    """
+    force = max(scale.force, locked)
+    near = max(NEAR * tolerances.path * scale.force, tolerances.limit * force)
+    return Measures(
+        force=tolerances.limit * force,
+        length=tolerances.limit * scale.length,
+        rate_zero=10.0 * tolerances.rate,
+        near=near,
+        force_scale=scale.force,
+        length_scale=scale.length,
+        accuracy=max(tolerances.path * min(moving / scale.force, 1.0), FINEST) if moving else tolerances.path,
+    )
+
+
+class Steps(NamedTuple):
+    """Steps of a record, and the cycles done before them."""
+
+    done: int
+    time: FloatArray
+    duration: FloatArray
+    u: FloatArray
+    curve: FloatArray
+    contact: NDArray[np.int64]
+    node: NDArray[np.int64]
+    kind: NDArray[np.int64]
+
+
+class SpaceEvents:
+    """The moving state of a joint in space, and the loops that follow it: smooth from event to event.
+
+    The direction in which a node slips is that of its tangential reaction, and only the speeds are
+    unknown: between events the slips follow a smooth differential equation (docs/space.md), which is
+    integrated to the accuracy ``Tolerances.path``.
+
+    Attributes
+    ----------
+    u, contact, slip
+        Slips and gaps (3n,), contact states (n,), and way in contact in the present cycle (n,), in place.
+    sliding
+        The same as compiled loops take it.
+    measures
+        What counts as zero, and how accurate the path is.
+    """
+
+    def __init__(self, problem: Problem, kappa: FloatArray, tolerances: Tolerances) -> None:
+        self.problem, self.kappa, self.tolerances = problem, kappa, tolerances
+        self._rooms: dict[bool, CurveRecord] = {}
+
+    def begin(self, start: FloatArray, first: FloatArray, later: FloatArray, scale: Scales) -> None:
+        """Follow these courses, through the first cycle and another one, from displacements (3n,) on."""
+        problem, locked = self.problem, float((np.abs(self.kappa) @ np.abs(start)).max())
+        self.scale, self._paths = scale, {True: first, False: later}
+        self.measures = measures(scale, locked, swing(problem, later[1:]), self.tolerances)
+        self.sliding = sliding(self.kappa, problem.f, later, -1, problem.C is not None)
+        self.sliding.set(**self.measures._asdict())
+        self.u, self.contact, self.slip = self.sliding.u, self.sliding.contact, self.sliding.slipped
+
+    def stand(self, state: State) -> bool:
+        """Go to a state: whether its moving nodes are held shows on the way."""
+        self.u[:], self.contact[:] = state.u, state.contact
+        return True
+
+    def interim(self) -> Interim:
+        """Where it stands: apart from u and contact, directions of slip at an apex."""
+        return self.u.copy(), self.contact.copy(), self.sliding.direction.copy()
+
+    def go_on(self, u: FloatArray, contact: NDArray[np.int64], direction: FloatArray) -> None:
+        """Stand there again."""
+        self.u[:], self.contact[:], self.sliding.direction[:] = u, contact, direction
+        make_afresh(self.sliding)  # as every cycle begins
+
+    def enter(self, first: bool, record: bool) -> None:
+        """Go to the beginning of a cycle."""
+        if record not in self._rooms:
+            self._rooms[record] = curve_room(RECORD_ROWS if record else 0, self.problem.n)
+        self._record, self._risen = self._rooms[record], list[Steps]()
+        lead(self.sliding, self._paths[first], self.problem.m - len(self._paths[first]))
+        begin_sliding(self.sliding)
+
+    def follow(self, cycles: int) -> int:
+        """Follow one cycle, however many there are; the status with which the loop ends."""
+        status: int = follow_curve(self.sliding, self._record, EFFORT)
+        return status
+
+    def progress(self) -> Progress:
+        """Where the present cycle has got to."""
+        return progress(self.sliding)
+
+    def finds_way_on(self, now: Progress, path: FloatArray) -> bool:
+        """Pass the rest of a load step that begins without reactions and gaps; False where it does not.
+
+        The law is a cone: what one implicit step says of its end is reached along a straight way.
+        """
+        mo, layout, rest = self.sliding, self.problem.layout, 1.0 - now.time
+        load = path[now.step] + now.time * (path[now.step + 1] - path[now.step])
+        if (
+            np.abs(load + self.kappa @ mo.u).max() > self.measures.force
+            or mo.u[layout.gaps].any()
+            or not rest
+        ):
+            return False
+        A, B, C = layout.blocks(self.kappa)
+        body = A, B, C if self.problem.C is not None else None
+        joint = ImplicitJoint(*body, self.problem.f, self.scale.force, self.tolerances)
+        end = end_at_once(joint, layout, mo.u, np.stack([load, path[now.step + 1]]))
+        if end is None:
+            return False
+        if self._record.room:
+            at = self.problem.m - len(path) + now.step + now.time
+            curve = np.zeros((1, DEGREE, layout.size))
+            curve[0, 0] = end.u - mo.u
+            numbers = np.array([at]), np.array([rest]), mo.u[None].copy(), curve
+            none, kind = np.array([-1]), np.array([int(EventKind.LOAD_STEP)])
+            self._risen.append(Steps(0, *numbers, end.contact[None].copy(), none, kind))
+        mo.slipped[:] += end.slip
+        mo.work[:] += 0.5 * end.work  # the reaction rises, too
+        self.stand(State(end.u, end.contact))
+        resume_sliding(mo, 1.0, EventKind.LOAD_STEP)
+        return True
+
+    def recorded(self, done: int) -> list[Steps]:
+        """What a record has been filled with, so many cycles being done, and a rise after it."""
+        room, risen = self._record, self._risen
+        rows, self._risen = room.content.rows, []
+        risen = [rise._replace(done=done) for rise in risen]
+        if not rows:
+            return risen
+        return [Steps(done, *(getattr(room, name)[:rows].copy() for name in Steps._fields[1:])), *risen]
+
+    def present(self, done: int, reaction: FloatArray) -> Steps:
+        """The present state, between two cycles, as a step of no duration."""
+        curve = np.zeros((1, DEGREE, self.problem.layout.size))
+        kinds = np.array([-1]), np.array([EventKind.LOAD_STEP])
+        times = np.array([-1.0]), np.zeros(1)
+        return Steps(done, *times, self.u[None], curve, self.contact[None], *kinds)
+
+    def histories(
+        self, cycle: FloatArray, steps: Steps, welded: FloatArray, change: FloatArray
+    ) -> CurvedHistory:
+        """The path of steps at times in cycles: welded reactions, and their change in the load step."""
+        split = self.problem.layout.split
+        (v, w), (q, p), (q_w, p_w) = split(steps.u), split(welded + steps.u @ self.kappa), split(welded)
+        bend, what = steps.curve @ self.kappa, (cycle, steps.kind, steps.node)
+        bend[:, 0] += steps.duration[:, None] * change
+        curves = steps.duration / self.problem.m, steps.curve, bend
+        return CurvedHistory(*what, v, w, q, p, q_w, p_w, steps.contact, *curves)
+
+    def totals(self) -> Totals:
+        """What has been counted in the present cycle, jumps apart."""
+        mo, counted = self.sliding, self.sliding.content
+        opened, closed = mo.opened.astype(np.bool_), mo.closed.astype(np.bool_)
+        numbers = None, counted.events, counted.signature, counted.error
+        return Totals(mo.slipped.copy(), mo.work, opened, closed, *numbers)
+
+    def reaction(self, load: FloatArray) -> FloatArray:
+        """Reactions at the present instant, under these welded ones, (3n,) [force]."""
+        return load + self.kappa @ self.u
+
+    def relaxation(
+        self, state: State, reaction: FloatArray, load: FloatArray, damping: FloatArray
+    ) -> DirectedJump:
+        """The viscous motion from a state with these reactions that this load puts out of balance."""
+        before = state.u, state.contact, reaction
+        return DirectedJump(self.kappa, self.problem.f, *before, load, damping, self.measures, self.scale)
+
+    def resume(self, time: float) -> None:
+        """Go on after a jump, from this share of the load step on."""
+        resume_sliding(self.sliding, time)

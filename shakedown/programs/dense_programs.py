@@ -1,0 +1,126 @@
+"""Dense programs in any units: the rows that meet in an optimum, the optimum over one cone."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+
+from shakedown.ground.status import Status
+from shakedown.programs.disc_program import DiscProgram
+from shakedown.programs.self_dual import SelfDualEnd, self_dual_end
+from shakedown.programs.symmetric_cone import FloatArray
+
+
+def meeting_rows(matrix: FloatArray, right: FloatArray, cost: FloatArray) -> NDArray[np.intp] | None:
+    """As many rows of M x ≤ right as there are columns, those that push hardest in the optimum of cᵀ x.
+
+    Columns without an entry are left out. To be checked: it is a guess where the optimum is degenerate.
+
+    Returns
+    -------
+        Indices of rows; None where no optimum is found.
+
+    Examples
+    --------
+    >>> square = np.vstack([np.eye(2), -np.eye(2)])
+    >>> meeting_rows(square, np.ones(4), np.array([-1.0, -2.0]))
+    array([0, 1])
+    """
+    used = matrix.any(axis=0)
+    if not used.any():
+        return None
+    inner = matrix[:, used]
+    sizes = _sizes(inner)
+    inner = inner / sizes[:, None]
+    try:
+        factor = cholesky(inner.T @ inner)
+    except np.linalg.LinAlgError:
+        return None
+    inner = _in_units_of(factor, inner)
+    lengths = _sizes(inner)
+    limits = right / (sizes * lengths)
+    slope = _in_units_of(factor, cost[None, used])[0]
+    inner, needed = inner / lengths[:, None], int(used.sum())
+    end = _end(inner, limits / _unit(limits), slope / _sizes(slope[None])[0])
+    if end is None or needed > len(right):
+        return None
+    hardest = np.argsort(end.slack / end.multipliers, kind="stable")
+    pushing = hardest[: max(needed, int(np.sum(end.slack < end.multipliers)))]
+    return np.sort(_without_spare(inner, end.multipliers, pushing))
+
+
+def _without_spare(matrix: FloatArray, multipliers: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    """As many rows as columns, with multipliers ≥ 0: where more rows meet, one after the other lets go."""
+    spare = len(rows) - matrix.shape[1]
+    y = multipliers[rows]
+    others = (
+        np.linalg.qr(matrix[rows], mode="complete")[0][:, matrix.shape[1] :] if spare else np.zeros((0, 0))
+    )
+    while others.shape[1]:  # each round takes one row and one direction in which the multipliers are free
+        way = others[:, 0] if others[:, 0].max() > -others[:, 0].min() else -others[:, 0]
+        with np.errstate(divide="ignore"):
+            leaving = int(np.argmin(np.where(way > 0, y / way, np.inf)))
+        y = np.delete(y - y[leaving] / way[leaving] * way, leaving)
+        others = others[:, 1:] - np.outer(way, others[leaving, 1:] / way[leaving])
+        others, rows = np.delete(others, leaving, axis=0), np.delete(rows, leaving)
+    return rows
+
+
+def cone_optimum(
+    matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int, offset: float
+) -> tuple[FloatArray, FloatArray] | None:
+    """x and multipliers ≥ 0 of: minimise cᵀ x, M x ≤ right, ‖(x_0, …, x_{rank−1})‖ + offset ≤ x_rank.
+
+    These x_0, …, x_{rank−1} cost nothing. To six digits at least; None where no optimum is found.
+
+    Examples
+    --------
+    >>> row, limit, cost = np.array([[-1.0, -1.0, 0.0]]), np.array([-2.0]), np.array([0.0, 0.0, 1.0])
+    >>> x, y = cone_optimum(row, limit, cost, 2, 0.0)
+    >>> x.round(6), y.round(6)
+    (array([1.      , 1.      , 1.414214]), array([0.707107]))
+    """
+    sizes, size = _sizes(matrix), float(_sizes(cost[None])[0])
+    limits = right / sizes
+    unit = _unit(np.append(limits, offset))
+    end = _end(matrix / sizes[:, None], limits / unit, cost / size, rank, offset / unit)
+    if end is None:
+        return None
+    return end.x * unit, np.maximum(end.multipliers[: len(right)], 0.0) / sizes * size
+
+
+def _end(
+    matrix: FloatArray, right: FloatArray, cost: FloatArray, rank: int = 0, offset: float = 0.0
+) -> SelfDualEnd | None:
+    """The optimum of a program of rows, and of a cone over the first columns; None where there is none."""
+    free = matrix.shape[1] - rank
+    end = self_dual_end(
+        DiscProgram(
+            blocks=np.zeros((0, 3, rank)),
+            node=np.zeros(0, dtype=np.intp),
+            extra=np.zeros((0, 3, free)),
+            right=np.zeros((0, 3)),
+            rows=matrix[:, :rank],
+            rows_extra=matrix[:, rank:],
+            rows_right=right,
+            cost=cost[rank:],
+            norm=np.eye(1, free)[0] if rank else None,
+            offset=offset,
+        )
+    )
+    return end if end.status == Status.OPTIMAL else None
+
+
+def _in_units_of(factor: FloatArray, matrix: FloatArray) -> FloatArray:
+    """M R⁻¹ of an upper factor R."""
+    return np.asarray(solve_triangular(factor, matrix.T, trans=1).T, dtype=float)
+
+
+def _sizes(rows: FloatArray) -> FloatArray:
+    lengths = np.linalg.norm(rows, axis=1)
+    return np.where(lengths > 0, lengths, 1.0)
+
+
+def _unit(limits: FloatArray) -> float:
+    """The median of the limits that are not zero."""
+    weighing = np.abs(limits[limits != 0])
+    return float(np.median(weighing)) if weighing.size else 1.0

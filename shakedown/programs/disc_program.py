@@ -1,0 +1,182 @@
+"""A program over the discs of nodes at many load steps, as interior points take it: one block per node."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import blas, cho_factor, cho_solve
+
+from shakedown.programs.self_dual import Solve
+from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
+from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
+
+# of a matrix with ones in its diagonal, where round-off leaves it not definite
+SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
+
+Places = NDArray[np.intp]
+
+
+class Edges(NamedTuple):
+    """By how much discs exceed their limits (a,), its slopes (a, N), a root of its weighed curvature."""
+
+    excess: FloatArray
+    slopes: FloatArray
+    bends: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class DiscProgram:
+    """Minimise costᵀ w over (y, w) subject to discs, rows and a bound of the length of y.
+
+    Every disc k of node i asks that right_k − blocks_i y − extra_k w be in a second-order cone of three
+    numbers; rows ask that rows_right − rows y − rows_extra w ≥ 0; and ‖y‖ + offset ≤ norm · w. The
+    coefficients of y are those of the node alone: however many load steps there are, the normal
+    equations take one product of the blocks.
+
+    Attributes
+    ----------
+    blocks : (n, 3, r)
+        Coefficients of y in the discs of every node.
+    node : (K,)
+        The node of every disc.
+    extra : (K, 3, p)
+        Coefficients of w in every disc.
+    right : (K, 3)
+        Right-hand sides of the discs.
+    rows, rows_extra, rows_right : (k, r), (k, p), (k,)
+        The rows.
+    cost : (p,)
+        c.
+    norm : (p,), optional
+        What bounds the length of y; None where nothing does.
+    offset
+        What is added to that length.
+    """
+
+    blocks: FloatArray
+    node: Places
+    extra: FloatArray
+    right: FloatArray
+    rows: FloatArray
+    rows_extra: FloatArray
+    rows_right: FloatArray
+    cost: FloatArray
+    norm: FloatArray | None = None
+    offset: float = 0.0
+
+    @property
+    def rank(self) -> int:
+        """r, how many numbers y has."""
+        return self.blocks.shape[2]
+
+    @cached_property
+    def _sums(self) -> sparse.csr_matrix:
+        """What adds up the discs of every node, (n, K)."""
+        K = len(self.node)
+        return sparse.csr_matrix((np.ones(K), (self.node, np.arange(K))), shape=(len(self.blocks), K))
+
+    @cached_property
+    def _flat(self) -> FloatArray:
+        """The blocks below each other, (3n, r)."""
+        return self.blocks.reshape(TRIPLE * len(self.blocks), self.rank)
+
+    @cached_property
+    def cones(self) -> SmallCones:
+        """Where the slacks are: the discs, the rows, the bound of the length."""
+        return SmallCones(
+            len(self.node), SymmetricCone(len(self.rows), 0 if self.norm is None else self.rank + 1)
+        )
+
+    @cached_property
+    def limits(self) -> FloatArray:
+        """Right-hand sides of discs, rows and bound together."""
+        tail = np.zeros(0) if self.norm is None else np.append(-self.offset, np.zeros(self.rank))
+        return np.concatenate([self.right.ravel(), self.rows_right, tail])
+
+    @cached_property
+    def costs(self) -> FloatArray:
+        """The cost of all columns (y, w)."""
+        return np.append(np.zeros(self.rank), self.cost)
+
+    def times(self, x: FloatArray) -> FloatArray:
+        """Discs, rows and bound at x = (y, w)."""
+        y, w = x[: self.rank], x[self.rank :]
+        discs = (self._flat @ y).reshape(-1, TRIPLE)[self.node] + self.extra @ w
+        tail = np.zeros(0) if self.norm is None else -np.append(self.norm @ w, y)
+        return np.concatenate([discs.ravel(), self.rows @ y + self.rows_extra @ w, tail])
+
+    def transposed(self, z: FloatArray) -> FloatArray:
+        """What multipliers of discs, rows and bound add up to."""
+        discs, rows, tail = self.parts(z)
+        y = (self._sums @ discs).ravel() @ self._flat + rows @ self.rows
+        w = discs.ravel() @ self.extra.reshape(discs.size, len(self.cost)) + rows @ self.rows_extra
+        if self.norm is not None:
+            y, w = y - tail[1:], w - tail[0] * self.norm
+        return np.append(y, w)
+
+    def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Slacks or multipliers of the discs (K, 3), of the rows and of the bound, as views."""
+        discs, rest = self.cones.parts(u)
+        return discs, rest[: len(self.rows)], rest[len(self.rows) :]
+
+    def columns(self, discs: Places) -> FloatArray:
+        """The coefficients of (y, w) in some discs, (a, 3, r + p)."""
+        return np.concatenate([self.blocks[self.node[discs]], self.extra[discs]], axis=2)
+
+    def edges(self, discs: Places, x: FloatArray, weights: FloatArray) -> Edges:
+        """|(u₁, u₂)| − u₀ of the slacks u of some discs at x, for Newton's method at their edge."""
+        columns = self.columns(discs)
+        u = self.right[discs] - columns @ x
+        length = np.hypot(u[:, 1], u[:, 2])
+        normal = u[:, 1:] / length[:, None]
+        slopes = columns[:, 0] - np.einsum("jk,jkx->jx", normal, columns[:, 1:])
+        across = normal[:, :1] * columns[:, 2] - normal[:, 1:] * columns[:, 1]
+        bends = across * np.sqrt(np.maximum(weights, 0.0) / length)[:, None]
+        return Edges(length - u[:, 0], slopes, bends)
+
+    def normal_equations(self, scaling: SmallScaling) -> Solve:
+        """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
+        return _solution(self._normal_matrix(scaling))
+
+    def _normal_matrix(self, scaling: SmallScaling) -> FloatArray:
+        """Mᵀ W⁻² M in the lower triangle, from one 3 × 3 block per node."""
+        (n, _, rank), p, squares = self.blocks.shape, len(self.cost), scaling.inverse_squares()
+        of_nodes = (self._sums @ squares.reshape(-1, TRIPLE**2)).reshape(n, TRIPLE, TRIPLE)
+        values, vectors = np.linalg.eigh(of_nodes)  # round-off may leave one below zero
+        halves = np.sqrt(np.maximum(values, 0.0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+        weights = 1.0 / scaling.rest.diagonal[:, None]
+        rows, loads = self.rows * weights, self.rows_extra * weights
+        stacked = np.vstack([(halves @ self.blocks).reshape(TRIPLE * n, rank), rows])
+        normal = np.zeros((rank + p, rank + p), order="F")
+        if rank:
+            normal[:rank, :rank] = blas.dsyrk(1.0, stacked.T, lower=1)
+        pulled = squares @ self.extra
+        of_loads = (self._sums @ pulled.reshape(-1, TRIPLE * p)).reshape(TRIPLE * n, p)
+        normal[rank:, :rank] = of_loads.T @ self._flat + loads.T @ rows
+        normal[rank:, rank:] = np.tensordot(self.extra, pulled, axes=((0, 1), (0, 1))) + loads.T @ loads
+        if self.norm is not None:
+            square = scaling.rest.inverse_square()
+            normal[:rank, :rank] += square[1:, 1:]
+            normal[rank:, :rank] += np.outer(self.norm, square[0, 1:])
+            normal[rank:, rank:] += square[0, 0] * np.outer(self.norm, self.norm)
+        return normal
+
+
+def _solution(normal: FloatArray) -> Solve:
+    """Solutions of a positive definite matrix in units of its diagonal, shifted as little as it takes."""
+    diagonal = np.einsum("ii->i", normal)
+    unit = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    normal *= unit
+    normal *= unit[:, None]
+    for shift in SHIFTS:
+        shifted = normal.copy(order="F")
+        np.einsum("ii->i", shifted)[:] += shift
+        try:
+            factor = cho_factor(shifted, lower=True, overwrite_a=True, check_finite=False)
+        except np.linalg.LinAlgError:
+            continue
+        return lambda right: np.asarray(unit * cho_solve(factor, unit * right, check_finite=False))
+    raise np.linalg.LinAlgError("the normal equations are not positive definite")

@@ -1,0 +1,261 @@
+"""Linear programs in exact arithmetic, started from the active rows of a float solution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf
+from typing import TYPE_CHECKING
+
+from shakedown.ground.status import Status
+from shakedown.programs.integer_algebra import IntegerRows, integer_matrix, product, solve_integers
+
+if TYPE_CHECKING:
+    from flint import fmpz_mat
+
+MAX_PIVOTS = 500
+MAX_WORK = 2 * 10**7  # pivots times the cube of their size: some seconds, where many lead on from the start
+
+
+@dataclass(frozen=True)
+class ExactProgram:
+    """Maximise cost · x subject to matrix · x ≤ right, in integers."""
+
+    matrix: IntegerRows
+    right: list[int]
+    cost: list[int]
+
+    @cached_property
+    def table(self) -> fmpz_mat:
+        """The matrix as FLINT has it."""
+        return integer_matrix(self.matrix)
+
+    def columns(self, chosen: list[int]) -> ExactProgram:
+        """The program in some of its columns, all others held at zero."""
+        if chosen == list(range(len(self.cost))):
+            return self
+        matrix = [[row[j] for j in chosen] for row in self.matrix]
+        return ExactProgram(matrix, self.right, [self.cost[j] for j in chosen])
+
+    def depends_only_on(self, columns: list[int]) -> bool:
+        """Whether all other columns are zero, as those of pinned slips are."""
+        others = sorted(set(range(len(self.cost))) - set(columns))
+        return not any(self.cost[j] for j in others) and not any(
+            row[j] for row in self.matrix for j in others
+        )
+
+
+@dataclass(frozen=True)
+class ExactVertex:
+    """The exact end of an :class:`ExactProgram`.
+
+    Attributes
+    ----------
+    status
+        Optimal; infeasible; unbounded (there is a ray of improvement;
+        whether there is a feasible point as well is not examined).
+    x, x_scale
+        The solution, or the ray, as numerators and common denominator > 0.
+    y, y_scale
+        Multipliers ≥ 0 by row that prove optimality or infeasibility, likewise.
+    """
+
+    status: Status
+    x: list[int]
+    x_scale: int
+    y: dict[int, int]
+    y_scale: int
+
+    def among(self, columns: list[int], count: int) -> ExactVertex:
+        """The same, found in some of so many columns: zero in all others."""
+        x = dict(zip(columns, self.x, strict=False))
+        return replace(self, x=[x.get(j, 0) for j in range(count)])
+
+
+class Work:
+    """What the pivots of several programs may cost together, in multiplications of their systems.
+
+    Whatever is left, a phase of one program takes no more than ``MAX_PIVOTS`` and ``MAX_WORK``.
+    """
+
+    def __init__(self, left: float = inf) -> None:
+        self.left, self.spent = left, False
+
+    def pivots(self, size: int) -> Iterator[None]:
+        """One after the other, as long as there is work left."""
+        each = max(size, 1) ** 3
+        for _ in range(min(MAX_PIVOTS, max(MAX_WORK // each, 1))):
+            self.spent = self.left < each
+            if self.spent:
+                return
+            self.left -= each
+            yield
+
+
+def exact_vertex(
+    program: ExactProgram, active: list[int], free: list[int], work: Work | None = None
+) -> ExactVertex | None:
+    """Check the vertex where the active rows meet; move on from it where it is not the best.
+
+    Parameters
+    ----------
+    program
+        The linear program.
+    active
+        The rows taken as equalities.
+    free
+        The columns they determine; the others are zero, which is right as long as the
+        multipliers balance them as well, and is changed where they do not.
+    work
+        What pivots may cost, where several programs share it.
+
+    Returns
+    -------
+        The exact end, or None if the rows do not meet in a point or pivoting came
+        to no end.
+
+    Examples
+    --------
+    >>> program = ExactProgram([[1, 0], [0, 1], [-1, 0], [0, -1]], [2, 3, 0, 0], [1, 1])
+    >>> end = exact_vertex(program, [2, 3], [0, 1])
+    >>> end.status.value, end.x, end.y
+    ('optimal', [2, 3], {0: 1, 1: 1})
+    """
+    active, free, work = list(active), sorted(free), work or Work()
+    while len(active) == len(free):  # ends: every round sets a further column free
+        end = _simplex(program.columns(free), active, work)
+        if end is None:
+            return None
+        loose = _unbalanced(program, free, end)
+        if loose is None:
+            return end.among(free, len(program.cost))
+        free = sorted([*free, loose])
+        active += _completion(program, active, free)
+    return None
+
+
+def proves_at_most(program: ExactProgram, active: list[int], free: list[int], value: tuple[int, int]) -> bool:
+    """Whether the multipliers of the active rows prove cost · x ≤ a fraction (numerator, denominator)."""
+    square = [[program.matrix[i][j] for i in active] for j in free]
+    solved = solve_integers(square, [program.cost[j] for j in free]) if len(active) == len(free) else None
+    if solved is None or min(solved[0], default=0) < 0:
+        return False
+    y = {i: weight for i, weight in zip(active, solved[0], strict=True) if weight}
+    if _unbalanced(program, free, ExactVertex(Status.OPTIMAL, [], 1, y, solved[1])) is not None:
+        return False
+    bound = sum(weight * program.right[i] for i, weight in y.items())
+    return bound * value[1] <= value[0] * solved[1]
+
+
+def _unbalanced(program: ExactProgram, free: list[int], end: ExactVertex) -> int | None:
+    """A column among those held at zero in which the multipliers of the end do not balance."""
+    if end.status == Status.UNBOUNDED:
+        return None
+    for j in sorted(set(range(len(program.cost))) - set(free)):
+        target = program.cost[j] * end.y_scale if end.status == Status.OPTIMAL else 0
+        if sum(weight * program.matrix[i][j] for i, weight in end.y.items()) != target:
+            return j
+    return None
+
+
+def _completion(program: ExactProgram, active: list[int], free: list[int]) -> list[int]:
+    """One more row that makes the active rows regular in the free columns, if there is one."""
+    for i in range(len(program.matrix)):
+        if i not in active:
+            square = [[program.matrix[k][j] for j in free] for k in [*active, i]]
+            if solve_integers(square, [0] * len(free)) is not None:
+                return [i]
+    return []
+
+
+def _simplex(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
+    """The basis; where it is not the best, dual pivots until every row holds, then primal pivots."""
+    columns = range(len(program.cost))
+    start = _weights(program, basis, program.cost)
+    if start is None:
+        return None
+    cost = program.cost
+    if min(start[0], default=0) >= 0:
+        at = _point(program, basis)
+        if at is not None and max(_excess(program, *at)) <= 0:
+            return _optimum(basis, at, start)
+    else:  # any cost of which the basis is the best vertex will do to get feasible
+        cost = [sum(program.matrix[i][j] for i in basis) for j in columns]
+    return _dual_pivots(program, cost, basis, work) or _primal_pivots(program, basis, work)
+
+
+def _dual_pivots(program: ExactProgram, cost: list[int], basis: list[int], work: Work) -> ExactVertex | None:
+    """Change ``basis`` in place until every row holds; an infeasible program ends with its certificate."""
+    for _ in work.pivots(len(basis)):
+        at, weights = _point(program, basis), _weights(program, basis, cost)
+        if at is None or weights is None:
+            return None
+        violated = next((i for i, excess in enumerate(_excess(program, *at)) if excess > 0), None)
+        if violated is None:
+            return None
+        combination = _weights(program, basis, program.matrix[violated])
+        if combination is None:
+            return None
+        alpha, scale = combination
+        pairs = [(y, a, k) for y, a, k in zip(weights[0], alpha, basis, strict=True) if a > 0]
+        if not pairs:
+            farkas = {k: -a for k, a in zip(basis, alpha, strict=True) if a} | {violated: scale}
+            return ExactVertex(Status.INFEASIBLE, [], 1, farkas, scale)
+        basis[basis.index(_least_ratio(pairs))] = violated
+    return None
+
+
+def _primal_pivots(program: ExactProgram, basis: list[int], work: Work) -> ExactVertex | None:
+    """Change ``basis``, all of whose rows hold, in place until every multiplier is ≥ 0."""
+    for _ in work.pivots(len(basis)):
+        at, weights = _point(program, basis), _weights(program, basis, program.cost)
+        if at is None or weights is None:
+            return None
+        excess = _excess(program, *at)
+        if max(excess) > 0:
+            return None
+        negative = [k for y, k in zip(weights[0], basis, strict=True) if y < 0]
+        if not negative:
+            return _optimum(basis, at, weights)
+        leaving = min(negative)
+        edge = solve_integers([program.matrix[k] for k in basis], [-(k == leaving) for k in basis])
+        if edge is None:
+            return None
+        slopes = product(program.table, edge[0])
+        blocking = [(-excess[i], slope, i) for i, slope in enumerate(slopes) if slope > 0 and i not in basis]
+        if not blocking:
+            return ExactVertex(Status.UNBOUNDED, *edge, {}, 1)
+        basis[basis.index(leaving)] = _least_ratio(blocking)
+    return None
+
+
+def _optimum(basis: list[int], at: tuple[list[int], int], weights: tuple[list[int], int]) -> ExactVertex:
+    y = {k: value for k, value in zip(basis, weights[0], strict=True) if value}
+    return ExactVertex(Status.OPTIMAL, *at, y, weights[1])
+
+
+def _point(program: ExactProgram, basis: list[int]) -> tuple[list[int], int] | None:
+    return solve_integers([program.matrix[i] for i in basis], [program.right[i] for i in basis])
+
+
+def _weights(program: ExactProgram, basis: list[int], target: list[int]) -> tuple[list[int], int] | None:
+    """y with Σ y_k row_k = target."""
+    columns = range(len(program.cost))
+    return solve_integers([[program.matrix[i][j] for i in basis] for j in columns], target)
+
+
+def _excess(program: ExactProgram, x: list[int], scale: int) -> list[int]:
+    """matrix · x − right in every row, times the scale of x."""
+    values = product(program.table, x)
+    return [value - right * scale for value, right in zip(values, program.right, strict=True)]
+
+
+def _least_ratio(pairs: list[tuple[int, int, int]]) -> int:
+    """The index of the smallest numerator / denominator > 0; the smallest index among equals."""
+    best = pairs[0]
+    for pair in pairs[1:]:
+        left, right = pair[0] * best[1], best[0] * pair[1]
+        if left < right or (left == right and pair[2] < best[2]):
+            best = pair
+    return best[2]

@@ -1,0 +1,273 @@
+"""A program over many small cones by interior points, from its self-dual embedding: every end has a proof."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.ground.status import Status
+from shakedown.programs.small_cones import SmallCones, SmallScaling
+
+FloatArray = NDArray[np.float64]
+Solve = Callable[[FloatArray], FloatArray]
+Newton = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+ITERATIONS = 100
+REACHED = 1e-10  # gap and residuals at which it stops
+USABLE = 1e-6  # what they must have reached where round-off ends it earlier
+PATIENCE = 6  # iterations that gain nothing, where round-off ends it
+REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at most; what may be left
+STEP = 0.99  # share of the way to the boundary
+CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
+INNER_GAP = 1e-4  # mean of slack times multiplier of an inner point, in numbers near 1
+PROVES = 1e-9  # what is left of the balance of multipliers, or of a direction, that proves a status
+
+
+class ConeRows(Protocol):
+    """Minimise costsᵀ x with limits − G x in the cones."""
+
+    @property
+    def cones(self) -> SmallCones:
+        """Where the slacks and multipliers are."""
+
+    @property
+    def limits(self) -> FloatArray:
+        """Right sides h."""
+
+    @property
+    def costs(self) -> FloatArray:
+        """c."""
+
+    def times(self, x: FloatArray) -> FloatArray:
+        """G x."""
+
+    def transposed(self, y: FloatArray) -> FloatArray:
+        """Gᵀ y."""
+
+    def normal_equations(self, scaling: SmallScaling) -> Solve:
+        """The solution of Gᵀ W⁻² G x = right for any right-hand side; raises ``LinAlgError``."""
+
+
+class Point(NamedTuple):
+    """An iterate of the embedding: x, slacks and multipliers inside the cones, and its two numbers > 0."""
+
+    x: FloatArray
+    s: FloatArray
+    y: FloatArray
+    tau: float
+    kappa: float
+
+
+@dataclass(frozen=True)
+class SelfDualEnd:
+    """Where the interior points ended.
+
+    Attributes
+    ----------
+    status
+        Optimal, infeasible, unbounded or undecided.
+    x : (N,)
+        The solution; of an unbounded program the direction, cᵀ x = −1.
+    slack, multipliers : (R,)
+        Of the rows; of an infeasible program multipliers with hᵀ y = −1.
+    accuracy
+        The largest of gap and residuals, relative.
+    path
+        The points on the way, with τ.
+    """
+
+    status: Status
+    x: FloatArray
+    slack: FloatArray
+    multipliers: FloatArray
+    accuracy: float
+    path: tuple[Point, ...]
+
+
+def self_dual_end(rows: ConeRows, usable: float = USABLE) -> SelfDualEnd:
+    """The end of a program: its optimum, or what proves that there is none, to what round-off allows.
+
+    The homogeneous self-dual embedding of Xu, Hung and Ye, with the scaling of Nesterov and Todd and
+    the predictor and corrector of Mehrotra. An optimum less accurate than ``usable`` is undecided.
+    """
+    with np.errstate(all="ignore"):  # what overflows is no end, and is not taken for one
+        return _followed(rows, usable)
+
+
+def _followed(rows: ConeRows, usable: float) -> SelfDualEnd:
+    point = Point(np.zeros(len(rows.costs)), rows.cones.unit, rows.cones.unit, 1.0, 1.0)
+    best, path, idle = _judged(rows, point), list[Point](), 0
+    for _ in range(ITERATIONS):
+        if best.accuracy <= REACHED or (best.accuracy <= USABLE and idle >= PATIENCE) or idle > 3 * PATIENCE:
+            break
+        scaling = rows.cones.scaling(point.s, point.y)
+        if not np.all(np.isfinite(scaling.point)):
+            break
+        try:
+            point = _next(rows, point, scaling)
+        except np.linalg.LinAlgError:
+            break
+        if not (np.isfinite(point.x).all() and point.tau > 0 and point.kappa > 0):
+            break
+        path.append(point)
+        found = _judged(rows, point)
+        idle = 0 if found.accuracy < 0.9 * best.accuracy else idle + 1
+        best = found if found.accuracy < best.accuracy else best
+    enough = usable if best.status == Status.OPTIMAL else USABLE
+    status = best.status if best.accuracy <= enough else Status.UNDECIDED
+    return SelfDualEnd(status, best.x, best.slack, best.multipliers, best.accuracy, tuple(path))
+
+
+def inner_point(rows: ConeRows, end: SelfDualEnd, gap: float = INNER_GAP) -> Point | None:
+    """A point of both programs well inside their cones, without residuals; None where there is none.
+
+    From the point on the way to an optimum that has this mean of slack times multiplier, by Newton's
+    method towards the centre there.
+    """
+    with np.errstate(all="ignore"):  # what is not finite is no point
+        try:
+            return _centred(rows, end, gap)
+        except np.linalg.LinAlgError:
+            return None
+
+
+def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
+    cones, h, c = rows.cones, rows.limits, rows.costs
+
+    def mean(point: Point) -> float:
+        return float(point.s @ point.y) / point.tau**2 / cones.degree
+
+    if end.status != Status.OPTIMAL or not end.path:
+        return None
+    first = min(end.path, key=lambda point: abs(np.log(max(mean(point), 1e-300) / gap)))
+    x, s, y, target = first.x / first.tau, first.s / first.tau, first.y / first.tau, mean(first)
+    for _ in range(CENTRINGS):
+        scaling = cones.scaling(s, y)
+        centre = scaling.point
+        left, short = -(rows.transposed(y) + c), h - rows.times(x) - s
+        rest = max(float(np.abs(left).max()), float(np.abs(short).max()))
+        if rest <= CENTRED * max(1.0, float(np.abs(y).max()), float(np.abs(s).max())):
+            return Point(x, s, y, 1.0, 0.0)
+        wanted = cones.quotient(centre, target * cones.unit - cones.product(centre, centre))
+        dx, dy = _newton_equations(rows, scaling)(left, short - scaling.times(wanted))
+        ds = short - rows.times(dx)
+        way = min(1.0, 0.9 * cones.reach(s, ds), 0.9 * cones.reach(y, dy))
+        if not np.isfinite(dx).all():
+            return None
+        x, s, y = x + way * dx, s + way * ds, y + way * dy
+    return None
+
+
+def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
+    """Multipliers with Gᵀ y = 0 next to a point on the way, as its place in the cones asks for."""
+    with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
+        scaling = rows.cones.scaling(point.s, point.y)
+        try:
+            _, dy = _newton_equations(rows, scaling)(rows.transposed(point.y), np.zeros_like(point.y))
+        except np.linalg.LinAlgError:
+            return np.full_like(point.y, np.nan)
+        return point.y - dy
+
+
+def _judged(rows: ConeRows, point: Point) -> SelfDualEnd:
+    """The point as an optimum or as a proof that there is none, whichever it is nearer to."""
+    x, s, y, tau = point.x, point.s, point.y, point.tau
+    h, c = rows.limits, rows.costs
+    size_h, size_c = max(1.0, float(np.linalg.norm(h))), max(1.0, float(np.linalg.norm(c)))
+    Gx, Gy = rows.times(x), rows.transposed(y)
+    value, proved = float(c @ x), float(h @ y)
+    gap = float(s @ y) / tau / max(abs(value), abs(proved), tau * USABLE)
+    short = float(np.linalg.norm(Gx + s - tau * h)) / tau / size_h
+    left = float(np.linalg.norm(Gy + tau * c)) / tau / size_c
+    ends = [SelfDualEnd(Status.OPTIMAL, x / tau, s / tau, y / tau, max(gap, short, left), ())]
+    if proved < 0:
+        balance = float(np.linalg.norm(Gy)) / -proved * size_h
+        ends.append(SelfDualEnd(Status.INFEASIBLE, x, s, y / -proved, _sure(balance), ()))
+    if value < 0:
+        beyond = float(np.linalg.norm(Gx + s)) / -value * size_c
+        ends.append(SelfDualEnd(Status.UNBOUNDED, x / -value, s / -value, y, _sure(beyond), ()))
+    return min(ends, key=lambda end: end.accuracy if np.isfinite(end.accuracy) else np.inf)
+
+
+def _sure(rest: float) -> float:
+    """What is left of a proof, so that one counts as reached where it proves something."""
+    return rest * REACHED / PROVES
+
+
+def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
+    """One step of Mehrotra: towards the end, then with what that step leaves corrected."""
+    cones, centre = rows.cones, scaling.point
+    x, s, y, tau, kappa = point
+    h, c = rows.limits, rows.costs
+    both = _newton_equations(rows, scaling)
+    left, short = -(rows.transposed(y) + tau * c), tau * h - rows.times(x) - s
+    lost = -(kappa + float(c @ x) + float(h @ y))
+
+    x1, y1 = both(-c, h)
+    slope = float(c @ x1) + float(h @ y1) - kappa / tau
+
+    def step(share: float, target: FloatArray, target_tau: float) -> Point:
+        """All residuals reduced by a share, slack ∘ multiplier and τ κ to their targets; s and y scaled."""
+        wanted = cones.quotient(centre, target)
+        x2, y2 = both(share * left, share * short - scaling.times(wanted))
+        dtau = (share * lost - target_tau / tau - float(c @ x2) - float(h @ y2)) / slope
+        dx, dy = x2 + dtau * x1, scaling.times(y2 + dtau * y1)
+        ds = scaling.divided(share * short + dtau * h - rows.times(dx))
+        return Point(dx, ds, dy, dtau, (target_tau - kappa * dtau) / tau)
+
+    def length(d: Point) -> float:
+        ends = [-now / way for now, way in ((tau, d.tau), (kappa, d.kappa)) if way < 0]
+        return min(
+            1.0,
+            *(STEP * end for end in ends),
+            STEP * cones.reach(centre, d.s),
+            STEP * cones.reach(centre, d.y),
+        )
+
+    square = cones.product(centre, centre)
+    ahead = step(1.0, -square, -tau * kappa)
+    sigma = (1.0 - length(ahead)) ** 3
+    mean = (float(s @ y) + tau * kappa) / (cones.degree + 1)
+    corrected = sigma * mean * cones.unit - square - cones.product(ahead.s, ahead.y)
+    d = step(1.0 - sigma, corrected, sigma * mean - tau * kappa - ahead.tau * ahead.kappa)
+    way = length(d)
+    return Point(
+        x + way * d.x,
+        s + way * scaling.times(d.s),
+        y + way * scaling.divided(d.y),
+        tau + way * d.tau,
+        kappa + way * d.kappa,
+    )
+
+
+def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
+    """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
+
+    By the normal equations, refined by conjugate gradients with their factor: dy is summed up along
+    with dx, so that its balance is not lost where W⁻² spans many orders.
+    """
+    solve = rows.normal_equations(scaling)
+
+    def refined(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+        right = first + rows.transposed(scaling.divided(scaling.divided(second)))
+        dx = solve(right)
+        dy = scaling.divided(scaling.divided(rows.times(dx) - second))
+        enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
+        for _ in range(REFINEMENTS):
+            rest = first - rows.transposed(dy)
+            if not np.linalg.norm(rest) > enough:
+                break
+            ahead = solve(rest)
+            slope = float(rest @ ahead)
+            way, last = ahead + slope / last * way, slope
+            along = scaling.divided(rows.times(way))
+            across = float(along @ along)
+            length = slope / across if slope and across else np.inf  # nought: what is left is round-off
+            if not np.isfinite(length):
+                break
+            dx, dy = dx + length * way, dy + length * scaling.divided(along)
+        return dx, dy
+
+    return refined

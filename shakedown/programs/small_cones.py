@@ -1,0 +1,153 @@
+"""Many small cones: triples (u₀, u₁, u₂), |(u₁, u₂)| ≤ u₀, then numbers ≥ 0 and one large cone or none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shakedown.programs.symmetric_cone import FloatArray, Scaling, SymmetricCone
+
+TRIPLE = 3  # numbers of a small cone: its radius, then a vector in the plane
+
+
+@dataclass(frozen=True)
+class SmallScaling:
+    """The scaling of Nesterov and Todd, cone by cone: W z = W⁻¹ s = ``point``.
+
+    Attributes
+    ----------
+    axis : (j, 3)
+        The unit vector w of every triple, w₀² − w₁² − w₂² = 1.
+    factor : (j, 1)
+        W on a triple is its factor times the hyperbolic rotation to w.
+    rest
+        The scaling of the other numbers.
+    point : (3j + …,)
+        The scaled point.
+    """
+
+    axis: FloatArray
+    factor: FloatArray
+    rest: Scaling
+    point: FloatArray
+
+    def times(self, vector: FloatArray) -> FloatArray:
+        """W · vector."""
+        triples, others = _split(vector, len(self.axis))
+        return _joined(self.factor * _turned(self.axis, triples), self.rest.times(others))
+
+    def divided(self, vector: FloatArray) -> FloatArray:
+        """W⁻¹ · vector."""
+        triples, others = _split(vector, len(self.axis))
+        return _joined(_turned(_mirrored(self.axis), triples) / self.factor, self.rest.divided(others))
+
+    def inverse_squares(self) -> FloatArray:
+        """W⁻² on every triple, (j, 3, 3)."""
+        w = _mirrored(self.axis)
+        squares = 2.0 * w[:, :, None] * w[:, None, :] + np.eye(TRIPLE)
+        squares[:, 0, 0] -= 2.0
+        return squares / self.factor[:, :, None] ** 2
+
+
+@dataclass(frozen=True)
+class SmallCones:
+    """``triples`` second-order cones of three numbers, then a symmetric cone.
+
+    Examples
+    --------
+    >>> cones = SmallCones(1, SymmetricCone(1))
+    >>> cones.margin(np.array([5.0, 3.0, 4.0, 2.0])), cones.degree
+    (0.0, 2)
+    """
+
+    triples: int
+    rest: SymmetricCone
+
+    @property
+    def degree(self) -> int:
+        """What slack · multiplier is divided by for its mean."""
+        return self.triples + self.rest.degree
+
+    @property
+    def unit(self) -> FloatArray:
+        """e with e ∘ u = u."""
+        return _joined(np.tile([1.0, 0.0, 0.0], (self.triples, 1)), self.rest.unit)
+
+    def parts(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The triples (j, 3) and the other numbers, as views."""
+        return _split(u, self.triples)
+
+    def margin(self, u: FloatArray) -> float:
+        """The largest t with u − t e inside."""
+        triples, others = _split(u, self.triples)
+        return float(min(np.min(triples[:, 0] - _length(triples), initial=np.inf), self.rest.margin(others)))
+
+    def product(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """u ∘ v, the product of Jordan."""
+        (a, a_rest), (b, b_rest) = _split(u, self.triples), _split(v, self.triples)
+        found = a[:, :1] * b + b[:, :1] * a
+        found[:, 0] = np.einsum("ij,ij->i", a, b)
+        return _joined(found, self.rest.product(a_rest, b_rest))
+
+    def quotient(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """x with u ∘ x = v, for u inside."""
+        (a, a_rest), (b, b_rest) = _split(u, self.triples), _split(v, self.triples)
+        found = np.empty_like(a)
+        found[:, 0] = np.einsum("ij,ij->i", _mirrored(a), b) / _determinant(a)
+        found[:, 1:] = (b[:, 1:] - found[:, :1] * a[:, 1:]) / a[:, :1]
+        return _joined(found, self.rest.quotient(a_rest, b_rest))
+
+    def reach(self, u: FloatArray, step: FloatArray) -> float:
+        """The largest t with u + t · step inside, for u inside; inf where every t is."""
+        (a, a_rest), (b, b_rest) = _split(u, self.triples), _split(step, self.triples)
+        square, half = _form(b, b), _form(a, b)
+        root = half**2 - square * _determinant(a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            width = np.sqrt(root)
+            ends = np.where(half < 0, _determinant(a) / (width - half), -(half + width) / square)
+        ends = np.where((root < 0) | ((square >= 0) & (half >= 0)), np.inf, ends)
+        return float(min(np.min(ends, initial=np.inf), self.rest.reach(a_rest, b_rest)))
+
+    def scaling(self, slack: FloatArray, multiplier: FloatArray) -> SmallScaling:
+        """The scaling in which slack and multiplier are the same point."""
+        (s, s_rest), (z, z_rest) = _split(slack, self.triples), _split(multiplier, self.triples)
+        size_s, size_z = (np.sqrt(_determinant(part))[:, None] for part in (s, z))
+        unit_s, unit_z = s / size_s, z / size_z
+        together = np.einsum("ij,ij->i", unit_s, unit_z)[:, None]
+        axis = (unit_s + _mirrored(unit_z)) / np.sqrt(2.0 * (1.0 + together))
+        factor = np.sqrt(size_s / size_z)
+        rest = self.rest.scaling(s_rest, z_rest)
+        return SmallScaling(axis, factor, rest, _joined(factor * _turned(axis, z), rest.point))
+
+
+def _split(u: FloatArray, triples: int) -> tuple[FloatArray, FloatArray]:
+    return u[: TRIPLE * triples].reshape(-1, TRIPLE), u[TRIPLE * triples :]
+
+
+def _joined(triples: FloatArray, rest: FloatArray) -> FloatArray:
+    return np.concatenate([triples.ravel(), rest])
+
+
+def _length(u: FloatArray) -> FloatArray:
+    return np.sqrt(u[:, 1] ** 2 + u[:, 2] ** 2)
+
+
+def _determinant(u: FloatArray) -> FloatArray:
+    """u₀² − u₁² − u₂², without cancellation."""
+    length = _length(u)
+    return (u[:, 0] - length) * (u[:, 0] + length)
+
+
+def _form(u: FloatArray, v: FloatArray) -> FloatArray:
+    return u[:, 0] * v[:, 0] - u[:, 1] * v[:, 1] - u[:, 2] * v[:, 2]
+
+
+def _mirrored(u: FloatArray) -> FloatArray:
+    return u * np.array([1.0, -1.0, -1.0])
+
+
+def _turned(axis: FloatArray, u: FloatArray) -> FloatArray:
+    """The hyperbolic rotations that take the unit vector to the axes, applied to the rows of u."""
+    along = np.einsum("ij,ij->i", axis[:, 1:], u[:, 1:])[:, None]
+    found = u + axis * (u[:, :1] + along / (1.0 + axis[:, :1]))
+    found[:, 0] = np.einsum("ij,ij->i", axis, u)
+    return found

@@ -1,0 +1,181 @@
+"""A certificate never changes and never kills an answer: every optional step fails in turn."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import shakedown
+from shakedown.cli.group import shakedown_bounds
+from shakedown.ground.errors import SolverError
+
+WHY = "made to fail"
+OPTIONAL = [  # module and name of every step of evidence on which no answer of `solve` and `verify` rests
+    "bounds.upper.certified_upper",
+    "bounds.collapse.lower.certified_lower",
+    "bounds.collapse.collapse_programs.starts_safe",
+    "bounds.collapse.proof_status.single_node_cycle",
+    "bounds.energy.energy_bound._certificate",
+    "bounds.energy.energy_bound.ExactBall.holds",
+    "bounds.every_state.swing_bound.proved_swing",
+    "bounds.collapse.box_bound._box_bound",
+    "long_term.energy_proof.box_proves",
+    "bounds.uniqueness.friction_thresholds.wedging_threshold",
+    "assessment.every_limit.guarantee_curve",
+    "assessment.transient_limit.transient_limit",
+    "assessment.common_limits.energy_ball",
+    "assessment.plan.energy_ball",
+    "long_term.energy_proof.energy_ball",
+]
+ANSWERS = [("lower", "load_factor"), ("upper", "load_factor"), ("energy", "load_factor"), ("lower", "slip"),
+           ("upper", "slip"), ("upper", "least_load_factor"), ("universal", "node")]  # fmt: skip
+LOOSE = 1e-8  # an exact number is rounded once, a float is what the solver leaves
+
+
+def fails(*given, **named):
+    raise SolverError(WHY)
+
+
+def command(*words):
+    result = CliRunner().invoke(shakedown_bounds, [*words, "--json"])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return json.loads(result.stdout), result.exit_code
+
+
+def words(*command_line):
+    return " ".join(CliRunner().invoke(shakedown_bounds, command_line).stdout.split())
+
+
+def place(step):
+    return f"shakedown.{step}"
+
+
+@pytest.fixture(scope="module")
+def expected():
+    return {name: command("solve", name)[0] for name in ("two-node", "three-node", "block-9")}
+
+
+@pytest.mark.parametrize(
+    "step", [step for step in OPTIONAL if not step.startswith(("verif", "long_term", "assess"))]
+)
+@pytest.mark.parametrize("name", ["two-node", "three-node"])
+def test_solve_keeps_every_answer(monkeypatch, expected, name, step):
+    monkeypatch.setattr(place(step), fails)
+    found, code = command("solve", name)
+    assert code == 0
+    for part, word in ANSWERS:
+        assert found[part][word] == pytest.approx(expected[name][part][word], rel=LOOSE)
+    assert found["friction"]["single_node"] == expected[name]["friction"]["single_node"]
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        "bounds.upper.certified_upper",
+        "bounds.collapse.lower.certified_lower",
+        "bounds.collapse.proof_status.single_node_cycle",
+        "bounds.energy.energy_bound._certificate",
+    ],
+)
+def test_what_is_missing_is_said_with_its_reason(monkeypatch, step):
+    monkeypatch.setattr(place(step), fails)
+    assert WHY in json.dumps(command("solve", "two-node")[0])
+    assert WHY in words("solve", "two-node", "--details")
+
+
+def test_the_certificates_of_the_swing_say_why_they_are_missing(monkeypatch):
+    joint = shakedown.example("three-node")
+    plain = shakedown.universal_bound(joint)
+    monkeypatch.setattr(place("bounds.every_state.swing_bound.proved_swing"), fails)
+    found = shakedown.universal_bound(joint)
+    assert found.load_factor == pytest.approx(plain.load_factor, rel=LOOSE)
+    assert (found.swing.certified, found.swing.uncertified) == (False, WHY)
+
+
+@pytest.mark.parametrize("step", OPTIONAL)
+def test_verify_keeps_every_answer(monkeypatch, verified, step):
+    monkeypatch.setattr(place(step), fails)
+    found = _verified()
+    assert found.limits.lower.load_factor == pytest.approx(verified.limits.lower.load_factor, rel=LOOSE)
+    assert found.limits.upper.load_factor == pytest.approx(verified.limits.upper.load_factor, rel=LOOSE)
+    assert found.limits.energy.load_factor == pytest.approx(verified.limits.energy.load_factor, rel=LOOSE)
+    plain = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in verified.runs}
+    here = {(run.simulation.load_factor, run.initial): run.simulation.outcome for run in found.runs}
+    assert plain.items() >= {k: v for k, v in here.items() if k in plain}.items()
+    assert found.agrees
+
+
+@pytest.fixture(scope="module")
+def verified():
+    return _verified()
+
+
+def _verified():
+    return shakedown.verify(
+        shakedown.example("two-node"), random_states=0, load_factors=[0.6, 0.7, 0.8], budget=0
+    )
+
+
+@pytest.mark.parametrize("step", [step for step in OPTIONAL if not step.startswith(("verif", "assess"))])
+def test_a_sweep_keeps_every_limit(monkeypatch, step):
+    joint, names = shakedown.example("two-node"), ("lower", "universal", "energy", "upper")
+    plain = shakedown.sweep(joint, {"f": [0.35]}, bounds=names)
+    monkeypatch.setattr(place(step), fails)
+    found = shakedown.sweep(shakedown.example("two-node"), {"f": [0.35]}, bounds=names)
+    for name in ("lower", "energy", "upper"):
+        assert getattr(found, name) == pytest.approx(getattr(plain, name), rel=LOOSE)
+
+
+@pytest.mark.parametrize(
+    "step",
+    ["bounds.collapse.proof_status.lift_off_bound", "bounds.every_state.universal_bound.swing_bound"],
+)
+def test_a_universal_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected, step):
+    monkeypatch.setattr(place(step), fails)
+    found, code = command("solve", "three-node")
+    assert code == 1
+    assert found["universal"]["load_factor"] is None
+    assert found["lower"]["load_factor"] == expected["three-node"]["lower"]["load_factor"]
+    assert WHY in words("solve", "three-node", "--details")
+
+
+def test_an_energy_bound_whose_programs_fail_is_open_and_no_number(monkeypatch, expected):
+    monkeypatch.setattr(place("bounds.energy.energy_bound.end_of"), fails)
+    found, code = command("solve", "two-node")
+    assert code == 1
+    assert (found["energy"]["load_factor"], found["energy"]["status"]) == (None, "undecided")
+    assert found["upper"] == expected["two-node"]["upper"]
+    assert WHY in words("solve", "two-node", "--quick")
+
+
+def test_exact_numbers_that_two_solvers_contradict_replace_nothing(monkeypatch):
+    """A certificate that is off by far more than the data: the floats stand, and the exit code is 1."""
+    from shakedown.bounds import certificate
+
+    made = certificate._certificate
+
+    def off(*given):
+        found = made(*given)
+        return certificate.replace(found, load_factor=1.01 * found.load_factor)
+
+    joint = shakedown.example("two-node")
+    plain = shakedown.shakedown_bounds(joint, certify=False)
+    monkeypatch.setattr(certificate, "_certificate", off)
+    bounds = shakedown.shakedown_bounds(joint)
+    for found, right in ((bounds.upper, plain.upper), (bounds.lower, plain.lower)):
+        assert found.load_factor == pytest.approx(right.load_factor, rel=1e-12)
+        assert (found.certified, found.disputed) == (None, True)
+        assert "on all its digits" in found.uncertified
+    found, code = command("solve", "two-node")
+    assert code == 1
+    assert found["upper"]["certified"] is None
+    assert found["upper"]["uncertified"]
+
+
+def test_an_error_of_the_program_itself_is_not_swallowed(monkeypatch):
+    def broken(*given):
+        raise TypeError("an error in the program")
+
+    monkeypatch.setattr(place("bounds.energy.energy_bound._certificate"), broken)
+    with pytest.raises(TypeError):
+        shakedown.energy_bound(shakedown.example("two-node"))

@@ -1,0 +1,99 @@
+"""Prediction against simulation with two tangential directions."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import run
+
+import shakedown
+from shakedown.ground.evidence import Missing
+from shakedown.motion.integrator import Evolution
+
+
+@pytest.fixture(scope="module")
+def found():
+    return shakedown.verify(shakedown.example("two-node-3d"), random_states=1)
+
+
+def test_bounds_and_simulations_agree(found):
+    assert found.agrees
+    assert not found.notes
+    regions = {run.region for run in found.runs}
+    assert {"below λ_U", "between", "above λ_max"} <= regions
+    for each in found.runs:
+        assert each.simulation.residual < 1e-7
+        if each.region == "below λ_U" or each.case.in_ball:
+            assert each.simulation.outcome == "shakedown"
+            assert each.agrees
+    assert found.second.lower is None
+    assert found.second.upper.load_factor == pytest.approx(found.limits.upper.load_factor, rel=1e-7)
+
+
+def test_the_simulated_limit_lies_between_the_bounds(found):
+    limits = found.limits
+    proved, transient = limits.energy.load_factor, found.transient
+    assert proved * (1 - 1e-9) <= transient.load_factor <= limits.upper.load_factor
+    assert transient.proved <= transient.load_factor
+    assert transient.cycling > transient.load_factor
+
+
+def test_the_document_says_what_there_is(found):
+    document = json.loads(json.dumps(found.to_dict()))
+    assert document["lower"] is document["box"] is document["friction"] is document["critical"] is None
+    assert document["universal"]["load_factor"] == found.limits.universal.load_factor
+    assert len(document["runs"]) == len(found.runs)
+    assert len(document["nodes"]["slip_range_x"]) == 2
+    assert np.isfinite(document["upper"]["certified"]).all()
+
+
+def test_what_was_followed_once_is_not_followed_again(monkeypatch):
+    """What a document says of 100 nodes took as long as the verification: jumps and proofs of every run."""
+    joint = shakedown.example("four-node-3d")
+    report = shakedown.verify(joint, load_factors=[0.9, 1.3], random_states=1)
+    assert report.nodes.slip_range.shape == (4,)  # λ = 1 alone is looked at instant by instant
+    largest = {run.case.load_factor: run.simulation.proved for run in report.runs}
+    followed, sought = [], []
+    monkeypatch.setattr(Evolution, "cycle", lambda self, **_: followed.append(self))
+    monkeypatch.setattr("shakedown.long_term.energy_proof.energy_ball", lambda *_, **__: sought.append(_))
+    runs = report.to_dict()["runs"]
+    assert {run["proved"] for run in runs if run["load_factor"] == 0.9} == {True}
+    assert all(run["energy_margin"] > 0 for run in runs if run["proved"])
+    assert not followed
+    assert not sought
+    assert not largest[1.3]
+
+
+def test_a_ball_of_the_plan_holds_what_is_proved():
+    limits = shakedown.assess(shakedown.example("four-node-3d")).details
+    energy, upper = limits.energy.load_factor, limits.upper.load_factor
+    for load_factor in (0.9 * energy, 0.5 * (energy + upper)):
+        ball = limits.ball_at(load_factor)
+        assert ball.radius > 0
+        assert limits.ball_at(load_factor) is ball
+        assert bool(ball.contains(np.zeros(8))) == (load_factor < energy)
+    assert isinstance(limits.ball_at(1.01 * upper), Missing)
+
+
+def test_of_many_pairs_few_states_are_simulated_unless_more_are_asked_for(monkeypatch):
+    joint = shakedown.example("two-node-3d")
+    assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 3
+    monkeypatch.setattr("shakedown.assessment.plan.MANY_PAIRS", 1)
+    assert shakedown.verify(joint, load_factors=[0.5]).settings.random_states == 1
+    assert shakedown.verify(joint, load_factors=[0.5], random_states=2).settings.random_states == 2
+
+
+def test_the_command_answers(tmp_path):
+    code, out, err = run("verify", "one-node-3d", "--random", "0", "--load-factor", "0.5", cwd=tmp_path)
+    assert code == 0, err
+    assert "Prediction and time integration agree" in out
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_transient_load_steps_come_first():
+    problem = shakedown.example("one-node-3d")
+    before = replace(problem, q_transient=0.5 * problem.q_w[:2], p_transient=problem.p_w[:2])
+    found = shakedown.verify(before, random_states=0, load_factors=[0.5])
+    assert found.agrees
+    assert found.runs[0].simulation.outcome == "shakedown"

@@ -1,0 +1,215 @@
+"""Verification: what is planned, when the two roads agree, and what only limits the evidence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+from shakedown.assessment import independent_bounds as room
+from shakedown.assessment.load_regions import ABOVE, UNSAFE, default_load_factors, region_of
+from shakedown.assessment.plan import planned_cases
+from shakedown.bounds.independent_solver import ConicBound, conic_lower_bound, conic_upper_bound
+from shakedown.campaign.recorded_steps import RecordedSteps
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT
+from shakedown.report.bound_words import bounds_in_words
+from shakedown.report.friction_words import critical_in_words
+
+TWO = shakedown.example("two-node")
+SAFE_LATER = Problem(
+    A=[[1.0]],
+    B=[[0.0]],
+    C=[[1.0]],
+    f=0.5,
+    q_w=[[0.3], [-0.3]],
+    p_w=[[2.0], [2.0]],
+    q_mean=[0.0],
+    p_mean=[-1.0],
+)
+SAFE_BETWEEN = Problem(
+    A=np.eye(2),
+    B=np.zeros((2, 2)),
+    C=np.eye(2),
+    f=0.5,
+    q_w=[[0.3, 1.0], [-0.3, -1.0]],
+    p_w=[[2.0, 3.0], [2.0, 3.0]],
+    q_mean=[0.0, 0.0],
+    p_mean=[-1.0, 3.0],
+)
+
+
+@pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN])
+def test_an_unsafe_mean_load_is_planned_from_the_least_safe_load_factor(problem: Problem) -> None:
+    limits = shakedown.assess(problem, open_nodes=()).details
+    factors = default_load_factors(limits)
+    assert np.isfinite(factors).all()
+    regions = [region_of(factor, limits) for factor in factors]
+    assert regions[0] == UNSAFE
+    assert (ABOVE in regions) == (limits.upper.status == "optimal")
+    report = shakedown.verify(problem, random_states=1)
+    assert report.agrees, report.disagreements
+    judged = {run.region for run in report.runs if run.agrees}
+    assert {UNSAFE, "between"} <= judged
+
+
+def test_the_texts_on_an_unsafe_mean_load_are_true() -> None:
+    text = " ".join(bounds_in_words(shakedown.assess(SAFE_LATER).details))
+    assert "No load factor is safe" not in text
+    assert "Below λ_lo = 0.4166666 " in text
+    assert "all nodes in contact" in text
+    text = " ".join(bounds_in_words(shakedown.assess(SAFE_BETWEEN).details))
+    assert "from λ_lo up to λ_max = 1.5" in text
+    nowhere = replace(shakedown.example("two-node"), p_w=shakedown.example("two-node").p_w - 9000.0)
+    assert bounds_in_words(shakedown.assess(nowhere, open_nodes=()).details)[0].startswith(
+        "No load factor is safe"
+    )
+
+
+def second(status: Status, load_factor: float) -> ConicBound:
+    return ConicBound(status, load_factor, -1, np.zeros(1), "A SOLVER")
+
+
+@pytest.mark.parametrize(
+    ("status", "load_factor", "agrees"),
+    [
+        (Status.OPTIMAL, 0.7391455673806329, "yes"),
+        (Status.OPTIMAL, 0.7391, False),
+        (Status.UNBOUNDED, np.inf, False),
+        (Status.INFEASIBLE, np.nan, False),
+        (Status.UNDECIDED, np.nan, None),
+    ],
+)
+def test_a_second_road_that_contradicts_is_found(status, load_factor, agrees) -> None:
+    bounds = shakedown.shakedown_bounds(shakedown.example("two-node"))
+    good = second(Status.OPTIMAL, bounds.lower.load_factor)
+    roads = room.SecondRoad(good, second(status, load_factor), 2)
+    found = list(room.road_findings(bounds, roads, DEFAULT))
+    assert [verdict for verdict, _ in found] == ([] if agrees == "yes" else [agrees])
+
+
+@pytest.mark.parametrize("problem", [SAFE_LATER, SAFE_BETWEEN, shakedown.example("uncoupled")])
+def test_both_roads_say_the_same_where_no_node_collapses(problem: Problem) -> None:
+    floating = Problem(
+        A=[[1.0, -1.0], [-1.0, 1.0]],
+        B=np.zeros((2, 2)),
+        f=0.5,
+        q_w=np.full((4, 2), -0.3),
+        p_w=[[2.0, 0.2], [2.0, 0.2], [0.2, 2.0], [0.2, 2.0]],
+    )
+    for joint in (problem, floating, replace(shakedown.example("two-node"), f=2.5)):
+        bounds = shakedown.shakedown_bounds(joint)
+        roads = conic_lower_bound(joint), conic_upper_bound(joint)
+        assert list(room.road_findings(bounds, room.SecondRoad(*roads, joint.n), DEFAULT)) == []
+
+
+def test_a_second_road_that_gives_up_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(room, "conic_upper_bound", lambda *_, **__: second(Status.UNDECIDED, np.nan))
+    report = shakedown.verify(shakedown.example("one-node"), random_states=0)
+    assert report.agrees
+    assert report.open_questions == ()
+    (note,) = report.notes
+    assert note.startswith(
+        "λ_max: the independent solver (A SOLVER) stopped without an answer; the value rests on"
+    )
+
+
+def test_one_subset_is_singular() -> None:
+    joint = shakedown.example("one-node")
+    critical, bounds = shakedown.critical_load_factors(joint), shakedown.shakedown_bounds(joint)
+    assert critical_in_words(critical, critical.total, bounds)[0].startswith("1 subset of")
+
+
+def test_the_second_road_asks_the_node_that_collapses_first_foremost(monkeypatch: pytest.MonkeyPatch) -> None:
+    joint = shakedown.example("three-node")
+    bounds = shakedown.shakedown_bounds(joint)
+    asked = room.nodes_asked(bounds.lower)
+    assert asked[0] == bounds.lower.node
+    assert sorted(asked) == [0, 1, 2]
+    monkeypatch.setattr(room, "ALL_NODES", 2)
+    monkeypatch.setattr(room, "FIRST_NODES", 1)
+    assert room.nodes_asked(bounds.lower) == asked[:1]
+    second = room.second_road(joint, bounds, DEFAULT)
+    assert second.lower.load_factor == pytest.approx(bounds.lower.load_factor, rel=1e-8)
+    ((open_to_doubt, text),) = room.road_findings(bounds, second, DEFAULT)
+    assert open_to_doubt is None
+    assert text == "λ_1: the independent solver has sought it at 1 of 3 nodes, those that collapse first"
+
+
+def test_every_piece_of_work_is_told_to_the_end() -> None:
+    told: list[tuple[int, int]] = []
+    shakedown.verify(shakedown.example("two-node"), random_states=0, progress=lambda *at: told.append(at))
+    total = told[0][1]
+    assert told == [(k, total) for k in range(1, total + 1)]
+
+
+def runs_in_box(report):
+    return [run for run in report.runs if run.case.in_box]
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        TWO,
+        replace(shakedown.example("block-33"), f=np.full(33, 0.2)),
+        replace(TWO, initial_slip=[[0.1, -0.2], [0.0, 0.0]]),
+        replace(TWO, q_transient=[[100.0, -300.0]], p_transient=[[700.0, 1200.0]]),
+    ],
+    ids=["two-node", "block-33", "given", "transient"],
+)
+def test_a_box_bound_beyond_the_ball_is_simulated_just_below(joint: Problem) -> None:
+    report = shakedown.verify(joint, random_states=0, budget=0)
+    here = report.limits.from_state
+    assert (here.symbol, here.load_factor) == ("λ_box", report.limits.box.load_factor)
+    assert here.load_factor > report.limits.energy.load_factor
+    last = max(runs_in_box(report), key=lambda run: run.case.load_factor)
+    assert 0 < 1.0 - last.case.load_factor / here.load_factor < 1e-5
+    assert np.array_equal(last.case.start, report.limits.box.initial_slip)
+    assert (last.case.in_ball, last.predicted, last.simulation.outcome) == (False, "shakedown", "shakedown")
+    assert report.agrees, report.disagreements
+
+
+def test_the_box_predicts_from_its_own_state_and_below_its_own_load_factor_alone() -> None:
+    report = shakedown.verify(TWO, random_states=1, load_factors=[0.7, 0.735], budget=0)
+    predicted = {(r.case.load_factor, r.initial): r.predicted for r in report.runs}
+    assert (
+        report.limits.energy.load_factor
+        < 0.7
+        < report.limits.box.load_factor
+        < 0.735
+        < report.limits.upper.load_factor
+    )
+    assert predicted[0.7, "zero"] == "shakedown"
+    assert predicted[0.735, "zero"] == predicted[0.7, "witness"] == predicted[0.7, "random 0"] == "either"
+    assert {run.case.load_factor for run in report.runs} == {0.7, 0.735, 1.0}  # no more than asked for
+
+
+def test_where_no_box_is_proved_none_is_planned() -> None:
+    domain = replace(TWO, load_path="domain")
+    for joint in (domain, shakedown.example("three-node"), SAFE_LATER):
+        report = shakedown.verify(joint, random_states=0, budget=0)
+        assert not runs_in_box(report)
+        assert report.limits.from_state.symbol == "λ_E"
+
+
+def test_states_are_no_larger_than_what_loads_leave_behind() -> None:
+    """A floating flange of 52 mm: in its ball are states that slip 300 mm, in no simulation."""
+    flange = shakedown.example("bolted-flange")
+    limits = shakedown.assess(flange).details
+    cases = planned_cases(limits, None, 2, 0, RecordedSteps(flange))
+    assert cases[0].load_factor == 1.0
+    assert {"zero", "safe", "random 0", "random 1", "ball 0", "ball 1"} <= {case.initial for case in cases}
+    largest = {case.initial: np.abs(case.start).max() for case in cases}
+    assert max(largest.values()) < 5 * np.abs(limits.upper.slip).max() < 0.1
+    assert largest["random 0"] > 0
+
+
+def test_between_limits_that_agree_nothing_is_simulated() -> None:
+    """λ_E = 1.679993 and λ_max = 1.679995 of the flange: motions between them take for ever and say nothing."""
+    limits = shakedown.assess(shakedown.example("bolted-flange")).details
+    first, last = limits.energy.load_factor, limits.upper.load_factor
+    assert 0 < last / first - 1 < 1e-5
+    assert [factor / first for factor in default_load_factors(limits)] == pytest.approx(
+        [0.95, 1.05], rel=1e-4
+    )

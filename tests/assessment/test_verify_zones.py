@@ -1,0 +1,142 @@
+"""Verification of partly open joints: what is predicted, and that no prediction is believed unsupported."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command import document, run
+
+import shakedown
+from shakedown import verify
+from shakedown.assessment import common_limits, plan
+from shakedown.assessment.load_regions import OUTSIDE
+from shakedown.bounds.independent_solver import conic_upper_bound
+from shakedown.joint.contact_zone import contact_zone
+from shakedown.report.bound_words import bounds_in_words
+from tests.partly_open import SOME, partly_open
+
+RECEDING = shakedown.example("receding-block")
+
+
+@pytest.mark.parametrize("seed", SOME[:6])
+def test_predictions_of_zones_agree(seed):
+    problem = partly_open(seed)
+    result = verify(problem, random_states=1)
+    upper = result.limits.upper
+    assert not result.disagreements
+    in_zone = [one for one in result.runs if one.open_nodes]
+    if upper.status == "optimal" and upper.open_nodes:
+        assert len(in_zone) >= 2
+        assert all(one.predicted == "shakedown" and one.agrees for one in in_zone)
+        assert all(one.simulation.open_nodes == upper.open_nodes for one in in_zone)
+        beyond = [one for one in result.runs if one.region == OUTSIDE]
+        assert beyond
+        assert {one.predicted for one in beyond if not one.simulation.proved} <= {"either"}
+
+
+def test_the_receding_block_is_predicted_and_agrees():
+    result = verify(RECEDING, random_states=0, load_factors=[0.1, 0.3])
+    judged = [(one.initial, one.agrees) for one in result.runs if one.agrees is not None]
+    assert judged == [("safe", True)]
+    assert result.second.upper.load_factor == pytest.approx(result.limits.upper.load_factor, rel=1e-7)
+    assert not result.disagreements
+
+
+def test_a_wrong_zone_is_reported_not_believed():
+    result = verify(RECEDING, random_states=0, open_nodes=[16])
+    assert result.limits.upper.status == "infeasible"
+    assert all(one.agrees is None for one in result.runs)
+    assert "With node 16 (FE 144) open and all others closed no load factor is safe" in " ".join(
+        bounds_in_words(result.limits)
+    )
+
+
+def test_a_zone_that_was_not_found_is_an_open_question(monkeypatch):
+    """Shakedown in another zone neither agrees with "slips or opens" nor contradicts it."""
+    problem = partly_open(SOME[0])
+    closed = contact_zone(problem, ())
+    known = shakedown.upper_bound(problem, open_nodes="auto")
+    monkeypatch.setattr("shakedown.bounds.upper.chosen_zone", lambda *given: (closed, True))
+    missed = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor])
+    monkeypatch.setattr("shakedown.bounds.upper.chosen_zone", lambda *given: (closed, False))
+    denied = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor])
+    unsearched = verify(problem, random_states=0, load_factors=[0.5 * known.load_factor], open_nodes=())
+    for report in (missed, denied, unsearched):
+        run = report.runs[1]
+        assert (run.simulation.outcome, run.simulation.open_nodes) == ("shakedown", known.open_nodes)
+        assert not report.agrees
+    assert missed.runs[1].predicted == "either"
+    assert any(question.startswith("λ_max is open: no contact zone") for question in missed.open_questions)
+    assert (denied.runs[1].predicted, denied.runs[1].agrees) == ("slips or opens", False)
+    assert unsearched.runs[1].agrees is None
+    assert any("a zone that λ_max is not about" in question for question in unsearched.open_questions)
+
+
+def test_a_claim_that_does_not_hold_is_a_disagreement(monkeypatch):
+    """A bound that is too high, and one for nodes that do not stay open: the simulation objects."""
+    honest = shakedown.upper_bound
+
+    def raised(problem, **more):
+        upper = honest(problem, **more)
+        return replace(upper, load_factor=1.3 * upper.load_factor)
+
+    def slip_of_the_bound(problem, load_factor, **_):
+        upper = honest(problem, open_nodes="auto")
+        return replace(shakedown.safe_slip(problem, 0.1, open_nodes=upper.open_nodes), slip=upper.slip)
+
+    monkeypatch.setattr(common_limits, "upper_bound", raised)
+    monkeypatch.setattr(plan, "safe_slip", slip_of_the_bound)
+    result = verify(RECEDING, random_states=0, load_factors=[0.27])
+    assert any("predicted shakedown, simulated cyclic-slip" in text for text in result.disagreements)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_command_and_the_report_name_the_zone(tmp_path):
+    words = ("verify", "receding-block", "--random", "0", "--load-factor", "0.1")
+    code, out, _ = run(*words, "--details", "-o", "r.html", cwd=tmp_path)
+    text = " ".join(out.split())
+    assert code == 0
+    assert "With nodes 0–4, 28–32 open and all others closed there is a safe slip" in text
+    assert "safe (zone)" in text
+    for page in (text, (tmp_path / "r.html").read_text()):
+        assert "nodes 0–4, 28–32 open" in page
+        assert "upper bound" not in page
+        assert "cannot shake down" not in page
+    found = document(*words)
+    assert found["upper"]["open_nodes"] == [0, 1, 2, 3, 4, 28, 29, 30, 31, 32]
+    assert {tuple(one["initially_open"]) for one in found["runs"]} == {
+        (),
+        tuple(found["upper"]["open_nodes"]),
+    }
+
+
+def test_two_nodes_one_of_them_open(tmp_path):
+    joint = shakedown.Problem(
+        A=[[3.0, -1.0], [-1.0, 3.0]],
+        B=[[0.2, 0.1], [0.1, 0.2]],
+        C=[[3.0, -1.0], [-1.0, 3.0]],
+        f=0.3,
+        q_w=[[0.3, 0.2], [-0.3, -0.2]],
+        p_w=[[2.0, -1.0], [2.0, -1.0]],
+    )
+    shakedown.save_problem(tmp_path / "pair.npz", joint)
+    code, out, err = run("verify", "pair.npz", "--details", "-o", "r.html", cwd=tmp_path)
+    assert code == 0, err
+    assert "With node 1 open and all others closed" in " ".join(out.split())
+    assert np.isfinite(verify(joint).limits.upper.load_factor)
+
+
+@pytest.mark.parametrize("seed", SOME)
+def test_both_roads_find_the_same_load_factor_of_a_zone(seed):
+    problem = partly_open(seed)
+    upper = shakedown.upper_bound(problem, open_nodes="auto")
+    conic = conic_upper_bound(problem, open_nodes=upper.open_nodes)
+    assert conic.status == upper.status
+    assert conic.load_factor == pytest.approx(upper.load_factor, rel=1e-7, nan_ok=True)
+
+
+@pytest.mark.parametrize("name", ["press-fit", "cylinder-on-flat"])
+def test_the_classical_contacts_are_verified(name):
+    result = verify(shakedown.example(name), random_states=1)
+    assert result.agrees, result.disagreements
+    assert result.limits.upper.open_nodes == ((0, 1, 2, 10, 11, 12) if name == "cylinder-on-flat" else ())

@@ -1,0 +1,62 @@
+"""The limits below which no node collapses, from one multiplier per node."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import chain, in_units, joint
+from shakedown.bounds.collapse.collapse_programs import collapse_limits, collapse_values, collapses
+from shakedown.bounds.row_programs import load_factor_program
+from shakedown.joint.constraints import constraints
+from shakedown.programs.simplex import Simplex
+
+
+def every_program(problem):
+    """λ of every node, each program solved by the simplex from where the last one ended."""
+    rows = constraints(problem)
+    nothing = collapse_limits(rows)
+    unknown = type(nothing)(np.zeros(rows.n), nothing.rows, np.zeros(rows.n, dtype=bool))
+    program = Simplex(load_factor_program(rows, towards=+1.0))
+    return collapse_values(rows.n, collapses(rows, program, unknown, all_nodes=True))
+
+
+JOINTS = {
+    f"{n}-{coupling}": joint(n=n, coupling=coupling, seed=n)
+    for n in (1, 2, 5, 14)
+    for coupling in (0.1, 0.5, 1.5)
+}
+JOINTS |= {
+    "chain": chain(20),
+    "three-node": shakedown.example("three-node"),
+    "two-node": shakedown.example("two-node"),
+}
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_no_node_collapses_below_its_limit_and_the_first_at_it(name):
+    problem = JOINTS[name]
+    values, limits = every_program(problem), collapse_limits(constraints(problem))
+    assert np.all(limits.load_factors <= values * (1 + 1e-9))
+    first = int(np.argmin(values))
+    if limits.known[first] and np.isfinite(values[first]):
+        assert limits.load_factors[first] == pytest.approx(values[first], rel=1e-9)
+    lower = shakedown.lower_bound(problem)
+    assert lower.load_factor == pytest.approx(values.min(), rel=1e-9)
+    np.testing.assert_allclose(lower.per_node, values, rtol=1e-8)
+
+
+def test_most_joints_need_no_solver(monkeypatch):
+    def solver(*_):
+        raise AssertionError("a solver was asked")
+
+    monkeypatch.setattr("shakedown.programs.simplex.made", solver)
+    for seed in range(6):
+        assert shakedown.lower_bound(joint(n=6, seed=seed), certify=False).load_factor > 0
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**30, 2.0**-20), (1e7, 1e-3)])
+def test_limits_scale_with_nothing(force, length):
+    problem = joint(n=9, seed=2)
+    limits = [collapse_limits(constraints(p)) for p in (problem, in_units(problem, force, length))]
+    np.testing.assert_allclose(limits[1].load_factors, limits[0].load_factors, rtol=1e-11)
+    np.testing.assert_array_equal(limits[1].rows, limits[0].rows)

@@ -1,0 +1,216 @@
+"""Status of the guarantee: known cases, the chain of bounds, and an attack on what is called proved."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem
+from shakedown.bounds.collapse.lift_off import lift_off_bound
+from shakedown.bounds.collapse.proof_status import Evidence, guarantee_status
+from shakedown.bounds.collapse.single_node_cycle import single_node_cycle
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
+from shakedown.bounds.uniqueness.weak_coupling import row_coupling_ratio
+from shakedown.joint.loading import loading
+
+
+def coupled_joint(seed: int, n: int, strength: float) -> Problem:
+    """Impulses on single nodes in shuffled order, coupling of a given strength."""
+    rng = np.random.default_rng(seed)
+    off = rng.normal(size=(n, n))
+    A = np.eye(n) + strength * (off + off.T) / (4 * n)
+    B = strength * rng.normal(size=(n, n)) / n
+    order = rng.permutation(np.repeat(np.arange(n), 2))
+    q = np.zeros((2 * n, n))
+    q[np.arange(2 * n), order] = rng.choice([-1, 1], 2 * n) * rng.uniform(0.3, 2, 2 * n)
+    p0 = rng.uniform(3, 6, n)
+    q0 = rng.uniform(-0.4, 0.4, n) * p0
+    return Problem(A=A, B=B, f=0.5, q_w=q0 + q, p_w=np.tile(p0, (2 * n, 1)), q_mean=q0, p_mean=p0)
+
+
+def implicit_cycle(problem: Problem, load_factor: float, v: np.ndarray) -> tuple[np.ndarray, float]:
+    """Slips after one cycle of load steps with all nodes closed, and Σ|Δv|: written apart from the package."""
+    loop, f, total = loading(problem), problem.f, 0.0
+    fB = f[:, None] * problem.B
+    for q1, p1 in zip(loop.q1, loop.p1, strict=True):
+        q_load, p_load = loop.q0 + load_factor * q1, loop.p0 + load_factor * p1
+        before = v.copy()
+        for _ in range(500):
+            old = v.copy()
+            for j in range(problem.n):
+                q_rest = q_load[j] + problem.A[j] @ v - problem.A[j, j] * v[j]
+                fp_rest = f[j] * p_load[j] + fB[j] @ v - fB[j, j] * v[j]
+                upper = (fp_rest - q_rest) / (problem.A[j, j] - fB[j, j])
+                lower = -(fp_rest + q_rest) / (problem.A[j, j] + fB[j, j])
+                assert lower < upper, "a node lifted off"
+                v[j] = min(max(before[j], lower), upper)
+            if np.abs(v - old).max() < 1e-13 * (1 + np.abs(v).max()):
+                break
+        total += float(np.abs(v - before).sum())
+    return v, total
+
+
+def test_three_node_counter_example_is_evidence_only() -> None:
+    lower = shakedown.lower_bound(shakedown.example("three-node"))
+    assert lower.load_factor == pytest.approx(3.096, rel=1e-12)
+    assert lower.guarantee == "evidence"
+    assert lower.single_node_bound == pytest.approx(2.4442105263, abs=1e-9)
+    assert lower.single_node_bound <= 2.4442 + 5e-5
+    assert lower.coupling_ratio > 1
+
+
+def test_single_node_bound_is_where_the_counter_example_begins_to_cycle() -> None:
+    problem = shakedown.example("three-node")
+    bound = single_node_cycle(problem).load_factor
+    for load_factor, cycles in ((0.98 * bound, False), (1.0001 * bound, True), (3.0, True)):
+        v = problem.initial_slip[0].copy()
+        for _ in range(60):
+            v, slipped = implicit_cycle(problem, load_factor, v)
+        assert (slipped > 1e-6) == cycles
+
+
+def test_single_node_cycle_is_a_start_that_cycles() -> None:
+    problem = shakedown.example("three-node")
+    cycle = single_node_cycle(problem)
+    assert cycle.node == 0
+    v = cycle.slip.copy()
+    for _ in range(60):
+        v, slipped = implicit_cycle(problem, 1.0001 * cycle.load_factor, v)
+    assert slipped > 1.0
+
+
+@pytest.mark.parametrize("name", ["one-node", "two-node", "uncoupled"])
+def test_small_and_uncoupled_systems_are_proved(name: str) -> None:
+    lower = shakedown.lower_bound(shakedown.example(name))
+    assert lower.guarantee == "proved"
+    assert lower.single_node_bound >= lower.load_factor * (1 - 1e-12)
+
+
+def test_above_the_friction_thresholds_nothing_is_proved() -> None:
+    problem = replace(shakedown.example("two-node"), f=0.9)
+    assert not unique_in_contact(problem)
+    assert guarantee_status(Evidence(problem, 0.5)).guarantee == "evidence"
+    assert np.isnan(coupling(problem).ratio)
+
+
+@pytest.mark.parametrize("strength", [0.2, 0.5, 1.5])
+@pytest.mark.parametrize("seed", range(4))
+def test_coupling_ratio_is_the_largest_spectral_radius_of_any_choice_of_sides(
+    seed: int, strength: float
+) -> None:
+    found = coupling(coupled_joint(seed, 4, strength))
+    choices = (found.influence[list(sides), range(4)] for sides in product((0, 1), repeat=4))
+    largest = max(np.abs(np.linalg.eigvals(chosen)).max() for chosen in choices)
+    assert found.ratio == pytest.approx(largest, rel=1e-10)
+    assert largest * (1 - 1e-13) <= found.bound <= found.ratio * (1 + 1e-10)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bound_of_the_coupling_ratio_holds_in_exact_arithmetic(seed: int) -> None:
+    """Also where the two terms of an entry cancel, and where a node acts on no other."""
+    rng, n = np.random.default_rng(seed), 4
+    off = rng.normal(size=(n, n)) / 4
+    A, fB = np.eye(n) + off + off.T, (off + off.T) * (1 + 1e-15 * rng.normal(size=(n, n)))
+    np.fill_diagonal(fB, 0.1)
+    if seed % 2:
+        A[0, 1:] = A[1:, 0] = fB[0, 1:] = 0.0
+    found = row_coupling_ratio(A, fB)
+    d = [Fraction(x) for x in found.weights.tolist()]
+    for i, sign in product(range(n), (-1, 1)):
+        row = [Fraction(a) + sign * Fraction(b) for a, b in zip(A[i].tolist(), fB[i].tolist(), strict=True)]
+        moved = sum(abs(row[j]) * d[j] for j in range(n) if j != i)
+        assert d[i] > 0
+        assert moved <= Fraction(found.bound) * row[i] * d[i]
+
+
+def test_coupling_ratio_of_finite_element_joints() -> None:
+    """Row by row, not entry by entry: block-33 is below 1 (0.968), entry by entry it is not (1.004)."""
+    for name, f, expected in (("block-9", 0.2, 0.905), ("block-33", 0.2, 0.968), ("press-fit", None, 0.838)):
+        problem = shakedown.example(name)
+        problem = problem if f is None else replace(problem, f=f)
+        assert coupling(problem).ratio == pytest.approx(expected, abs=6e-4)
+    entry_by_entry = np.linalg.eigvals(
+        coupling(replace(shakedown.example("block-33"), f=0.2)).influence.max(axis=0)
+    )
+    assert np.abs(entry_by_entry).max() == pytest.approx(1.004, abs=6e-4)
+
+
+def test_limits_move_by_no_more_than_the_influence() -> None:
+    """N bounds how far the limits U_i, L_i of a node move when the others slip."""
+    problem, rng = coupled_joint(1, 4, 1.0), np.random.default_rng(0)
+    influence, fB = coupling(problem).influence, problem.f[:, None] * problem.B
+    for step in rng.normal(size=(100, 4)):
+        for side, N in zip((problem.A - fB, problem.A + fB), influence, strict=True):
+            moved = np.abs(side @ step - np.diag(side) * step) / np.diag(side)
+            assert np.all(moved <= N @ np.abs(step) * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_cyclic_slip_below_a_proved_bound(seed: int) -> None:
+    n = 2 + seed % 4
+    problem = coupled_joint(seed, n, strength=0.6 if n == 2 else 0.3)
+    lower = shakedown.lower_bound(problem)
+    assert lower.guarantee == "proved", lower.reason
+    rng = np.random.default_rng(seed)
+    for start in (lower.slip, lower.slip + 3 * rng.normal(size=n)):
+        v = start.copy()
+        slips = []
+        for _ in range(80):
+            v, slipped = implicit_cycle(problem, 0.99 * lower.load_factor, v)
+            slips.append(slipped)
+        assert slips[-1] <= 1e-9 + 0.2 * slips[20]
+
+
+@pytest.mark.parametrize(
+    ("name", "f", "expected"),
+    [
+        ("block-9", 0.1, 0.660328),
+        ("block-9", 0.2, 1.219830),
+        ("block-9", 0.3, 1.788558),
+        ("block-33", 0.2, 0.506731),
+        ("press-fit", None, 0.346802),
+    ],
+)
+def test_first_collapse_of_finite_element_joints_is_proved(name: str, f: float | None, expected: float):
+    problem = shakedown.example(name)
+    lower = shakedown.lower_bound(problem if f is None else replace(problem, f=f))
+    assert lower.load_factor == pytest.approx(expected, abs=6e-7)
+    assert lower.guarantee == "proved", lower.reason
+    assert lower.coupling_ratio < 1
+
+
+def test_lift_off_takes_the_proof_away() -> None:
+    """Little preload on node 1: other nodes' locked-in slip lifts it off below λ_1."""
+    problem = Problem(
+        A=np.eye(2),
+        B=[[0.0, 0.2], [0.6, 0.0]],
+        f=0.3,
+        q_w=[[1.0, 0.02], [-1.0, -0.02]],
+        p_w=[[6.0, 1.2], [6.0, 1.2]],
+    )
+    lower = shakedown.lower_bound(problem)
+    bound = lift_off_bound(problem, enough=lower.load_factor)
+    assert lower.coupling_ratio < 1
+    assert bound < lower.load_factor
+    assert lower.guarantee == "single-node-excluded"
+    assert "can lift a node off" in lower.reason
+    assert lower.lift_off_bound == pytest.approx(bound, rel=1e-12)
+
+
+def test_single_node_bound_never_exceeds_what_a_found_cycle_needs() -> None:
+    """Simulated cycles in which one node slips and all others stick: none below the bound, some next to it."""
+    ratios = []
+    for seed in range(12):
+        problem = coupled_joint(seed, 3, 0.5)
+        cycle = single_node_cycle(problem)
+        for factor in (0.9, 0.999, 1.001, 1.1):
+            for start in (cycle.slip, shakedown.lower_bound(problem).slip):
+                state = shakedown.long_term_state(problem, factor * cycle.load_factor, start)
+                if state.outcome == "cyclic-slip" and np.count_nonzero(state.slip_per_cycle) == 1:
+                    ratios.append(factor)
+    assert len(ratios) >= 10
+    assert 1.0 < min(ratios) < 1.01

@@ -1,0 +1,151 @@
+"""The compiled tree of subsets against batches of plain solves, also where subsets are degenerate."""
+
+from dataclasses import replace
+from itertools import combinations
+from math import comb
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import joint
+from shakedown import Problem
+from shakedown.bounds.enumeration import critical, tasks
+from shakedown.bounds.enumeration.critical import collapse_by_enumeration, load_factors_above
+from shakedown.bounds.enumeration.intersection import scaled_rows
+from shakedown.joint.constraints import constraints
+
+
+def half_coupled(seed: int, n: int) -> Problem:
+    """Nodes 0 and 1 coupled, the others on their own, node n − 1 without load: many singular subsets."""
+    problem = joint(seed, n)
+    A, B, q, p = np.diag(np.diag(problem.A)), np.zeros((n, n)), problem.q_w.copy(), problem.p_w.copy()
+    A[:2, :2], B[:2, :2] = problem.A[:2, :2], problem.B[:2, :2]
+    q[:, -1], p[:, -1] = 0.0, 4.0
+    return Problem(A=A, B=B, f=problem.f, q_w=q, p_w=p)
+
+
+def twins(seed: int, n: int) -> Problem:
+    """Neighbouring nodes load and couple alike: parallel planes in slip space, ties everywhere."""
+    problem = joint(seed, n)
+    A = np.eye(n) + 0.2 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    same = np.ones((1, n))
+    return Problem(A=A, B=0.3 * A, f=0.3, q_w=problem.q_w[:, :1] * same, p_w=problem.p_w[:, :1] * same)
+
+
+@pytest.fixture
+def by_tree(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(critical, "SMALL", 0)
+    monkeypatch.setattr(tasks, "TASK", 300)
+
+
+def both_ways(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple:
+    plain = shakedown.critical_load_factors(problem, values=True)
+    monkeypatch.setattr(critical, "SMALL", 0)
+    monkeypatch.setattr(tasks, "TASK", 300)
+    monkeypatch.setattr(tasks, "SUSPECTS_EXPECTED", 4)
+    return plain, shakedown.critical_load_factors(problem, values=True)
+
+
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("n", [1, 2, 4, 6])
+def test_tree_and_batches_agree(make, n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = make(n, max(n, 2) if make is half_coupled else n)
+    plain, tree = both_ways(problem, monkeypatch)
+    assert (tree.total, tree.regular, tree.degenerate) == (plain.total, plain.regular, plain.degenerate)
+    assert tree.regular + tree.degenerate == plain.regular + plain.degenerate == tree.total
+    assert tree.degenerate_rows == plain.degenerate_rows
+    np.testing.assert_allclose(tree.load_factors, plain.load_factors, rtol=1e-8, atol=1e-11)
+    for a, b in (
+        (tree.smallest_positive, plain.smallest_positive),
+        (tree.smallest_feasible, plain.smallest_feasible),
+    ):
+        assert a.load_factor == pytest.approx(b.load_factor, rel=1e-10, nan_ok=True)
+
+
+def test_degenerate_families_are_degenerate() -> None:
+    for problem in (half_coupled(0, 5), twins(0, 5)):
+        critical = shakedown.critical_load_factors(problem)
+        assert 0 < critical.degenerate < critical.total
+
+
+@pytest.mark.usefixtures("by_tree")
+def test_block_9_by_the_tree() -> None:
+    problem = replace(shakedown.example("block-9"), f=0.2)
+    critical = shakedown.critical_load_factors(problem)
+    assert critical.total == 43758
+    assert critical.smallest_feasible.load_factor == pytest.approx(1.219829616245257, rel=1e-12)
+    assert 0 < critical.smallest_positive.load_factor < 0.05
+
+
+@pytest.mark.usefixtures("by_tree")
+def test_streams_above_a_cut() -> None:
+    problem = joint(3, 5)
+    everything = shakedown.critical_load_factors(problem, values=True).load_factors
+    streamed = np.sort(np.concatenate(list(load_factors_above(problem, 1.0))))
+    np.testing.assert_allclose(streamed, everything[everything > 1.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("n", [2, 5, 9, 13])
+def test_one_pair_family_is_the_first_collapse(n: int) -> None:
+    problem = joint(n, n)
+    collapse, lower = collapse_by_enumeration(problem), shakedown.lower_bound(problem)
+    assert collapse.load_factor == pytest.approx(lower.load_factor, rel=1e-11)
+    assert collapse.excess <= 1e-12
+    np.testing.assert_allclose(collapse.slip, lower.slip, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.usefixtures("by_tree")
+def test_threads_do_not_change_the_answer() -> None:
+    problem = joint(8, 7)
+    one, two = (shakedown.critical_load_factors(problem, threads=k, values=True) for k in (1, 2))
+    np.testing.assert_array_equal(one.load_factors, two.load_factors)
+    assert one.smallest_positive.rows == two.smallest_positive.rows
+
+
+def test_scaling_of_units_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = joint(4, 5)
+    scaled = Problem(
+        A=problem.A * 1e21, B=problem.B * 1e21, f=problem.f, q_w=problem.q_w * 1e9, p_w=problem.p_w * 1e9
+    )
+    monkeypatch.setattr(critical, "SMALL", 0)
+    here, there = (shakedown.critical_load_factors(p, values=True) for p in (problem, scaled))
+    np.testing.assert_allclose(there.load_factors, here.load_factors, rtol=1e-9)
+
+
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_every_prefix_walks_all_its_completions(make, n: int) -> None:
+    """Prefixes of any length below n + 1, also those that end within the last three rows."""
+    tree = tasks.Tree(scaled_rows(constraints(make(n, n))))
+    for length in range(n + 1):
+        total = 0
+        for prefix in combinations(range(2 * n), length):
+            size = tasks.completions(tree, prefix)
+            if size:
+                piece = tasks.walk_piece(tree, prefix, size)
+                assert (piece.subsets, piece.regular + piece.degenerate) == (size, size)
+                total += piece.subsets
+        assert total == comb(2 * n, n + 1)
+
+
+@pytest.mark.parametrize("make", [joint, half_coupled, twins])
+@pytest.mark.parametrize("force", [2.0**-301, 2.0**30, 2.0**31])
+@pytest.mark.parametrize("length", [1.0, 2.0**7])
+def test_units_do_not_matter_to_the_last_bit(make, force: float, length: float, monkeypatch) -> None:
+    here = make(3, 4)
+    there = replace(
+        here,
+        A=here.A * (force / length),
+        B=here.B * (force / length),
+        C=None if here.C is None else here.C * (force / length),
+        q_w=here.q_w * force,
+        p_w=here.p_w * force,
+    )
+    for small in (critical.SMALL, 0):
+        monkeypatch.setattr(critical, "SMALL", small)
+        a, b = (shakedown.critical_load_factors(problem, values=True) for problem in (here, there))
+        assert (a.regular, a.degenerate, a.degenerate_rows) == (b.regular, b.degenerate, b.degenerate_rows)
+        np.testing.assert_array_equal(a.load_factors, b.load_factors)
+        assert a.smallest_feasible.rows == b.smallest_feasible.rows
+        np.testing.assert_array_equal(a.smallest_positive.slip * length, b.smallest_positive.slip)

@@ -1,0 +1,344 @@
+"""With two tangential directions: least pressures and what they prove from every state, against second roads."""
+
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import Problem, UsageError
+from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
+from shakedown.bounds.every_state.least_pressures import least_pressures
+from shakedown.bounds.every_state.scaled_joint import scaled_joint
+from shakedown.bounds.every_state.sectors import Sectors, sectors_of
+from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.bounds.every_state.unique_rates import unique_rates
+from shakedown.bounds.every_state.universal_bound import universal_bound
+from shakedown.joint.loading import loading
+
+SWING = {  # by cone programs: with discs, with 192 single directions
+    "one-node-3d": (1.1047490268492053, 1.2472612089337152, 0),
+    "two-node-3d": (0.7014477894323518, 0.7434164617513364, 1),
+    "four-node-3d": (0.7006709096963912, 0.7684404665437738, 1),
+    "block-3x3": (1.0509610943602736, 1.253667702840135, 0),
+}
+AT_MEAN = {  # least pressures under the mean load, likewise
+    "two-node-3d": [1.3230552678160996, 1.186262816134283],
+    "four-node-3d": [1.4702001630971742, 1.2607659578085704, 0.9296000289626579, 1.2061619902902714],
+}
+
+
+def joint(n: int = 3, m: int = 12, seed: int = 0, coupling: float = 0.4, **changes) -> Problem:
+    """A random joint that is pressed together."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T / n + np.eye(3 * n)
+    t = 2 * np.pi * np.arange(m)[:, None] / m
+    arrays = {
+        "A": kappa[: 2 * n, : 2 * n],
+        "B": coupling * kappa[2 * n :, : 2 * n],
+        "f": rng.uniform(0.2, 0.5, n),
+        "q_w": rng.normal(size=2 * n) * np.cos(t) + rng.normal(size=2 * n) * np.sin(t + 0.4),
+        "p_w": 6.0 + rng.normal(size=n) * np.cos(2 * t),
+    }
+    return Problem(**(arrays | changes))
+
+
+def discs(problem: Problem) -> Sectors:
+    return sectors_of(np.arange(problem.n), np.tile([1.0, 0.0], (problem.n, 1)), 1)
+
+
+@pytest.mark.parametrize("name", SWING)
+def test_reference_joints(name):
+    problem = shakedown.example(name)
+    by_discs, by_directions, node = SWING[name]
+    found = universal_bound(problem, sectors=1)
+    assert found.load_factor == pytest.approx(by_discs, rel=1e-10)
+    assert (found.node, found.argument, found.limited_by) == (node, "least pressures", "swing")
+    np.testing.assert_allclose(
+        found.pressures.pressures, AT_MEAN.get(name, found.pressures.pressures), rtol=1e-9
+    )
+    best = universal_bound(problem)
+    assert 0.99 * by_directions < best.load_factor < by_directions
+    assert best.lift_off_bound >= best.load_factor
+    count = best.pressures.sectors
+    assert best.argument == ("least pressures" if count == 1 else f"least pressures, {count} sectors")
+    fine = universal_bound(problem, sectors=384)
+    assert 0.999 * by_directions < fine.load_factor < by_directions * (1 + 1e-4)  # the directions are samples
+
+
+@pytest.mark.parametrize("load_factor", [0.0, 0.6])
+def test_least_pressures_are_those_of_cone_programs(load_factor):
+    problem = joint()
+    scaled, (q_w, p_w) = scaled_joint(problem), loading(problem).at(load_factor)
+    least = least_pressures(scaled, discs(problem))
+    both = np.repeat(scaled.lengths, 2)
+    q, p = q_w[4], p_w[4]
+    found = least.at(scaled, (q * both)[None], (p * scaled.lengths)[None])[0] / scaled.lengths
+    v, (A, B, f) = cp.Variable(6), (problem.A, problem.B, problem.f)
+    limits = [cp.norm((q + A @ v)[2 * i : 2 * i + 2]) <= f[i] * (p + B @ v)[i] for i in range(3)]
+    for i in range(3):
+        least_of_all = cp.Problem(cp.Minimize((p + B @ v)[i]), limits).solve(solver="CLARABEL")
+        assert found[i] == pytest.approx(least_of_all, abs=1e-6)
+        assert found[i] <= least_of_all + 1e-7
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_round_off_takes_nothing_away_from_many_nodes(seed):
+    """Multipliers are proved for every node: the weights exceed them by more than what round-off could do."""
+    problem = joint(n=24, seed=seed, coupling=0.2)
+    least = least_pressures(scaled_joint(problem), discs(problem))
+    assert least.proved.all()
+    assert np.all(least.error < 1e-11)
+
+
+def test_no_admissible_slip_presses_less():
+    """Weak duality at states of every kind, under loads that the multipliers have never seen."""
+    problem, rng = joint(seed=3), np.random.default_rng(7)
+    scaled, law = scaled_joint(problem), problem.law
+    least, tried = least_pressures(scaled, discs(problem)), 0
+    for _ in range(4000):
+        v, q, p = 0.2 * rng.normal(size=6), rng.normal(size=6), rng.uniform(2.0, 6.0, 3)
+        if np.any(law.excess(q + problem.A @ v, p + problem.B @ v) > 0):
+            continue
+        tried += 1
+        bound = least.at(scaled, (q * np.repeat(scaled.lengths, 2))[None], (p * scaled.lengths)[None])[0]
+        assert np.all(p + problem.B @ v >= bound / scaled.lengths)
+    assert tried > 50
+
+
+def test_the_potential_falls_at_every_slip():
+    """What statement 6.2 says of a reaction z, at random states on the limit of a node, under any load of the loop."""
+    problem, rng, slips = joint(seed=1), np.random.default_rng(2), 0
+    bound = least_pressure_bound(problem)
+    load_factor = bound.load_factor * (1 - 1e-9)
+    q_w, p_w = loading(problem).at(load_factor)
+    z = bound.reactions
+    for _ in range(200):
+        v, weights = rng.normal(size=6), rng.dirichlet(np.ones(problem.m))
+        q, p = weights @ q_w, weights @ p_w
+        cost = rng.normal(size=6)
+        x = cp.Variable(6)
+        limits = [
+            cp.norm((q + problem.A @ x)[2 * i : 2 * i + 2]) <= problem.f[i] * (p + problem.B @ x)[i]
+            for i in range(3)
+        ]
+        if cp.Problem(cp.Minimize(cost @ x), limits).solve(solver="CLARABEL") is None or slips > 40:
+            break
+        v = x.value
+        excess = problem.law.excess(q + problem.A @ v, p + problem.B @ v)
+        for i in np.flatnonzero(excess > -1e-8):
+            u = -(q + problem.A @ v)[2 * i : 2 * i + 2]
+            u /= np.hypot(*u)
+            assert u @ (problem.A @ v - z)[2 * i : 2 * i + 2] < 1e-7
+            slips += 1
+    assert slips > 40
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_without_coupling_it_is_the_largest_load_factor(seed):
+    problem = joint(seed=seed, coupling=0.0)
+    loop, v, t = loading(problem), cp.Variable(6), cp.Variable()
+    limits = [
+        cp.norm((loop.q0 + t * q + problem.A @ v)[2 * i : 2 * i + 2]) <= problem.f[i] * (loop.p0 + t * p)[i]
+        for q, p in zip(loop.q1, loop.p1, strict=True)
+        for i in range(3)
+    ]
+    largest = cp.Problem(cp.Maximize(t), limits).solve(solver="CLARABEL")
+    found = universal_bound(problem)
+    assert found.argument == "Melan"
+    assert found.load_factor == pytest.approx(largest, rel=1e-7)
+
+
+def test_one_node_without_coupling_has_a_closed_form():
+    m, f, p0, p1, q1 = 256, 0.4, 2.0, 1.3, 0.9
+    t = 2 * np.pi * np.arange(m) / m
+    loop = {"q_w": q1 * np.stack([np.cos(t), np.sin(t)], axis=1), "p_w": p0 + p1 * np.cos(t)[:, None]}
+    node = Problem(A=np.eye(2), B=np.zeros((1, 2)), f=f, **loop, q_mean=[0.0, 0.0], p_mean=[p0])
+    closed = f * p0 / np.hypot(q1, f * p1)
+    assert closed * (1 - 1e-12) <= universal_bound(node).load_factor <= closed * (1 + (np.pi / m) ** 2)
+
+
+def in_space(plane: Problem) -> Problem:
+    n = plane.n
+    A, B, q_w = np.zeros((2 * n, 2 * n)), np.zeros((n, 2 * n)), np.zeros((plane.m, 2 * n))
+    A[::2, ::2], A[1::2, 1::2], B[:, ::2], q_w[:, ::2] = plane.A, plane.A, plane.B, plane.q_w
+    return Problem(A=A, B=B, f=plane.f, q_w=q_w, p_w=plane.p_w)
+
+
+def test_load_in_one_direction_is_no_more_than_in_the_plane():
+    """In space a node may slip aside, too: less is proved, but not much less where the coupling is weak."""
+    plane = shakedown.example("two-node")
+    swing = swing_bound(plane).load_factor
+    found = universal_bound(in_space(plane), sectors=256).load_factor
+    assert 0.9 * swing < found <= swing * (1 + 1e-12)
+    uncoupled = shakedown.example("uncoupled")
+    assert universal_bound(in_space(uncoupled)).load_factor == pytest.approx(
+        swing_bound(uncoupled).load_factor, rel=1e-12
+    )
+
+
+def by_leaning_discs(problem: Problem, node: int) -> float:
+    """The same condition as a cone program, with multipliers of one node by plain iteration."""
+    loop, f, place = loading(problem), problem.f, slice(2 * node, 2 * node + 2)
+    fB, inverse, h = f[:, None] * problem.B, np.linalg.inv(problem.A), np.zeros(problem.n)
+    for _ in range(200):
+        Y = inverse @ (problem.B[node] - fB.T @ h)
+        h = np.hypot(Y[::2], Y[1::2])
+        h[node] = 0.0  # any other weight does as well
+    c = f[node] * Y[place]
+
+    def least(q, p):
+        return f[node] * (p[node] - (f * h) @ p - q @ Y)
+
+    y, t = cp.Variable(2), cp.Variable()
+    limits = []
+    for q, p in zip(loop.q1, loop.p1, strict=True):
+        w = y + t * q[place]
+        limits.append(
+            np.hypot(1.0, np.hypot(*c)) * cp.norm(w) <= least(loop.q0, loop.p0) + t * least(q, p) + c @ w
+        )
+    return cp.Problem(cp.Maximize(t), limits).solve(solver="CLARABEL")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_leaning_discs_by_a_second_road(seed, monkeypatch):
+    monkeypatch.setattr("shakedown.bounds.every_state.bound_from_every_state.MOST_SECTORS", 0)
+    problem = joint(seed=seed, coupling=1.0)
+    by_cones = min(
+        max(by_leaning_discs(problem, i), least_pressure_bound(node_alone(problem, i), sectors=1).load_factor)
+        for i in range(3)
+    )
+    assert least_pressure_bound(problem).load_factor == pytest.approx(by_cones, rel=1e-6)
+
+
+def node_alone(problem: Problem, node: int) -> Problem:
+    """The joint with loads that vary at one node only by what they do to its disc and least pressure."""
+    scaled_one = scaled_joint(problem)
+    least = least_pressures(scaled_one, discs(problem))
+    both = np.repeat(scaled_one.lengths, 2)
+    p = (
+        least.at(scaled_one, problem.q_w * both, problem.p_w * scaled_one.lengths)[:, [node]]
+        / scaled_one.lengths[node]
+    )
+    return Problem(
+        A=np.eye(2),
+        B=np.zeros((1, 2)),
+        f=problem.f[[node]],
+        q_w=problem.q_w[:, 2 * node : 2 * node + 2],
+        p_w=p,
+    )
+
+
+@pytest.mark.parametrize("sectors", [1, 16, None])
+def test_the_tangents_of_a_node_may_be_turned(sectors):
+    problem, T = joint(), np.eye(6)
+    T[2:4, 2:4] = [[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]]
+    other = replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T)
+    one, same = (universal_bound(each, sectors=sectors) for each in (problem, other))
+    assert same.load_factor == pytest.approx(one.load_factor, rel=1e-11)
+    assert (same.node, same.argument) == (one.node, one.argument)
+
+
+@pytest.mark.parametrize(
+    ("force", "length", "rel"), [(2.0**30, 2.0**-9, 0.0), (1e3, 1e-3, 1e-12), (7.0, 3.0, 1e-12)]
+)
+def test_units_do_not_matter(force, length, rel):
+    problem = joint()
+    other = replace(
+        problem,
+        A=problem.A * force / length,
+        B=problem.B * force / length,
+        q_w=problem.q_w * force,
+        p_w=problem.p_w * force,
+    )
+    for sectors in (1, None):
+        one, same = universal_bound(problem, sectors=sectors), universal_bound(other, sectors=sectors)
+        assert abs(same.load_factor - one.load_factor) <= rel * one.load_factor
+        np.testing.assert_allclose(same.pressures.pressures, force * one.pressures.pressures, rtol=rel)
+
+
+def test_nodes_in_units_of_their_own():
+    """Slips of one node in another unit: a congruence of A, which no bound may feel."""
+    problem, D = joint(), np.repeat([1.0, 1e4, 1e-3], 2)
+    other = replace(problem, A=problem.A * D * D[:, None], B=problem.B * D * D[::2, None], q_w=problem.q_w * D,
+                    p_w=problem.p_w * D[::2])  # fmt: skip
+    assert universal_bound(other).load_factor == pytest.approx(
+        universal_bound(problem).load_factor, rel=1e-11
+    )
+
+
+def test_locked_in_slip_that_lifts_off_under_the_mean_load():
+    found = universal_bound(joint(p_w=np.full((12, 3), 0.4), coupling=3.0, f=0.6, seed=2))
+    assert (found.load_factor, found.argument, found.limited_by) == (0.0, "none", "lift-off")
+    assert found.reason == f"locked-in slip may lift node {found.node} off under the mean load alone"
+
+
+def test_no_slip_is_safe_under_the_mean_load():
+    found = universal_bound(joint(p_w=np.full((12, 3), -1.0), coupling=0.1))
+    assert (found.status, found.limited_by) == ("infeasible", "mean load")
+    assert np.isnan(found.load_factor)
+
+
+def test_a_loop_without_amplitude_is_unbounded():
+    loop = {"q_w": np.tile([0.3, 0.1] * 3, (4, 1)), "p_w": np.full((4, 3), 5.0)}
+    found = universal_bound(joint(**loop))
+    assert (found.status, found.load_factor, found.node) == ("unbounded", np.inf, -1)
+
+
+def test_a_node_without_friction():
+    problem = joint()
+    f = np.array([0.3, 0.0, 0.4])
+    moved = universal_bound(replace(problem, f=f))
+    assert (moved.load_factor, moved.node) == (0.0, 1)
+    assert moved.reason == "node 1 has no friction, and its load varies"
+    still = problem.q_w.copy()
+    still[:, 2:4] = 0.1
+    assert 0.0 < universal_bound(replace(problem, f=f, q_w=still)).load_factor < np.inf
+
+
+def test_a_body_that_friction_alone_holds_has_no_unique_rates():
+    A = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    B = 0.1 * np.kron([[1.0, -1.0], [0.0, 0.0]], np.ones((1, 2)))
+    q_w = np.tile([0.1, 0.0], (4, 2)) * np.array([1.0, -1.0, 0.5, -0.5])[:, None]
+    found = universal_bound(Problem(A=A, B=B, f=0.5, q_w=q_w, p_w=np.full((4, 2), 1.0)))
+    assert (found.load_factor, found.limited_by) == (0.0, "uniqueness")
+    assert "only friction holds the body" in found.reason
+
+
+def test_friction_above_which_a_node_runs_away():
+    """Node with A = 1, B = 2, f = 1: least pressures are positive, but backward slip runs away."""
+    loop = {"q_w": [[1.1, 0.0], [0.9, 0.0]], "p_w": [[10.0], [10.0]]}
+    problem = Problem(A=np.eye(2), B=[[2.0, 0.0]], f=1.0, **loop)
+    assert not unique_rates(scaled_joint(problem))
+    found = universal_bound(problem)
+    assert (found.load_factor, found.limited_by) == (0.0, "uniqueness")
+
+
+def test_load_domains_and_transients():
+    problem = joint()
+    one = universal_bound(problem)
+    domain = universal_bound(replace(problem, load_path="domain"))
+    assert domain.load_factor == one.load_factor
+    later = universal_bound(replace(problem, q_transient=problem.q_w[:2], p_transient=problem.p_w[:2]))
+    assert later.after_transient
+    assert later.load_factor == one.load_factor
+
+
+def test_a_mean_outside_the_loop():
+    problem = joint()
+    q_mean, p_mean = np.array([0.2, -0.1] * 3), np.array([5.0, 7.0, 6.0])
+    found = universal_bound(replace(problem, q_mean=q_mean, p_mean=p_mean))
+    assert 0.0 < found.load_factor < np.inf
+    below = universal_bound(replace(problem, q_mean=q_mean, p_mean=-p_mean))
+    assert below.status == "infeasible"
+
+
+def test_wrong_arguments():
+    with pytest.raises(UsageError, match="sectors: expected 1, or 4 to 4096, found 3"):
+        universal_bound(joint(), sectors=3)
+    with pytest.raises(UsageError, match="expected two tangential directions, found one"):
+        least_pressure_bound(shakedown.example("two-node"))
+    with pytest.raises(UsageError, match="sectors: expected none"):
+        universal_bound(shakedown.example("two-node"), sectors=4)

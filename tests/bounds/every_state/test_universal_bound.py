@@ -1,0 +1,380 @@
+"""The load factor up to which shakedown from every initial state is proved."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import shakedown
+from benchmarks.problems import in_units, joint, random_problem
+from shakedown.bounds.every_state.exact_swing import ExactStates
+from shakedown.bounds.every_state.swing_bound import swing_bound
+from shakedown.joint.loading import loading
+
+SWING = [
+    ("one-node", None, 0.9305240),
+    ("two-node", None, 0.6035788),
+    ("uncoupled", None, 0.6465540),
+    ("three-node", None, 0.3096),
+    ("block-9", 0.1, 0.5722084),
+    ("block-9", 0.2, 0.8491080),
+    ("block-9", 0.3, 0.8428534),
+    ("block-33", 0.2, 0.3209723),
+]
+
+
+def built_in(name: str, f: float | None = None) -> shakedown.Problem:
+    problem = shakedown.example(name)
+    return problem if f is None else replace(problem, f=f)
+
+
+def rows_of(problem: shakedown.Problem):
+    """Rows and loads written out again from the friction law, for a second road."""
+    loop, f = loading(problem), problem.f
+    G = np.vstack([problem.A - f[:, None] * problem.B, -problem.A - f[:, None] * problem.B])
+    g = np.concatenate([f * loop.p0 - loop.q0, f * loop.p0 + loop.q0])
+    S = np.vstack([(loop.q1 - f * loop.p1).T, (-loop.q1 - f * loop.p1).T])
+    return G, g, S
+
+
+def greatest(problem, load_factor, direction, active, box=None, nested=True):
+    """Greatest direction · v over admissible states with one limit active, by SciPy; None where there is none."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    share = np.append(np.zeros(n), np.ones(k))
+    matrix, right = np.column_stack([G, S]), g
+    equal, equal_to = matrix[[active]], g[[active]]
+    if nested:
+        matrix, right = np.vstack([matrix, share]), np.append(g, load_factor)
+    else:
+        equal, equal_to = np.vstack([equal, share]), np.append(equal_to, load_factor)
+    sides = [(None, None)] * n if box is None else list(zip(*box, strict=True))
+    found = linprog(
+        -np.append(direction, np.zeros(k)), matrix, right, equal, equal_to, bounds=sides + [(0, None)] * k
+    )
+    assert found.status in (0, 2, 3)
+    return {2: None, 3: np.inf}[found.status] if found.status else -found.fun
+
+
+@pytest.mark.parametrize(("name", "f", "expected"), SWING)
+def test_swing_bound_of_built_in_joints(name, f, expected):
+    swing = swing_bound(built_in(name, f))
+    assert swing.load_factor == pytest.approx(expected, abs=6e-8)
+    assert swing.certified == (name != "block-33")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_swing_bound_by_a_second_road(seed):
+    problem = joint(seed, n=3, m=5)
+    swing = swing_bound(problem, certify=False).load_factor
+    for share, apart in ((1 - 1e-6, True), (1 + 1e-6, False)):
+        gaps = []
+        for i in range(problem.n):
+            forward = greatest(problem, share * swing, problem.A[i], problem.n + i)
+            backward = greatest(problem, share * swing, -problem.A[i], i)
+            gaps.append(np.inf if None in (forward, backward) else -backward - forward)
+        assert (min(gaps) > 0) == apart
+
+
+def test_multipliers_prove_the_swing_bound():
+    problem = built_in("block-9", 0.2)
+    swing = swing_bound(problem)
+    y, states = swing.multipliers, rows_of(problem)[0]
+    G = np.stack([states[:9], states[9:]], axis=1).reshape(18, 9)
+    size = np.abs(problem.A).max()
+    assert np.abs(y[:, 0] @ G + problem.A).max() <= 1e-12 * size
+    assert np.abs(y[:, 1] @ G - problem.A).max() <= 1e-12 * size
+    inactive = np.ones((9, 2, 18), dtype=bool)
+    for i in range(9):
+        inactive[i, 0, 2 * i + 1] = inactive[i, 1, 2 * i] = False
+    assert y[inactive].max() <= 1e-15
+    assert swing.gaps(problem, 0.999 * swing.load_factor).min() > 0
+    assert swing.gaps(problem, 1.001 * swing.load_factor).min() < 0
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+@pytest.mark.parametrize("floating", [False, True])
+def test_without_coupling_swing_and_melan_agree(n, floating):
+    if n == 1 and floating:
+        return
+    rng = np.random.default_rng(n)
+    root = rng.normal(size=(n, n))
+    A = root @ root.T + np.eye(n)
+    if floating:
+        rigid = np.ones(n) / np.sqrt(n)
+        A = (np.eye(n) - np.outer(rigid, rigid)) @ A @ (np.eye(n) - np.outer(rigid, rigid))
+    problem = shakedown.Problem(
+        A=A, B=np.zeros((n, n)), f=0.5, q_w=rng.normal(size=(6, n)), p_w=4 + rng.normal(size=(6, n))
+    )
+    upper = shakedown.upper_bound(problem).load_factor
+    assert swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-9)
+    bound = shakedown.universal_bound(problem)
+    assert (bound.argument, bound.limited_by) == ("Melan", "first collapse")
+    assert bound.load_factor == pytest.approx(upper, rel=1e-12)
+
+
+def test_rigid_motion_limits_a_floating_body():
+    """Each node alone could bear λ = 1; both together slide where 1.6 + 2 λ exceeds the friction 2 + 1."""
+    A = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    q = 0.8 + np.array([[1.0, 1.0], [-1.0, -1.0]])
+    problem = shakedown.Problem(A=A, B=np.zeros((2, 2)), f=[0.5, 0.25], q_w=q, p_w=np.full((2, 2), 4.0))
+    swing = swing_bound(problem)
+    assert swing.load_factor == pytest.approx(0.7)
+    assert swing.node == -1
+
+
+def test_never_above_the_first_collapse_and_at_least_the_swing_bound():
+    for seed in range(6):
+        problem = joint(seed, n=3, m=5)
+        bound = shakedown.universal_bound(problem)
+        assert bound.load_factor <= bound.first_collapse
+        if bound.swing is not None:
+            assert bound.load_factor >= min(
+                bound.swing.load_factor, bound.first_collapse, bound.lift_off_bound
+            )
+
+
+@pytest.mark.parametrize(("force", "length"), [(2.0**20, 1.0), (1.0, 2.0**-15), (2.0**-30, 2.0**12)])
+def test_units_do_not_matter(force, length):
+    problem = random_problem(3, 5, coupling=1.2)
+    bounds = [shakedown.universal_bound(p) for p in (problem, in_units(problem, force, length))]
+    assert bounds[0].load_factor == pytest.approx(bounds[1].load_factor, rel=1e-12)
+    assert bounds[0].argument == bounds[1].argument
+    assert bounds[0].limited_by == bounds[1].limited_by
+
+
+def test_nodes_may_be_renumbered():
+    problem = random_problem(9, 2, coupling=1.5)
+    order = np.random.default_rng(0).permutation(9)
+    square = np.ix_(order, order)
+    other = shakedown.Problem(
+        A=problem.A[square],
+        B=problem.B[square],
+        f=problem.f,
+        q_w=problem.q_w[:, order],
+        p_w=problem.p_w[:, order],
+    )
+    here, there = swing_bound(problem), swing_bound(other)
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-12)
+    assert order[there.node] == here.node
+
+
+@pytest.mark.parametrize(
+    ("name", "f", "argument"),
+    [
+        ("one-node", None, "first collapse"),
+        ("two-node", None, "first collapse"),
+        ("uncoupled", None, "Melan"),
+        ("block-9", 0.1, "first collapse"),
+        ("block-33", 0.2, "first collapse"),
+        ("press-fit", None, "first collapse"),
+    ],
+)
+def test_complete_arguments_reach_the_first_collapse(name, f, argument):
+    bound = shakedown.universal_bound(built_in(name, f))
+    assert (bound.argument, bound.load_factor) == (argument, bound.first_collapse)
+
+
+def test_lifted_nodes_and_missing_safe_states_leave_nothing():
+    lifted = shakedown.universal_bound(built_in("block-9", 0.5))
+    assert (lifted.status, lifted.load_factor, lifted.limited_by) == ("optimal", 0.0, "first collapse")
+    assert "lift it off" in lifted.reason
+    none = shakedown.universal_bound(shakedown.example("receding-block"))
+    assert none.status == "infeasible"
+    assert np.isnan(none.load_factor)
+
+
+def test_nothing_is_proved_where_the_motion_may_jump():
+    """Friction between the thresholds of the set of both nodes and of each alone; λ_1 > 0 all the same."""
+    problem = shakedown.Problem(
+        A=[[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        B=[[0.0, 0.4, 0.0], [-0.4, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        f=0.9,
+        q_w=[[0.1, 0.0, 0.0], [-0.1, 0.0, 0.1]],
+        p_w=np.full((2, 3), 2.0),
+    )
+    bound = shakedown.universal_bound(problem)
+    assert (bound.load_factor, bound.argument) == (0.0, "none")
+    assert bound.limited_by in ("uniqueness", "first collapse")
+
+
+def test_document():
+    document = shakedown.universal_bound(shakedown.example("three-node")).document()
+    assert document["universal"] == {"load_factor": pytest.approx(0.3096), "node": 0, "argument": "swing"}
+    assert document["closing_box"] is None
+
+
+def test_what_is_given_is_checked():
+    with pytest.raises(shakedown.UsageError, match="problem: expected"):
+        shakedown.universal_bound("two-node")
+    with pytest.raises(shakedown.UsageError, match="collapse: expected"):
+        shakedown.universal_bound(shakedown.example("two-node"), first_collapse=1.0)
+
+
+def first_swing(problem: shakedown.Problem) -> float:
+    """The least load factor of two states, the one that slips forward at no smaller (A v)_i, by SciPy."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    half, empty, share = np.hstack([G, S]), np.zeros((2 * n, n + k)), np.append(np.zeros(n), np.ones(k))
+    limits = [np.hstack([half, empty]), np.hstack([empty, half])]
+    shares = [np.append(share, 0 * share), np.append(0 * share, share)]
+    least = [np.inf]
+    for i in range(n):
+        swing = np.concatenate([-problem.A[i], np.zeros(k), problem.A[i], np.zeros(k)])
+        matrix = np.column_stack([np.vstack([*limits, *shares, swing]), np.zeros(4 * n + 3)])
+        matrix[4 * n : 4 * n + 2, -1] = -1.0
+        right = np.concatenate([g, g, np.zeros(3)])
+        equal = [n + i, 2 * n + i]
+        end = linprog(
+            np.append(np.zeros(2 * (n + k)), 1.0),
+            matrix,
+            right,
+            matrix[equal],
+            right[equal],
+            bounds=2 * ([(None, None)] * n + [(0, None)] * k) + [(0, None)],
+        )
+        assert end.status in (0, 2)
+        least.append(end.fun if end.status == 0 else np.inf)
+    return min(least)
+
+
+def inadmissible_by(problem: shakedown.Problem, slip: np.ndarray, load_factor: float, row: int) -> float:
+    """By how much a slip misses every load of the hull at which one row is active, in the largest force."""
+    (G, g, S), n = rows_of(problem), problem.n
+    k = S.shape[1]
+    room = g - G @ slip
+    matrix = np.vstack(
+        [np.column_stack([S, -np.ones(2 * n)]), np.append(-S[row], -1.0), np.append(np.ones(k), 0)]
+    )
+    right = np.concatenate([room, [-room[row], load_factor]])
+    end = linprog(np.append(np.zeros(k), 1.0), matrix, right, bounds=[(0, None)] * (k + 1))
+    return end.fun / max(np.abs(g).max(), load_factor * np.abs(S).max())
+
+
+def holds_rigidly(problem: shakedown.Problem, load_factor: float) -> bool:
+    """Whether some z = A w lies between (A v)_i of forward and of backward slip at every node, by SciPy."""
+    n = problem.n
+    highest = [greatest(problem, load_factor, problem.A[i], n + i) for i in range(n)]
+    lowest = [greatest(problem, load_factor, -problem.A[i], i) for i in range(n)]
+    rows = [-problem.A[i] for i in range(n) if highest[i] is not None]
+    rows += [problem.A[i] for i in range(n) if lowest[i] is not None]
+    right = [-x for x in highest + lowest if x is not None]
+    if not rows:
+        return True
+    return linprog(np.zeros(n), np.array(rows), right, bounds=[(None, None)] * n).status == 0
+
+
+RIGID = {
+    "A": [[1.0, -1.0], [-1.0, 1.0]],
+    "B": [[-0.2, 0.2], [0.35, -0.35]],
+    "C": 20 * np.eye(2),
+    "f": 0.5,
+    "q_w": [[0.1, 0.0], [-0.1, 0.2], [0.3, -0.2], [0.0, 0.1]],
+    "p_w": [[1.0, 1.2], [1.2, 0.8], [0.9, 1.0], [1.0, 1.1]],
+}
+
+
+def hard_joints():
+    """Lines with a gap to the program, rigid motions, and stiffnesses that are nearly singular."""
+    yield "cyclic", shakedown.example("one-node-cyclic")
+    yield "separation", shakedown.example("one-node-separation")
+    yield "rigid", shakedown.Problem(**RIGID)
+    for seed in range(6):
+        problem = joint(seed, n=3, m=5)
+        values, vectors = np.linalg.eigh(problem.A)
+        for name, least in (("floating", 0.0), ("nearly floating", 1e-4 * values[-1])):
+            rigid = vectors[:, 0]
+            A = (vectors[:, 1:] * values[1:]) @ vectors[:, 1:].T + least * np.outer(rigid, rigid)
+            B = problem.B - np.outer(problem.B @ rigid, rigid)
+            size = 20 * np.abs(problem.A).max() * np.eye(3)
+            yield f"{name} {seed}", replace(problem, A=(A + A.T) / 2, B=B, C=size)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"), list(hard_joints()), ids=lambda x: x if isinstance(x, str) else ""
+)
+def test_swing_bound_and_its_slips_in_hard_joints(name, problem):
+    swing, expected = swing_bound(problem), first_swing(problem)
+    if swing.node < 0:
+        assert swing.load_factor <= expected * (1 + 1e-9)
+        assert np.all(np.isnan([swing.forward_slip, swing.backward_slip]))
+        most = shakedown.upper_bound(problem).load_factor
+        assert holds_rigidly(problem, (1 - 1e-6) * swing.load_factor)
+        assert swing.load_factor >= most or not holds_rigidly(problem, (1 + 1e-6) * swing.load_factor)
+        return
+    assert swing.load_factor == pytest.approx(expected, rel=1e-6)
+    pair, (n, i) = (swing.forward_slip, swing.backward_slip), (problem.n, swing.node)
+    assert inadmissible_by(problem, pair[0], swing.load_factor, n + i) <= 1e-6
+    assert inadmissible_by(problem, pair[1], swing.load_factor, i) <= 1e-6
+    terms = np.abs(problem.A[i]) @ np.abs(pair[0])
+    assert problem.A[i] @ (pair[0] - pair[1]) >= -1e-6 * terms
+
+
+def test_what_the_multipliers_do_not_prove_is_not_certified():
+    for name, expected in (("one-node-cyclic", 1 / 11), ("one-node-separation", 1 / 3)):
+        swing = swing_bound(shakedown.example(name), certify=True)
+        assert swing.load_factor == pytest.approx(expected, rel=1e-12)
+        assert not swing.certified
+
+
+def test_melan_where_the_given_mean_lies_outside_the_loop():
+    """The mean load is no load of the loop then: the hull of the load steps alone is what counts."""
+    slip = {"A": [[1.0]], "B": [[0.0]], "f": 0.5}
+    one = shakedown.Problem(**slip, q_w=[[1.0], [2.0]], p_w=[[4.0], [4.0]], q_mean=[0.0], p_mean=[4.0])
+    assert swing_bound(one).load_factor == pytest.approx(4.0, rel=1e-12)
+    for seed in range(12):
+        rng, n = np.random.default_rng(seed), 1 + seed % 4
+        root = rng.normal(size=(n, n))
+        A = root @ root.T + np.eye(n)
+        if seed % 3 == 0 and n > 1:
+            rigid = np.ones((n, n)) / n
+            A = (np.eye(n) - rigid) @ A @ (np.eye(n) - rigid)
+        q, p = 2.0 * rng.normal(size=n) + rng.normal(size=(4, n)), 4.0 + rng.normal(size=(4, n))
+        problem = shakedown.Problem(
+            A=A,
+            B=np.zeros((n, n)),
+            f=0.5,
+            q_w=q,
+            p_w=p,
+            q_mean=0.1 * rng.normal(size=n),
+            p_mean=np.full(n, 4.0),
+        )
+        upper = shakedown.upper_bound(problem).load_factor
+        assert swing_bound(problem).load_factor == pytest.approx(upper, rel=1e-8)
+
+
+def test_means_of_their_own_keep_the_swing_bound_a_bound():
+    """Just below it nothing cycles, and it is the first overlap that SciPy finds."""
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        base = joint(seed, n=3, m=4)
+        problem = replace(
+            base, q_mean=base.q_w.mean(axis=0) + 0.3 * rng.normal(size=3), p_mean=base.p_w.mean(axis=0)
+        )
+        bound = shakedown.universal_bound(problem).load_factor
+        swing = swing_bound(problem, certify=False).load_factor
+        for i in range(3):
+            forward = greatest(problem, 0.999 * swing, problem.A[i], 3 + i, nested=False)
+            backward = greatest(problem, 0.999 * swing, -problem.A[i], i, nested=False)
+            assert None in (forward, backward) or -backward > forward
+        if 0 < bound < np.inf:
+            for _ in range(3):
+                state = shakedown.long_term_state(problem, 0.999 * bound, 3 * rng.normal(size=3))
+                assert state.outcome == "shakedown"
+
+
+def test_a_program_without_an_end_leaves_the_swing_bound_uncertified():
+    """Multipliers of a program that came to no end are NaN, which is no rational number."""
+    turn = 2 * np.pi * np.arange(8) / 8
+    joint = shakedown.Problem(
+        A=[[1.4042322500363935, -0.5501425858550895], [-0.5501425858550895, 1.3749416789698292]],
+        B=[[1.7351477917039924, -0.872874908743741], [-0.7259111316343567, -0.2283129001678779]],
+        C=[[2.680573390956351, -0.933817044015774], [-0.933817044015774, 0.9078929038651441]],
+        f=[0.8516215692572957, 0.5496679424813072],
+        q_w=np.outer(np.cos(turn), [-0.0869, -0.5838]) + np.outer(np.sin(turn), [-0.12, -0.415]),
+        p_w=np.outer(np.cos(turn), [-0.275, 0.25]) + np.outer(np.sin(turn), [0.108, -0.0986]) + 1.0,
+    )
+    states = ExactStates(joint)
+    assert states.line(0, 1, np.full(4, np.nan)) is None
+    assert swing_bound(joint).load_factor >= 0.0

@@ -1,0 +1,157 @@
+"""The gauge of differences: by a second road, what it implies, and bodies that friction alone holds."""
+
+from dataclasses import replace
+from itertools import combinations, permutations, product
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import shakedown
+from benchmarks.adversary import scaled_to
+from benchmarks.collapse_adversary import stiffness
+from benchmarks.problems import in_units
+from benchmarks.universal_adversary import loaded
+from shakedown.bounds.collapse.proof_status import Evidence
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.difference_gauge import DifferenceGauge, difference_gauge
+
+
+def beyond_one(seed: int) -> shakedown.Problem:
+    """A joint with ρ* just above 1 and a gauge of differences."""
+    rng = np.random.default_rng(seed)
+    for _ in range(200):
+        A, B = scaled_to(*stiffness(rng, 4, ("dense", "chain")[seed % 2]), rng.uniform(1.0, 1.03))
+        problem = loaded(rng, A, B, "impulses")
+        if coupling(problem).bound >= 1.0 and difference_gauge(problem) is not None:
+            return problem
+    raise AssertionError
+
+
+def floating(seed: int, n: int = 4) -> shakedown.Problem:
+    rng = np.random.default_rng(seed)
+    for _ in range(200):
+        problem = loaded(rng, *stiffness(rng, n, "floating"), "smooth")
+        if difference_gauge(problem) is not None and shakedown.lower_bound(problem).load_factor > 0:
+            return problem
+    raise AssertionError
+
+
+def largest_after_relaxing(problem: shakedown.Problem, gauge: DifferenceGauge) -> float:
+    """Largest difference to what else is compared, in its scale, that one relaxed node comes to: one program each."""
+    X, fB, pairs = (
+        gauge.compared,
+        problem.f[:, None] * problem.B,
+        list(permutations(range(len(gauge.scales)), 2)),
+    )
+    apart, limits = (
+        np.array([X[a] - X[b] for a, b in pairs]),
+        np.array([gauge.scales[pair] for pair in pairs]),
+    )
+    largest = 0.0
+    for (a, b), side in product(pairs, (-1, 1)):
+        nodes = np.flatnonzero(X[a])
+        if not nodes.size or X[b, nodes[0]]:
+            continue
+        i = nodes[0]
+        relaxed = -(problem.A[i] + side * fB[i]) / (problem.A[i, i] + side * fB[i, i])
+        relaxed[i] = 0.0
+        gap = X[a, i] * relaxed - X[b]
+        for sign, scale in ((1, gauge.scales[a, b]), (-1, gauge.scales[b, a])):
+            found = linprog(-sign * gap, apart, limits, bounds=(None, None))
+            assert found.status == 0
+            largest = max(largest, -found.fun / scale)
+    return largest
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_relaxing_a_node_raises_no_difference(seed: int) -> None:
+    for problem in (beyond_one(seed), floating(seed)):
+        gauge = difference_gauge(problem)
+        assert largest_after_relaxing(problem, gauge) <= gauge.ratio + 1e-9 < 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_principal_minor_is_positive(seed: int) -> None:
+    """Of a floating joint all but the determinant itself."""
+    for problem, most in ((beyond_one(seed), 4), (floating(seed), 3)):
+        fB = problem.f[:, None] * problem.B
+        for k in range(1, most + 1):
+            for chosen, signs in product(combinations(range(4), k), product((-1, 1), repeat=k)):
+                part = (
+                    problem.A[np.ix_(chosen, chosen)] + np.array(signs)[:, None] * fB[np.ix_(chosen, chosen)]
+                )
+                assert np.linalg.det(part) > 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_below_the_first_collapse_every_state_shakes_down(seed: int) -> None:
+    problem, rng = floating(seed), np.random.default_rng(seed)
+    bound = shakedown.universal_bound(problem)
+    assert bound.argument == "differences"
+    assert bound.load_factor <= bound.first_collapse
+    slips = rng.normal(size=(60, 4))
+    size = np.abs(problem.q_w).max() / np.abs(problem.A).max()
+    found = shakedown.long_term_states(problem, 0.999 * bound.load_factor, size * slips)
+    assert set(found.outcome) <= {"shakedown", "separation"}  # large slips may open a node at first
+    assert np.mean(found.outcome == "shakedown") > 0.5
+
+
+def test_the_drift_bound_is_never_below_the_upper_bound() -> None:
+    for seed in range(4):
+        problem = floating(seed)
+        drift = Evidence(problem, 1.0).argument.drift_bound
+        assert shakedown.upper_bound(problem).load_factor <= drift * (1 + 1e-9) < np.inf
+
+
+def test_units_and_directions_do_not_matter() -> None:
+    for problem in (beyond_one(1), floating(1)):
+        here = difference_gauge(problem)
+        there = difference_gauge(in_units(problem, 2.0**20, 2.0**-15))
+        np.testing.assert_allclose(there.scales, here.scales, rtol=1e-9)
+    problem = floating(1)
+    turned = turned_round(problem, np.array([1.0, -1.0, 1.0, -1.0]))
+    assert difference_gauge(turned).ratio == pytest.approx(difference_gauge(problem).ratio, rel=1e-9)
+    here, there = (Evidence(joint, 1.0).argument.drift_bound for joint in (problem, turned))
+    assert there == pytest.approx(here, rel=1e-9)
+    here, there = (shakedown.universal_bound(joint) for joint in (problem, turned))
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
+
+
+def turned_round(problem: shakedown.Problem, signs: np.ndarray) -> shakedown.Problem:
+    """The joint with the tangents of some nodes pointing the other way."""
+    mean = None if problem.q_mean is None else problem.q_mean * signs
+    A, B = problem.A * signs * signs[:, None], problem.B * signs
+    return replace(problem, A=A, B=B, q_w=problem.q_w * signs, q_mean=mean)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 4, 5])
+def test_what_is_proved_from_every_state_knows_no_tangent(seed: int) -> None:
+    problem = replace(beyond_one(seed), p_mean=np.full(4, 10.0))
+    here = shakedown.universal_bound(problem)
+    assert here.argument == "differences"
+    for signs in product([1.0], *[(1.0, -1.0)] * 3):
+        there = shakedown.universal_bound(turned_round(problem, np.array(signs)))
+        assert there.argument == "differences"
+        assert there.load_factor == pytest.approx(here.load_factor, rel=1e-9)
+
+
+def test_a_joint_on_which_only_tangents_that_oppose_each_other_proved_the_first_collapse() -> None:
+    """Turned round at any one node it had λ_U = λ_1; as it stands, the swing bound 1.01578."""
+    problem = shakedown.Problem(
+        A=[[0.8405, 0.578, 0.5517], [0.578, 0.906, 0.1415], [0.5517, 0.1415, 0.8916]],
+        B=[[0.0832, -0.078, 0.0975], [-0.0485, -0.0676, -0.0441], [-0.1267, -0.0394, -0.1781]],
+        f=[0.5294, 0.4407, 0.5703],
+        q_w=[[2.15, -1.4, -0.65], [-0.62, 1.8, 1.8], [0.2, -0.2, 0.1]],
+        p_w=[[4.1, 3.7, 3.7], [3.8, 4.3, 4.3], [3.9, 4.0, 3.9]],
+    )
+    found = shakedown.universal_bound(problem)
+    assert coupling(problem).bound > 1.03
+    assert found.argument == "differences"
+    assert found.load_factor == pytest.approx(found.first_collapse)
+
+
+def test_a_weakly_coupled_joint_has_one_and_the_counter_examples_none() -> None:
+    assert difference_gauge(shakedown.example("block-33")) is not None
+    for name in ("three-node", "pair-cycle"):
+        assert difference_gauge(shakedown.example(name)) is None

@@ -1,0 +1,155 @@
+"""Uniqueness with all nodes closed: principal minors one by one, the cheap proofs, and units."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import chain, joint
+from shakedown import Problem
+from shakedown.bounds.uniqueness.coupling import coupling
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
+from shakedown.bounds.uniqueness.moving_sets import MovingSet, every_set, first_to_lose, grown_set
+from shakedown.bounds.uniqueness.scaled_stiffness import held, scaled_stiffness
+from shakedown.bounds.uniqueness.weak_coupling import coupling_limit, energy_limit, row_coupling_ratio
+
+
+def exact_determinant(matrix) -> Fraction:
+    """By expansion, in fractions."""
+    if len(matrix) == 1:
+        return matrix[0][0]
+    minors = ([row[:j] + row[j + 1 :] for row in matrix[1:]] for j in range(len(matrix)))
+    return sum(((-1) ** j * matrix[0][j] * exact_determinant(m) for j, m in enumerate(minors)), Fraction(0))
+
+
+def exactly_unique(problem: Problem) -> bool:
+    """Every principal minor of A + S f B, in exact arithmetic."""
+    n = problem.n
+    A, B = ([[Fraction(x) for x in row] for row in M.tolist()] for M in (problem.A, problem.B))
+    f = [Fraction(x) for x in problem.f.tolist()]
+    for k in range(1, n + 1):
+        for chosen, signs in product(combinations(range(n), k), product((1, -1), repeat=k)):
+            rows = [
+                [A[i][j] + s * f[i] * B[i][j] for j in chosen] for i, s in zip(chosen, signs, strict=True)
+            ]
+            if exact_determinant(rows) <= 0:
+                return False
+    return True
+
+
+def integer_joint(seed: int) -> Problem:
+    """Small whole numbers: thresholds that are hit exactly, minors that vanish exactly."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    off = np.triu(rng.integers(-1, 2, (n, n)), 1)
+    A = off + off.T + 4.0 * np.eye(n)
+    B = rng.integers(-1, 2, (n, n)) * (rng.random((n, n)) < 0.6)
+    f = rng.choice([0.25, 0.5, 1.0, 2.0, 4.0])
+    return Problem(A=A, B=B, f=f, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+
+
+@pytest.mark.parametrize("block", range(2))
+def test_the_answer_is_that_of_exact_principal_minors(block: int) -> None:
+    for seed in range(40 * block, 40 * block + 40):
+        problem = integer_joint(seed)
+        answer = unique_in_contact(problem)
+        assert answer.unique is exactly_unique(problem), (seed, answer)
+        assert bool(answer) is answer.unique
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_lost_is_lost(seed: int) -> None:
+    """The set named has a determinant ≤ 0 at the friction as given or below it."""
+    problem = replace(joint(seed, 3 + seed % 4, coupling=0.8), f=2.5)
+    answer = unique_in_contact(problem)
+    if answer.unique is False:
+        J, sides = list(answer.slipping), np.array(answer.sides)
+        A, B = problem.A[np.ix_(J, J)], problem.B[np.ix_(J, J)]
+        minors = [np.linalg.det(A - t * sides[:, None] * 2.5 * B) for t in np.linspace(0, 1, 400)]
+        assert min(minors) <= 1e-3 * minors[0]
+    else:
+        assert exactly_unique(problem)
+
+
+@pytest.mark.parametrize("n", [9, 40, 250])
+def test_many_nodes_by_a_cheap_proof(n: int) -> None:
+    weak = replace(chain(n), f=0.05)
+    assert unique_in_contact(weak).unique is True
+    strong = replace(weak, f=1e3)
+    assert unique_in_contact(strong).unique is not True
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_energy_proves_what_dominance_cannot(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(60, 60))
+    kappa = root @ root.T / 60 + 0.3 * np.eye(60)
+    dense = Problem(A=kappa[:30, :30], B=kappa[30:, :30], f=0.1, q_w=np.zeros((1, 30)), p_w=np.ones((1, 30)))
+    assert coupling(dense).ratio > 1
+    assert unique_in_contact(dense).argument == "every motion stores more energy than friction can feed it"
+    lost = first_to_lose(
+        scaled_stiffness(dense, dense.f, shakedown.Tolerances()), [MovingSet((i, i + 1)) for i in range(29)]
+    )
+    assert lost.factor > energy_limit(
+        scaled_stiffness(dense, dense.f, shakedown.Tolerances()), separation=False
+    )
+
+
+def test_the_limit_of_weak_coupling_is_a_coupling_ratio_of_one() -> None:
+    for seed in range(8):
+        problem = joint(seed, 6, coupling=0.15)
+        stiffness = scaled_stiffness(problem, np.ones(6), shakedown.Tolerances())
+        t = coupling_limit(stiffness)
+        assert 0 < t <= first_to_lose(stiffness, every_set(6, separation=False)).factor * (1 + 1e-12)
+        own = (np.diag(stiffness.A) / np.abs(np.diag(stiffness.weighted))).min()
+        found = row_coupling_ratio(stiffness.A, t * stiffness.weighted)
+        assert found.ratio == pytest.approx(1.0, rel=1e-8) or t == pytest.approx(own, rel=1e-8)
+
+
+def test_a_floating_body_is_not_called_unique() -> None:
+    answer = unique_in_contact(shakedown.example("receding-block"))
+    assert answer.unique is False
+    assert answer.argument.startswith("only friction holds the body")
+
+
+def test_friction_at_the_threshold_counts_as_above() -> None:
+    problem = Problem(A=[[2.0]], B=[[1.0]], f=2.0, q_w=[[0.0]], p_w=[[1.0]])
+    assert unique_in_contact(problem).unique is False
+    assert unique_in_contact(replace(problem, f=2.0 * (1 - 1e-8))).unique is True
+    assert unique_in_contact(problem, tolerances=shakedown.Tolerances(feasibility=0.2)).unique is False
+    assert (
+        unique_in_contact(replace(problem, f=1.8), tolerances=shakedown.Tolerances(feasibility=0.2)).unique
+        is False
+    )
+
+
+def test_a_double_root_ends_uniqueness() -> None:
+    """det(A + t S B) = (1 − t/2)² touches zero: a defective double eigenvalue, parted by round-off."""
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s], [s, c]])
+    B = turn @ np.array([[-0.5, 1.0], [0.0, -0.5]]) @ turn.T
+    problem = Problem(A=np.eye(2), B=B, f=1.0, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
+    stiffness = scaled_stiffness(problem, np.ones(2), shakedown.Tolerances())
+    same = first_to_lose(stiffness, [MovingSet((0, 1))])
+    assert same.factor / stiffness.friction_unit <= 2.0 * (1 + 1e-6)
+
+
+def test_grown_sets_find_what_all_sets_have() -> None:
+    found = []
+    for seed in range(8):
+        problem = joint(seed, 5, coupling=0.6)
+        stiffness = scaled_stiffness(problem, np.ones(5), shakedown.Tolerances())
+        best = first_to_lose(stiffness, every_set(5, separation=True)).factor
+        found.append(grown_set(stiffness, separation=True).factor / best)
+    assert min(found) >= 1 - 1e-9
+    assert np.median(found) < 1.05
+
+
+def test_rigid_motions_are_seen_in_the_nodes_own_measure() -> None:
+    soft_and_stiff = np.diag([1.0, 1e-14])
+    assert held(soft_and_stiff, shakedown.Tolerances())
+    assert not held(np.array([[1.0, -1.0], [-1.0, 1.0]]), shakedown.Tolerances())
+    assert not held(np.zeros((1, 1)), shakedown.Tolerances())

@@ -1,0 +1,149 @@
+"""The wedging threshold: its witness, a stated end of the search, and joints that make the search hard."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from benchmarks.problems import in_units, joint
+from shakedown import Problem
+from shakedown.bounds.uniqueness.in_contact import unique_in_contact
+from shakedown.bounds.uniqueness.wedging import KNOWN, PROGRAMS
+
+
+def sparse_joint(seed: int) -> Problem:
+    """Whole numbers and empty rows: witnesses with idle nodes, where what is to spare vanishes."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 9))
+    if seed % 3 == 0:
+        off = np.triu(rng.integers(-1, 2, (n, n)) * (n < 5), 1)
+        A, B = off + off.T + 4.0 * np.eye(n), rng.integers(-1, 2, (n, n)).astype(float)
+    elif seed % 3 == 1:
+        A = np.diag(1.0 + rng.integers(0, 3, n))
+        B = rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.3)
+    else:  # κ singular
+        root = rng.integers(-2, 3, (2 * n, max(1, n - 1))).astype(float)
+        kappa = root @ root.T
+        A, B = kappa[:n, :n], kappa[n:, :n]
+    return Problem(A=A, B=B, f=0.3, q_w=np.zeros((1, n)), p_w=np.ones((1, n)))
+
+
+def test_the_smallest_hard_case_ends_at_once() -> None:
+    """Only v = (1, 0) is wedged at f = 4, and node 1 is idle there."""
+    problem = Problem(
+        A=4 * np.eye(2),
+        B=[[1.0, -1.0], [0.0, 1.0]],
+        C=4 * np.eye(2),
+        f=0.3,
+        q_w=[[1.0, 0.0], [-1.0, 0.0]],
+        p_w=np.full((2, 2), 3.0),
+    )
+    wedged = shakedown.friction_thresholds(problem).wedging
+    assert wedged.value == pytest.approx(4.0, rel=1e-8)
+    assert wedged.programs <= PROGRAMS
+
+
+def test_sparse_and_integer_joints_end_with_a_bracket() -> None:
+    known = 0
+    for seed in range(24):
+        problem = sparse_joint(seed)
+        limits = shakedown.friction_thresholds(problem)
+        wedged = limits.wedging
+        assert wedged.programs <= PROGRAMS
+        assert wedged.low <= wedged.high
+        assert bool(wedged.reason) == np.isnan(wedged.value)
+        known += not wedged.reason
+        if np.isfinite(wedged.high):
+            v = wedged.slip
+            terms = np.abs(problem.A) @ np.abs(v) + wedged.high * np.abs(problem.B) @ np.abs(v)
+            excess = np.abs(problem.A @ v) - wedged.high * (problem.B @ v)
+            assert np.all(excess <= 1e-9 * terms)
+            assert np.any(problem.B @ v > 0)
+            if not wedged.reason:
+                assert wedged.low >= wedged.high * (1 - KNOWN)
+    assert known >= 21  # of 24
+
+
+def test_a_node_whose_pressure_no_slip_changes_bears_none() -> None:
+    """(A v)_2 = 0 leaves a plane of slips, which is scanned; as an inequality of a program it hid the threshold."""
+    A = np.array([[0.959, -0.1595, -0.105], [-0.1595, 0.957, -0.0775], [-0.105, -0.0775, 0.926]])
+    B = np.array([[-0.362, 0.032, 0.009], [0.054, -0.305, 0.032], [0.0, 0.0, 0.0]])
+    plane = np.linalg.svd(A[2:])[2][1:]
+    angles = np.linspace(0.0, 2 * np.pi, 200_001)
+    q, p = (matrix[:2] @ plane.T @ [np.cos(angles), np.sin(angles)] for matrix in (A, B))
+    needed = np.max(np.abs(q) / np.where(p > 0, p, np.nan), axis=0)
+    problem = Problem(A=A, B=B, f=0.3, q_w=np.zeros((1, 3)), p_w=np.ones((1, 3)))
+    wedged = shakedown.friction_thresholds(problem).wedging
+    assert wedged.value == pytest.approx(np.nanmin(needed), rel=1e-4)
+    assert not wedged.reason
+
+
+def test_no_wedging_below_the_threshold_of_uniqueness() -> None:
+    for seed in range(10):
+        limits = shakedown.friction_thresholds(joint(seed, 1 + seed % 5, coupling=0.7))
+        assert limits.wedging.high >= limits.uniqueness_in_contact.value * (1 - 1e-9)
+
+
+def test_many_nodes_are_not_searched_and_say_so() -> None:
+    limits = shakedown.friction_thresholds(joint(0, 101, coupling=0.1))
+    wedged = limits.wedging
+    assert (wedged.low, wedged.high, wedged.programs) == (limits.uniqueness_in_contact.low, np.inf, 0)
+    assert np.isnan(wedged.value)
+    assert "100 nodes" in wedged.reason
+
+
+def test_coupling_of_the_size_of_round_off_is_none() -> None:
+    """A condensation leaves 1e-16 where symmetry has 0."""
+    A = 2 * np.eye(2) + 0.5
+    problem = Problem(
+        A=A, B=[[1e-16, -3e-16], [0.0, 2e-16]], f=0.3, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2))
+    )
+    limits = shakedown.friction_thresholds(problem)
+    assert np.all(np.isinf(limits.single_node))
+    assert np.isinf(limits.uniqueness_in_contact.value)
+    assert np.isinf(limits.wedging.value)
+
+
+@pytest.mark.parametrize("kind", range(3))
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+def test_units_do_not_matter_to_the_last_bit(kind: int, n: int) -> None:
+    rng = np.random.default_rng(10 * n + kind)
+    if kind == 0:
+        root = rng.normal(size=(2 * n, max(1, 2 * n - 2)))  # κ singular
+    elif kind == 1:
+        root = rng.integers(-2, 3, (2 * n, 2 * n)).astype(float)
+    else:
+        root = rng.normal(size=(2 * n, 2 * n)) * (rng.random((2 * n, 2 * n)) < 0.4)
+    kappa = root @ root.T
+    one = Problem(
+        A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.7, q_w=np.zeros((1, n)), p_w=np.ones((1, n))
+    )
+    limits, answer = shakedown.friction_thresholds(one), unique_in_contact(one)
+    for power in (-301, 30):
+        there = in_units(one, 2.0**power, 1.0)
+        other = shakedown.friction_thresholds(there)
+        np.testing.assert_array_equal(other.single_node, limits.single_node)
+        assert other.uniqueness_in_contact == limits.uniqueness_in_contact
+        assert other.uniqueness == limits.uniqueness
+        assert (other.wedging.low, other.wedging.high) == (limits.wedging.low, limits.wedging.high)
+        np.testing.assert_array_equal(other.wedging.slip, limits.wedging.slip)
+        assert unique_in_contact(there) == answer
+
+
+@pytest.mark.parametrize("size", [1e-100, 1e-90, 1e100])
+def test_extreme_stiffness_gets_an_answer(size: float) -> None:
+    problem = Problem(A=[[size]], B=[[size]], C=[[size]], f=0.3, q_w=[[0.0]], p_w=[[0.0]])
+    limits = shakedown.friction_thresholds(problem)
+    assert limits.single_node == pytest.approx([1.0], rel=1e-9)
+    assert limits.uniqueness_in_contact.value == pytest.approx(1.0, rel=1e-9)
+
+
+def test_extreme_friction_and_no_stiffness_get_an_answer() -> None:
+    zero = np.zeros((2, 2))
+    nothing = Problem(A=zero, B=zero, C=zero, f=[0.1, 0.2], q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
+    assert np.all(np.isinf(shakedown.friction_thresholds(nothing).single_node))
+    assert unique_in_contact(nothing).unique is False
+    for f in (0.0, 1e12, [1e12, 1e11], [0.0, 1e-12]):
+        problem = Problem(A=2 * np.eye(2), B=np.eye(2), f=f, q_w=np.zeros((1, 2)), p_w=np.ones((1, 2)))
+        limits = shakedown.friction_thresholds(problem)
+        assert limits.single_node.tolist() == [2.0, 2.0]
+        assert unique_in_contact(problem).unique is bool(np.max(f) < 2)

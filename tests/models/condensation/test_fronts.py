@@ -1,0 +1,157 @@
+"""Large solids: nested dissection and Cholesky by fronts against dense algebra and SuperLU."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.linalg import LinAlgError
+
+from shakedown import ProblemError
+from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
+from shakedown.models.condensation import expense, factorised_interior
+from shakedown.models.condensation.condense import condensed_stiffness
+from shakedown.models.condensation.dissection import LEAF, dissection
+from shakedown.models.condensation.fronts import FrontFactors, elimination, factorised
+
+KEPT = 12
+
+
+def grid(counts, seed=0):
+    """A Laplacian on a grid with random couplings, and where its nodes are."""
+    rng = np.random.default_rng(seed)
+    places = (
+        np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
+    )
+    number = np.arange(len(places)).reshape(counts)
+    ends = [np.stack([np.delete(number, -1, a).ravel(), np.delete(number, 0, a).ravel()]) for a in range(3)]
+    i, j = np.hstack(ends)
+    K = sparse.coo_array((rng.uniform(0.5, 1.5, len(i)), (i, j)), shape=(len(places),) * 2).tocsr()
+    K = -(K + K.T)
+    return sparse.csr_array(K + sparse.diags_array(0.01 - K.sum(axis=1))), places
+
+
+def planned(K, places, kept=KEPT):
+    count = K.shape[0] - kept
+    pieces = dissection(K[:count, :count], places if places is None else places[:count])
+    return elimination(K, pieces, list(np.arange(count)[:, None])), pieces
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("counts", [(9, 8, 7), (30, 4, 3), (2, 3, 4)])
+def test_what_is_left_is_the_schur_complement(counts, known):
+    K, places = grid(counts)
+    plan, pieces = planned(K, places if known else None)
+    found, dense = factorised(K, plan), K.toarray()
+    ii, ic = dense[:-KEPT, :-KEPT], dense[:-KEPT, -KEPT:]
+    expected = dense[-KEPT:, -KEPT:] - ic.T @ np.linalg.solve(ii, ic)
+    np.testing.assert_allclose(found.schur, expected, atol=1e-13 * np.abs(expected).max())
+    right = np.random.default_rng(1).normal(size=(len(ii), 3))
+    np.testing.assert_allclose(ii @ found.solve(right), right, atol=1e-11)
+    np.testing.assert_allclose(found.solve(right[:, 0]), found.solve(right)[:, 0], atol=1e-12)
+    assert np.prod(found.pivots[:20]) > 0
+    nodes = np.sort(np.concatenate([piece.nodes for piece in pieces]))
+    np.testing.assert_array_equal(nodes, np.arange(len(ii)))
+
+
+def test_cuts_are_no_larger_than_planes_of_the_grid():
+    K, places = grid((12, 10, 9))
+    pieces = dissection(K, places)
+    assert len(pieces[-1].nodes) == 90
+    assert max(len(piece.nodes) for piece in pieces if not piece.children) <= LEAF
+    for piece in pieces:  # nothing couples the two sides of a cut
+        if len(piece.children) == 2:
+            one, other = (_below(pieces, child) for child in piece.children)
+            assert K[one][:, other].nnz == 0
+
+
+def _below(pieces, number):
+    return np.concatenate(
+        [pieces[number].nodes, *(_below(pieces, child) for child in pieces[number].children)]
+    )
+
+
+def test_parts_that_are_not_connected_and_places_that_are_the_same():
+    one, places = grid((5, 5, 4))
+    K = sparse.block_diag([one, one], format="csr")
+    for where in (None, np.vstack([places, places]), np.zeros((200, 3))):
+        plan, _ = planned(K, where, kept=3)
+        dense = K.toarray()
+        expected = np.linalg.inv(np.linalg.inv(dense)[-3:, -3:])
+        np.testing.assert_allclose(factorised(K, plan).schur, expected, atol=1e-12)
+
+
+def test_a_plan_knows_what_it_takes():
+    K, places = grid((9, 8, 7))
+    plan, _ = planned(K, places)
+    held = sum(L.nbytes + below.nbytes for L, below in factorised(K, plan)._parts)
+    assert held < plan.memory < 6 * held
+    larger, _ = planned(*grid((18, 16, 14)))
+    assert 16 < larger.operations / plan.operations < 128  # n⁶ on grids of n³ nodes: 64 in the limit
+
+
+def test_an_indefinite_matrix_is_not_factorised():
+    K, places = grid((5, 5, 4))
+    with pytest.raises(LinAlgError, match="not positive definite at unknown"):
+        factorised(sparse.csr_array(K - 3.0 * sparse.eye_array(100)), planned(K, places)[0])
+
+
+def blocks(rigid=()):
+    steel = Material(210e3, 0.3)
+    loads = [Force("top", (1.0, 2.0, -9.0), history=1.0)]
+    half = [Support("front", x=False, z=False)]
+    upper = ElasticBody(
+        brick_mesh((4.0, 3.0, 2.0), (4, 3, 1), origin=(0, 0, 2)), steel, half, loads, rigid=rigid
+    )
+    lower = ElasticBody(brick_mesh((4.0, 3.0, 2.0), (4, 3, 1)), steel, [Support("bottom"), *half])
+    return upper, lower
+
+
+@pytest.mark.parametrize("rigid", [(), ("right",)])
+def test_solids_have_the_same_joint_by_either_factorisation(monkeypatch, rigid):
+    upper, lower = blocks()
+    if rigid:
+        upper = ElasticBody(upper.mesh, upper.material, [], upper.loads, rigid=("top",))
+    one = contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
+    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
+    other = contact_problem(upper, "bottom", 0.4, against=(lower, "top"))
+    size = np.abs(one.kappa).max()
+    np.testing.assert_allclose(other.kappa, one.kappa, rtol=0, atol=1e-12 * size)
+    np.testing.assert_allclose(other.q_w, one.q_w, atol=1e-11)
+    np.testing.assert_allclose(other.p_w, one.p_w, atol=1e-11)
+
+
+def chain_of(count):
+    """A row of nodes on springs, each held a little; the first is in contact."""
+    K = sparse.kron(
+        sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(count, count)), np.eye(3)
+    )
+    return sparse.csr_array(K), np.array([(k, d) for k in range(count) for d in (1, 2, 3)])
+
+
+def test_what_was_found_is_checked_and_expense_is_said(monkeypatch):
+    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
+    K, dofs = chain_of(200)
+    said = []
+    monkeypatch.setattr(expense, "WORTH_SAYING", 0.0)
+    found = condensed_stiffness(K, dofs, [0], [0, 0, 1], announce=said.append)
+    assert isinstance(found._model.lu, FrontFactors)
+    assert found.residual < 1e-14
+    np.testing.assert_allclose(found.stiffness, (1 + 1 / 200) * np.eye(3), atol=1e-12)  # 2 − 199/200
+    assert said[0].startswith("condensing 597 rows to 1 contact nodes takes about")
+    found._model.lu.schur[0, 0] += 1.0
+    assert found._model.schur()[1] > 0.1
+    monkeypatch.setattr(expense, "memory", lambda: 1e4)
+    with pytest.raises(
+        ProblemError, match=r"K: expected a model that fits into .* GiB of memory, found that cond"
+    ):
+        condensed_stiffness(K, dofs, [0], [0, 0, 1])
+
+
+def test_what_can_move_is_named_as_before(monkeypatch):
+    K, dofs = chain_of(200)
+    loose = K.tolil()
+    for k in (3 * 150, 3 * 151):  # along x, the chain is cut before node 150 and after node 151
+        loose[k, k] = 1.0
+    loose[450, 447] = loose[447, 450] = loose[453, 456] = loose[456, 453] = 0.0
+    monkeypatch.setattr(factorised_interior, "_LARGE", 1)
+    with pytest.raises(ProblemError, match="nodes 150, 151 along x"):
+        condensed_stiffness(sparse.csr_array(loose), dofs, [0], [0, 0, 1])

@@ -1,0 +1,346 @@
+"""Models that are subtly wrong: each is refused in one line, or warned of wherever its numbers are shown."""
+
+import json
+import re
+
+import pytest
+import writers
+from command import document, run
+
+import shakedown
+from shakedown import ProblemError, import_model
+from shakedown.models.importing.templates import write_import_example
+
+UP = "normals = [[0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1], [0, 1]]"
+SETS = '"PUNCH_FOOT", "BLOCK_TOP"'
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory):
+    """The text of the example's configuration and of its deck, and a folder for changed ones."""
+    folder = tmp_path_factory.mktemp("punch")
+    write_import_example(folder)
+    return folder, (folder / "import.toml").read_text(), (folder / "punch.inp").read_text()
+
+
+def labels(first=range(1, 10), second=range(1073, 1082)):
+    return str([list(pair) for pair in zip(first, second, strict=True)])
+
+
+def moved(deck, change, nodes):
+    """A deck with other places of some nodes."""
+
+    def line(match):
+        label, x, y = int(match[1]), float(match[2]), float(match[3])
+        return f"{label}, " + ", ".join(map(repr, change(x, y) if label in nodes else (x, y))) + "\n"
+
+    found = re.sub(r"^(\d+), ([-\d.]+), ([-\d.]+)\n", line, deck, flags=re.MULTILINE)
+    assert found != deck
+    return found
+
+
+BLOCK = range(1001, 2000)
+WAVE = "harmonics = [{ order = 1, sin = 1.0 }]"
+
+
+def push(changed):
+    """The configuration with another history of the load that pushes to and fro."""
+    return lambda text, deck: (text.replace(WAVE, changed, 1), deck)
+
+
+def contact(changed):
+    return lambda text, deck: (text.replace(f"pairs = [{SETS}]", changed), deck)
+
+
+def placed(change, nodes=BLOCK, more=""):
+    return lambda text, deck: (text.replace("[contact]\n", f"[contact]\n{more}"), moved(deck, change, nodes))
+
+
+def changed(old, new):
+    return lambda text, deck: (text.replace(old, new, 1), deck)
+
+
+def rows_of_another_run(text, deck):
+    """The map of a run with another numbering."""
+    rows = [f"{node}.{direction}" for node in (*range(2, 46), 1) for direction in (1, 2)]
+    rows += [f"{node}.{direction}" for node in range(1018, 1086) for direction in (1, 2)]
+    return text, deck, ("changed.dof", "\n".join(rows) + "\n")
+
+
+def slower_clock(text, deck):
+    """A record in milliseconds, its period in seconds."""
+    rows = "".join(f"{k / 10},{(-1) ** (k // 5)}\n" for k in range(20))
+    file = 'file = "h.csv", column = "f", time = "t", period = 0.002'
+    return text.replace(WAVE, file.replace("0.002", "1e3"), 1), deck, ("h.csv", f"t,f\n{rows}")
+
+
+REFUSED = {
+    "partners beside each other": (
+        contact(f"pairs = {labels(second=[1074, 1073, *range(1075, 1082)])}"),
+        r"nearer than 0.25 of the spacing 0.25\), found 1/1074 0.25 apart along the surface",
+    ),
+    "partners in the opposite order": (
+        contact(f"pairs = {labels(second=range(1081, 1072, -1))}"),
+        "found 1/1081 2 apart along the surface",
+    ),
+    "partners a layer below": (
+        contact(f"pairs = {labels(second=range(1056, 1065))}"),
+        "found 1/1056 0.25 apart across it; say 'gap' where they are meant",
+    ),
+    "all normals out of the body": (
+        contact(f"pairs = [{SETS}]\nnormal = [0, -1]"),
+        r"expected normals into the first body, found \[0, -1, 0\] at \d+/\d+, where its faces have \[0, 1, 0\] \(9 of 9",
+    ),
+    "one normal out of the body": (
+        contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[0, -1]', 1)}"),
+        r"found \[0, -1, 0\] at 1/1073, .* \(1 of 9 do not\)",
+    ),
+    "bodies the other way round": (
+        contact('pairs = ["BLOCK_TOP", "PUNCH_FOOT"]\nnormal = [0, 1]'),
+        r"expected normals into the first body, found \[0, 1, 0\] at 1073/1",
+    ),
+    "a normal along the surface": (
+        contact(f"pairs = [{SETS}]\nnormal = [1, 0]"),
+        r"found \[1, 0, 0\] at \d+/\d+, where its faces have \[0, 1, 0\] \(9 of 9 do not",
+    ),
+    "friction of nodes in no known order": (
+        changed("friction = 0.3", f"friction = {[0.1, 0.5, 0.9] * 3}"),
+        "key 'friction': expected no list beside sets of nodes, whose order it cannot know",
+    ),
+    "one pair on which the body turns": (
+        contact("pairs = [[5, 1077]]\nnormal = [0, 1]"),
+        "expected an interior that the supports and the welded contact hold, found that it can move",
+    ),
+    "a load that stands for nothing": (
+        changed("history = 1.0", "history = 1.0\nvalue = 0"),
+        "not 0, found 0",
+    ),
+    "a normal of no length": (
+        contact(f"pairs = {labels()}\nnormal = [0, 0]"),
+        "'normal': expected vectors of length",
+    ),
+    "bodies into each other": (
+        placed(lambda x, y: (x, 2 - y)),
+        "faces of the second body that look at those of the first",
+    ),
+}
+
+WARNED = {
+    "shifted along the surface": (placed(lambda x, y: (x + 0.04, y)), "0.04 apart along the surface, 0.16 of the spacing"),
+    "one side larger": (placed(lambda x, y: (1.02 * x, y)), "apart along the surface, 0.24 of the spacing (mean 0.16)"),
+    "drawn apart": (placed(lambda x, y: (x, y - 0.004)), "drawn so that they lie apart by 0.004 across the surface"),
+    "drawn into each other": (placed(lambda x, y: (x, y + 0.01)), "drawn so that they overlap by 0.01"),
+    "a normal askew": (contact(f"pairs = {labels()}\n{UP.replace('[0, 1]', '[1, 1]', 1)}"), "turned by 45° from the faces"),
+    "a node left out": (
+        contact(f"pairs = {labels([1, 2, 3, 5, 6, 7, 8, 9], [1073, 1074, 1075, *range(1077, 1082)])}\nnormal = [0, 1]"),
+        "1 node(s) within the contact are no contact nodes, first 4",
+    ),
+    "a pair the other way round": (
+        contact(f"pairs = {labels([1, 2, 3, 1076, *range(5, 10)], [1073, 1074, 1075, 4, *range(1077, 1082)])}\nnormal = [0, 1]"),
+        "1 pair(s), first 1076/4, name the bodies the other way round",
+    ),
+    "ends left out": (
+        contact(f"pairs = {labels(range(2, 9), range(1074, 1081))}"),
+        "lie at one place and are no pair of the contact (2 times, first 1 and 1073)",
+    ),
+    "one body for two": (
+        contact('nodes = "PUNCH_FOOT"'),
+        "lie at one place and are no pair of the contact (9 times",
+    ),
+    "too much interference": (placed(lambda x, y: (x, y - 1e-9), more="gap = -1\n"), "up to 1, 4 of the spacing"),
+    "far apart": (placed(lambda x, y: (x, y - 1e-9), more="gap = 12\n"), "the least gap is 12, 48 of the spacing"),
+    "rows of another run": (rows_of_another_run, "the matrix couples nodes that share no element of the deck"),
+    "another shape": (placed(lambda x, y: (x, 2 * y - 1), range(1, 2000)), "meet resistance at 45 of 96 nodes inside"),
+    "another unit": (changed('"punch.sti"', '"punch.sti"\nscale = 1000'), "is 'scale' right?"),
+    "seconds for milliseconds": (slower_clock, "covers 0.19 % of the period of 1000"),
+    "an alias": (push(WAVE.replace("order = 1", "order = 48")), "order 48 cannot be told from one of order 0 at 48 load step(s)"),
+    "an alias that still moves": (push(WAVE.replace("order = 1", "order = 47")), "order 47 cannot be told from one of order 1"),
+    "a wave of two steps": (push(WAVE.replace("order = 1", "order = 24")), "the sine of order 24 is 0 at 48 load step(s)"),
+    "peaks between the steps": (push("points = [[0, 0], [0.01, 5], [0.02, 0], [0.5, 1], [1, 0]]"), "miss 80 % of its range"),
+    "a jump at the end": (push("points = [[0, 0], [1, 1]]"), "miss 2.1 % of its range"),
+    "a wave of no size": (push(WAVE.replace("1.0", "0.0")), "'pushed to and fro' does not vary: its factor is 0 at every"),
+    "a mean beyond the swing": (
+        lambda text, deck: (text.replace(f"{{ {WAVE} }}", f"{{ {WAVE} }}\nmean = 3", 1), deck),
+        "swings about a mean of 3 that it never passes",
+    ),
+    "no force": (lambda text, deck: (text.replace('1, 10.0', '1, 0.0'), deck), "'pushed to and fro' is zero"),
+    "one load step": (lambda text, deck: (text.replace("steps = 48", "steps = 1"), deck), "no load varies over the 1 load step"),
+    "pulled": (lambda text, deck: (text.replace("-100.0", "100.0"), deck), "pulls the welded contact open"),
+    "forces on what is held": (
+        lambda text, deck: (
+            text.replace('["PUNCH_TOP", 1, 10.0]', "[40, 1, 10.0]") + "\n[supports]\nfixed = [[40, 1]]\n",
+            deck,
+        ),
+        "'pushed to and fro' acts on held rows only, and reaches no contact node",
+    ),
+}  # fmt: skip
+
+
+def made(example, change):
+    folder, text, deck = example
+    toml, inp, *more = change(text, deck)
+    (folder / "changed.toml").write_text(toml.replace("punch.", "changed."))
+    for name in ("sti", "dof"):
+        (folder / f"changed.{name}").write_text((folder / f"punch.{name}").read_text())
+    for name, content in {"changed.inp": inp, **dict(more)}.items():
+        (folder / name).write_text(content)
+    return import_model(folder / "changed.toml")
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_meant_is_refused(example, case):
+    change, message = REFUSED[case]
+    with pytest.raises(ProblemError, match=message):
+        made(example, change)
+
+
+@pytest.mark.parametrize("case", WARNED)
+def test_what_is_doubtful_is_a_warning_that_the_problem_keeps(example, case):
+    change, words = WARNED[case]
+    found = made(example, change)
+    assert any(words in warning for warning in found.warnings), found.warnings
+    assert found.problem.warnings == found.warnings
+    assert max(map(len, found.warnings)) < 250
+
+
+def test_warnings_are_in_the_first_lines_of_every_command(example, tmp_path):
+    folder, _, _ = example
+    made(example, WARNED["shifted along the surface"][0])
+    made_file = str(tmp_path / "joint.npz")
+    code, out, err = run("import", str(folder / "changed.toml"), "-o", made_file)
+    assert (code, err) == (0, "")
+    for words in (["solve", "--quick"], ["simulate", "--load-factor", "0.5", "--cycles", "2"]):
+        _, out, _ = run(words[0], made_file, *words[1:])
+        assert "warning: pairs do not lie on each other" in "\n".join(out.splitlines()[:2])
+    warnings = document("solve", made_file, "--quick")["problem"]["warnings"]
+    assert warnings == list(shakedown.load_problem(made_file).warnings)
+    found = document("import", str(folder / "changed.toml"), "--check")
+    assert found["warnings"] == warnings
+    assert found["pairs"]["along_by_spacing"]["largest"] == pytest.approx(0.16)
+
+
+def test_a_configuration_with_a_byte_order_mark_is_read(example):
+    folder, text, _ = example
+    (folder / "marked.toml").write_text(text, encoding="utf-8-sig")
+    problem = import_model(folder / "marked.toml").problem
+    assert json.loads(problem.source)["configuration"]["text"].endswith(text)
+
+
+def test_the_example_and_its_neighbours_are_not_doubted(example):
+    """Neither a clearance that is said, nor a shear of the mesh, nor another start of the wave."""
+    for change in (
+        lambda text, deck: (text, deck),
+        placed(lambda x, y: (x, y - 0.004), more="gap = 'coordinates'\n"),
+        placed(lambda x, y: (x, y - 0.004), more="gap = 0.0\n"),
+        placed(lambda x, y: (x + 1e-4, y)),
+        push("harmonics = [{ order = 2, sin = 0.6, cos = -0.8 }]"),
+        push("points = [[0, 0], [0.25, 1], [0.75, -1], [1, 0]]"),
+    ):
+        assert made(example, change).warnings == ()
+
+
+TETRAHEDRON = """*NODE
+1, 0, 0, 0
+2, 2, 0, 0
+3, 0, 2, 0
+4, 0, 0, 2
+5, 1, 0, 0
+6, 1, 1, 0
+7, 0, 1, 0
+8, 0, 0, 1
+9, 1, 0, 1
+10, 0, 1, 1
+*ELEMENT, TYPE=C3D10
+1, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+"""
+
+
+def one_tetrahedron(folder, nodes):
+    """A quadratic tetrahedron that stands on one face."""
+    dofs = [(node, direction) for node in range(1, 11) for direction in (1, 2, 3)]
+    (folder / "k").write_text(writers.abaqus_substructure(writers.symmetric_matrix(30, seed=1), dofs))
+    (folder / "deck").write_text(TETRAHEDRON)
+    (folder / "c.toml").write_text(
+        f"""friction = 0.4
+[model]
+file = "deck"
+[stiffness]
+file = "k"
+[contact]
+nodes = {nodes}
+[[load]]
+reactions = {[[0.1, 0.0, 1.0]] * len(nodes)}
+history = [1.0, 0.5]
+"""
+    )
+    return import_model(folder / "c.toml")
+
+
+def test_corners_of_quadratic_faces_are_said_to_bear_no_pressure(tmp_path):
+    found = one_tetrahedron(tmp_path, [1, 2, 3, 5, 6, 7])
+    assert found.problem.node_area is None
+    (said,) = found.problem.warnings
+    assert said.startswith(
+        "quadratic faces at the contact give 3 of 6 nodes, first 1, no or a negative share"
+    )
+
+
+def test_nodes_between_corners_that_are_left_out_are_said(tmp_path):
+    (said,) = one_tetrahedron(tmp_path, [1, 2, 3]).warnings
+    assert said.startswith(
+        "faces at the contact have 3 node(s) between their corners that are no contact nodes, first 5"
+    )
+
+
+def test_friction_in_per_cent_stops_the_check(example):
+    folder, _, _ = example
+    found = made(example, changed("friction = 0.3", "friction = 30"))
+    assert found.warnings == ()
+    assert not found.ready
+    _, out, _ = run("import", str(folder / "changed.toml"), "--check")
+    assert "is it in percent?" in "".join(out.splitlines()[1:3])
+    assert "STOP: 1 warning to clear up" in out
+
+
+def test_a_matrix_that_is_not_elastic_is_refused(example):
+    folder, text, _ = example
+    lines = (folder / "punch.sti").read_text().splitlines()
+    row = next(k for k, line in enumerate(lines) if line.split()[:2] == ["40", "40"])
+    lines[row] = "40 40 -1e5"
+    (folder / "broken.sti").write_text("\n".join(lines))
+    (folder / "broken.dof").write_text((folder / "punch.dof").read_text())
+    (folder / "broken.toml").write_text(text.replace("punch.sti", "broken.sti"))
+    with pytest.raises(
+        ProblemError, match=r"expected an elastic interior, positive definite, found 1 negative pivot"
+    ):
+        import_model(folder / "broken.toml")
+
+
+@pytest.mark.parametrize(
+    ("sets", "message"),
+    [
+        ("LEFT = 0.1", "expected every contact node in one of the sets, found 6/1078 in none"),
+        ("LEFT = 0.1, BLOCK_TOP = 0.2", "found 1/1073 in 'LEFT' and 'BLOCK_TOP'"),
+        ("LEFT = 0.1, NONE = 0.2", "expected the node set or surface 'NONE'"),
+        ("LEFT = 0.1, BLOCK_FOOT = 0.2", "expected contact nodes in the set 'BLOCK_FOOT', found none"),
+        ("LEFT = 'much'", "expected a number for each node set, found 'much'"),
+        ("", "expected a number for each node set, found {}"),
+    ],
+)
+def test_friction_by_node_sets(example, sets, message):
+    def named(sets):
+        more = "*NSET, NSET=LEFT\n1, 2, 3, 4, 5\n*NSET, NSET=RIGHT\n1078, 1079, 1080, 1081\n*BOUNDARY\n"
+        return lambda text, deck: (
+            text.replace("friction = 0.3", f"friction = {{ {sets} }}"),
+            deck.replace("*BOUNDARY\n", more, 1),
+        )
+
+    if sets.startswith("LEFT = 0.1, BLOCK_TOP"):  # by the first body, or by the second
+        found = made(example, named("LEFT = 0.1, RIGHT = 0.4"))
+        assert found.problem.f.tolist() == [0.1] * 5 + [0.4] * 4
+        folder, _, _ = example
+        varied = import_model(folder / "changed.toml", changes={"friction.RIGHT": 0.2}, before=found)
+        assert varied.problem.f.tolist() == [0.1] * 5 + [0.2] * 4
+        assert varied.condensation is found.condensation
+    with pytest.raises(ProblemError, match=message):
+        made(example, named(sets))

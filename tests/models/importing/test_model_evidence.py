@@ -1,0 +1,145 @@
+"""What an import finds of a model itself: its bodies and what holds them, patches, resultants and moments."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import solids
+import writers
+from command import run
+from scipy import sparse
+
+import shakedown
+from shakedown.fem import ElasticBody, Material, Support, block_mesh
+from shakedown.models.importing.model_fit import model_doubts
+from shakedown.models.importing.templates import write_import_example
+
+STEEL = Material(200e3, 0.3)
+
+
+@pytest.fixture(scope="module")
+def clamp(tmp_path_factory):
+    """A pad between two jaws; the lower jaw is held, the upper one pressed down beside its middle."""
+    folder = tmp_path_factory.mktemp("clamp")
+    bodies = [
+        ElasticBody(block_mesh(2.0, 1.0, 4, 2), STEEL),
+        ElasticBody(block_mesh(2.0, 1.0, 4, 2, origin=(0.0, -1.0)), STEEL, supports=[Support("bottom")]),
+        ElasticBody(block_mesh(2.0, 1.0, 4, 2, origin=(0.0, 1.0)), STEEL),
+    ]
+    dofs = np.vstack([body.dofs + np.array([1 + 100 * k, 0]) for k, body in enumerate(bodies)])
+    K = sparse.block_diag([body.stiffness for body in bodies]).toarray()
+    held = len(bodies[0].dofs) + bodies[1].held_rows()
+    K[held, held] = 1e36
+    places = [
+        (node + 1 + 100 * k, *body.positions(np.array([node]))[0])
+        for k, body in enumerate(bodies)
+        for node in np.unique(body.dofs[:, 0])
+    ]
+
+    def along(k, boundary):
+        nodes = [node + 1 + 100 * k for node in bodies[k].normals_on(boundary)[0].tolist()]
+        return sorted(nodes, key={label: x for label, x, _ in places}.__getitem__)
+
+    pairs = [
+        *zip(along(0, "bottom"), along(1, "top"), strict=True),
+        *zip(along(0, "top"), along(2, "bottom"), strict=True),
+    ]
+    pressed = next(label for label, x, y in places if (x, y) == (1.5, 2.0))
+    (folder / "nodes").write_text("".join(f"{label} {x} {y} 0\n" for label, x, y in places))
+    (folder / "k").write_text(writers.abaqus_matrix(K, dofs.tolist()))
+    (folder / "clamp.toml").write_text(
+        f"""friction = 0.3
+units = "N, mm"
+[model]
+file = "nodes"
+[stiffness]
+file = "k"
+[contact]
+pairs = {[list(pair) for pair in pairs]}
+normals = {[[0, 1]] * 5 + [[0, -1]] * 5}
+[[load]]
+name = "clamp"
+forces = [[{pressed}, 2, -70.0]]
+history = [1.0, 0.9]
+"""
+    )
+    return folder / "clamp.toml"
+
+
+def test_a_clamp_is_told_patch_by_patch(clamp):
+    made = shakedown.import_model(clamp)
+    assert [body.name for body in made.evidence.bodies] == ["body 1", "body 2", "body 3"]
+    assert [body.contact_nodes for body in made.evidence.bodies] == [10, 5, 5]
+    assert [len(body.free) for body in made.evidence.bodies] == [3, 0, 3]
+    assert made.evidence.patches.tolist() == [0] * 5 + [1] * 5
+    (load,) = made.loads
+    np.testing.assert_allclose(load.contact, 0, atol=1e-9)
+    found = {part.what: (*part.force, *part.moment) for part in load.parts}
+    expected = {
+        "applied, body 3": (0, -70, -35),  # half a millimetre beside the middle of the contact
+        "contact, patch 1": (0, 70, 35),
+        "contact, patch 2": (0, -70, -35),
+        "supports, body 2": (0, 70, 35),
+    }
+    assert found.keys() == expected.keys()
+    for what, numbers in expected.items():
+        np.testing.assert_allclose(found[what], numbers, atol=1e-9)
+    _, out, _ = run("import", str(clamp), "--check")
+    lines = [line.split() for line in out.splitlines()]
+    assert ["contact,", "patch", "2", "0", "-70", "-35"] in lines
+    assert all(len(line) <= 80 for line in out.splitlines())
+
+
+def test_matrix_and_deck_of_two_models_are_told_apart(tmp_path):
+    write_import_example(tmp_path)
+    made = shakedown.import_model(tmp_path / "import.toml")
+    stiffness, mesh = made.stiffness, made.mesh
+    assert model_doubts(stiffness, made.contact, mesh) == ()
+    assert model_doubts(stiffness, made.contact, replace(mesh, coordinates=2.5 * mesh.coordinates)) == ()
+    stretched = replace(mesh, coordinates=mesh.coordinates * [1, 2, 1])
+    (said,) = model_doubts(stiffness, made.contact, stretched)
+    assert said.startswith("rigid motions of the deck's nodes meet resistance at 45 of 96 nodes inside")
+    said, *_ = model_doubts(replace(stiffness, dofs=np.roll(stiffness.dofs, 2, axis=0)), made.contact, mesh)
+    assert said.startswith("the matrix couples nodes that share no element of the deck")
+
+
+def test_motions_of_a_solid_in_words(tmp_path):
+    """A block that slides on the other one: six free motions; five once a node of it is held."""
+    solids.write_model(tmp_path, solids.places())
+    text = """friction = 0.4
+[model]
+file = "job.inp"
+[stiffness]
+file = "job.sti"
+[contact]
+pairs = ["UPPER_FOOT", "LOWER_TOP"]
+[[load]]
+name = "turn"
+forces = [[48, 1, 2.0], [48, 2, 1.0]]
+history = [1.0, 0.0]
+"""
+    (tmp_path / "c.toml").write_text(text)
+    made = shakedown.import_model(tmp_path / "c.toml")
+    upper, lower = made.evidence.bodies
+    assert upper.free == (
+        "along x",
+        "along y",
+        "along z",
+        "turning about x",
+        "turning about y",
+        "turning about z",
+    )
+    assert lower.free == ()
+    applied, contact, supports = made.loads[0].parts
+    arm = solids.places()[47] - made.problem.coordinates.mean(axis=0)
+    np.testing.assert_allclose(applied.moment, np.cross(arm, [2.0, 1.0, 0.0]))
+    np.testing.assert_allclose(
+        [*contact.force, *contact.moment], [*-applied.force, *-applied.moment], atol=1e-7
+    )
+    np.testing.assert_allclose(
+        [*supports.force, *supports.moment], [*contact.force, *contact.moment], atol=1e-12
+    )
+    (tmp_path / "c.toml").write_text(text.replace("[[load]]", "[supports]\nfixed = [[48, 3]]\n[[load]]", 1))
+    assert len(shakedown.import_model(tmp_path / "c.toml").evidence.bodies[0].free) == 5
+    _, out, _ = run("import", str(tmp_path / "c.toml"), "--check")
+    assert all(len(line) <= 80 for line in out.splitlines())

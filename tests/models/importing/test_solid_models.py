@@ -1,0 +1,351 @@
+"""Import of solid models: two tangents per node, when a plane is meant, and CalculiX's own elements."""
+
+import numpy as np
+import pytest
+import solids
+from calculix import ccx, needs_ccx
+from command import run
+
+from shakedown import ProblemError, UsageError, import_model
+from shakedown.models.importing.contact_figure import contact_picture
+
+LOADS = """
+[[load]]
+name = "press"
+forces = [["TOP", 3, -10.0]]
+history = 1.0
+[[load]]
+name = "shake"
+forces = [["TOP", 1, 2.0], ["TOP", 2, 1.0]]
+history = [1.0, 0.0, -1.0, 0.0]
+"""
+PAIRS = 'pairs = ["UPPER_FOOT", "LOWER_TOP"]'
+
+
+def configuration(folder, contact=PAIRS, loads=LOADS, name="import.toml", supports=""):
+    text = 'friction = 0.4\nunits = "N, mm"\n[model]\nfile = "job.inp"\n[stiffness]\nfile = "job.sti"\n'
+    (folder / name).write_text(f"{text}[contact]\n{contact}\n{supports}\n{loads}")
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    target = tmp_path_factory.mktemp("blocks")
+    solids.write_model(target, solids.places())
+    return target
+
+
+@pytest.fixture(scope="module")
+def made(folder):
+    return import_model(configuration(folder))
+
+
+def test_two_blocks_come_without_hand_work(made):
+    problem, n = made.problem, 12
+    assert (problem.n, problem.directions, made.condensation.zero_modes) == (n, 2, 6)
+    assert made.contact.names[0] == "25/13"
+    np.testing.assert_allclose(problem.normal, np.tile([0.0, 0.0, 1.0], (n, 1)), atol=1e-15)
+    np.testing.assert_allclose(problem.tangents, np.tile(np.eye(3)[:2], (n, 1, 1)), atol=1e-15)
+    np.testing.assert_allclose(problem.x, problem.coordinates[:, :2])
+    assert problem.node_area.sum() == pytest.approx(3.0)
+    assert made.notes[0].startswith("floating: 6 rigid motion(s)")
+    assert len(made.notes) == 1
+    assert made.rigid_residual > 0.1  # the lower block is held
+    for load in made.loads:
+        np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
+
+
+def test_the_matrices_are_those_of_the_whole_model(made):
+    """κ of both blocks, held apart by unit displacements of the whole model."""
+    K, dofs = solids.stiffness(solids.places())
+    sets = solids.node_sets()
+    one, two = (
+        np.array(
+            [np.flatnonzero((dofs == (node, d)).all(axis=1))[0] for node in sets[name] for d in (1, 2, 3)]
+        )
+        for name in ("UPPER_FOOT", "LOWER_TOP")
+    )
+    inside = np.setdiff1d(np.arange(len(K)), one)
+    follow = np.zeros((len(K), len(inside)))
+    follow[inside, np.arange(len(inside))] = 1.0
+    follow[one, np.searchsorted(inside, two)] = 1.0
+    free = follow.T @ K @ follow
+    coupling = follow.T @ K[:, one]
+    expected = K[np.ix_(one, one)] - coupling.T @ np.linalg.solve(free, coupling)
+    order = np.r_[np.setdiff1d(np.arange(36), np.arange(2, 36, 3)), np.arange(2, 36, 3)]
+    np.testing.assert_allclose(
+        made.condensation.stiffness, expected[np.ix_(order, order)], atol=1e-8 * np.abs(expected).max()
+    )
+
+
+def turned(vector):
+    """x → z, y → x, z → y: the interface then has the normal y."""
+    return np.asarray(vector)[..., [1, 2, 0]]
+
+
+def test_a_normal_in_the_plane_of_x_and_y_is_no_plane_problem(made, tmp_path):
+    """The blocks lie on their side: nothing in the configuration says so, the matrix does."""
+    solids.write_model(tmp_path, turned(solids.places()))
+    loads = LOADS.replace('"TOP", 3', '"TOP", 2').replace(
+        '["TOP", 1, 2.0], ["TOP", 2, 1.0]', '["TOP", 3, 2.0], ["TOP", 1, 1.0]'
+    )
+    for contact in ("", "\nnormal = [0, 1, 0]", "\ndirections = 2"):
+        other = import_model(configuration(tmp_path, f"{PAIRS}{contact}\n", loads))
+        assert other.problem.directions == 2
+        np.testing.assert_allclose(other.problem.normal, np.tile([0.0, 1.0, 0.0], (12, 1)), atol=1e-15)
+    along = import_model(configuration(tmp_path, f"{PAIRS}\ntangent = [0, 0, 1]\n", loads)).problem
+    np.testing.assert_allclose(along.tangents, turned(made.problem.tangents), atol=1e-15)
+    size = np.abs(made.problem.kappa).max()
+    np.testing.assert_allclose(along.kappa, made.problem.kappa, atol=1e-8 * size)
+    np.testing.assert_allclose(along.q_w, made.problem.q_w, atol=1e-8)
+    np.testing.assert_allclose(along.p_w, made.problem.p_w, atol=1e-7)
+
+
+def test_a_plane_is_taken_where_it_is_said_or_held(folder):
+    """One direction: said by the axes, by what moves freely, or by supports that hold the other."""
+    plane = f"{PAIRS}\naxes = [1, 3]"
+    held = "[supports]\nfixed = [" + ", ".join(f'["{name}", 2]' for name in ("UPPER_FOOT", "LOWER_TOP")) + "]"
+    one = import_model(configuration(folder, plane, supports=held))
+    assert one.problem.directions == 1
+    left_out = (
+        "direction 2 of the contact nodes is held: friction across the plane of slip and normal is left out"
+    )
+    assert left_out in one.notes
+    guided = '[supports]\nfixed = [["TOP", 2]]'
+    free = import_model(configuration(folder, f"{plane}\nfree_out_of_plane = true", supports=guided))
+    assert free.problem.directions == 1
+    assert any("moves without friction: friction across the plane" in note for note in free.notes)
+    with pytest.raises(ProblemError, match=r"free in direction 2 too; ask for friction in both directions"):
+        import_model(configuration(folder, plane))
+    with pytest.raises(
+        ProblemError, match=r"expected 2 numbers, along directions 1 and 2, .* directions = 2 has"
+    ):
+        import_model(configuration(folder, f"{PAIRS}\ndirections = 1\nnormal = [0, 0, 1]"))
+
+
+def test_held_across_the_plane_of_x_and_y_stays_a_plane(tmp_path):
+    solids.write_model(tmp_path, turned(solids.places()))
+    held = '[supports]\nfixed = [["UPPER_FOOT", 3], ["LOWER_TOP", 3]]'
+    loads = LOADS.replace('"TOP", 3', '"TOP", 2')
+    found = import_model(configuration(tmp_path, PAIRS, loads, supports=held))
+    assert found.problem.directions == 1
+    said = import_model(configuration(tmp_path, f"{PAIRS}\naxes = [1, 2]", loads, supports=held)).problem
+    for key in ("A", "B", "C", "q_w", "p_w", "x", "normal", "tangent"):
+        np.testing.assert_array_equal(getattr(found.problem, key), getattr(said, key))
+
+
+def test_tangents_change_the_components_only(made, folder):
+    rng = np.random.default_rng(0)
+    towards = rng.normal(size=(12, 3)).round(3)
+    labels = [[int(a), int(b)] for a, b in (name.split("/") for name in made.contact.names)]
+    listed = f"pairs = {labels}\ntangents = {towards.tolist()}"
+    for contact in (f"{PAIRS}\ntangent = [1, 1, 0]", listed):
+        other = import_model(configuration(folder, contact)).problem
+        T = np.einsum("nij,nkj->nik", other.tangents, made.problem.tangents)
+        v = rng.normal(size=(12, 2))
+        there = np.einsum("nij,nj->ni", T, v).ravel()
+        np.testing.assert_allclose(there @ other.A @ there, v.ravel() @ made.problem.A @ v.ravel(), rtol=1e-9)
+        np.testing.assert_allclose(other.B @ there, made.problem.B @ v.ravel(), atol=1e-6)
+
+
+def test_tangents_of_a_local_system_of_the_deck(folder, made):
+    """Rectangular: the same everywhere; cylindrical about z: radial; about y through the middle: along y or around."""
+    text = (folder / "job.inp").read_text()
+    systems = {
+        "BOX": ("RECTANGULAR", "1., 1., 0., -1., 1., 0."),
+        "PIN": ("CYLINDRICAL", "-1., -1., 0., -1., -1., 5."),
+        "TURNED": ("RECTANGULAR", "0., 0., 2., 0., 3., 0."),
+    }
+    lines = [f"*ORIENTATION, NAME={name}, SYSTEM={kind}\n{data}" for name, (kind, data) in systems.items()]
+    (folder / "systems.inp").write_text(
+        "\n".join([text, *lines, "*ORIENTATION, NAME=TABLE", "some distribution"])
+    )
+
+    def tangents(name):
+        path = configuration(folder, f'{PAIRS}\ntangent = "{name}"', name="systems.toml")
+        path.write_text(path.read_text().replace('file = "job.inp"', 'file = "systems.inp"'))
+        return import_model(path).problem.tangents
+
+    np.testing.assert_allclose(tangents("box")[:, 0], np.tile([1, 1, 0] / np.sqrt(2), (12, 1)))
+    arm = made.problem.coordinates[:, :2] + 1.0
+    np.testing.assert_allclose(tangents("PIN")[:, 0, :2], arm / np.linalg.norm(arm, axis=1)[:, None])
+    np.testing.assert_allclose(tangents("TURNED")[:, 0], np.tile([0, 1, 0], (12, 1)), atol=1e-15)
+    with pytest.raises(
+        ProblemError, match=r"expected the \*ORIENTATION 'NONE', found BOX, PIN, TABLE, TURNED"
+    ):
+        tangents("NONE")
+    with pytest.raises(ProblemError, match=r"with two points .*, found 'RECTANGULAR, some distribution'"):
+        tangents("TABLE")
+
+
+TRANSFORMS = """*TRANSFORM, NSET=UPPER_FOOT, TYPE=C
+-1., -1., 0., -1., -1., 5.
+*TRANSFORM, NSET=LOWER_TOP
+0.8, 0.6, 0., -0.6, 0.8, 0.
+"""
+
+
+def test_nodes_in_a_transform_are_the_same_joint(folder, made, tmp_path):
+    """CalculiX stores x, y, z all the same; what it prints along the directions of a node is turned back."""
+    sets, places = solids.node_sets(), solids.places()
+    for name in ("job.inp", "job.sti", "job.dof"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    nodes = np.concatenate([sets["UPPER_FOOT"], sets["LOWER_TOP"]])
+    moved = np.random.default_rng(0).normal(size=(len(nodes), 3)).round(3)
+    arm = places[nodes - 1, :2] + 1.0
+    radial = arm / np.linalg.norm(arm, axis=1)[:, None]
+    radial[12:] = [0.8, 0.6]
+    own = np.column_stack(
+        [
+            (radial * moved[:, :2]).sum(axis=1),
+            radial[:, 0] * moved[:, 1] - radial[:, 1] * moved[:, 0],
+            moved[:, 2],
+        ]
+    )
+    for name, vectors, mark in (("model.dat", moved, ""), ("own.dat", own, " L")):
+        rows = [
+            " ".join(map(repr, [int(n), *v])) + mark for n, v in zip(nodes, vectors.tolist(), strict=True)
+        ]
+        (tmp_path / name).write_text(
+            "\n".join([" displacements (vx,vy,vz) for set BOTH and time  0.1000000E+01", "", *rows, ""])
+        )
+
+    def imported(file, loads=LOADS):
+        return import_model(
+            configuration(tmp_path, loads=f'{loads}[[load]]\nopen = {{ file = "{file}" }}\nhistory = 1.0\n')
+        )
+
+    straight = imported("model.dat").problem
+    with pytest.raises(ProblemError, match=r"found those of node 13 in directions of its own \(\*NODE PRINT"):
+        imported("own.dat")
+    text = (tmp_path / "job.inp").read_text()
+    (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS}*STEP"))
+    for file in ("model.dat", "own.dat"):
+        turned = imported(file).problem
+        np.testing.assert_array_equal(turned.kappa, made.problem.kappa)
+        size = np.abs(straight.q_w).max()
+        np.testing.assert_allclose(turned.q_w, straight.q_w, atol=1e-12 * size)
+        np.testing.assert_allclose(turned.p_w, straight.p_w, atol=1e-12 * size)
+    rows = (tmp_path / "job.dof").read_text()
+    (tmp_path / "job.dof").write_text(rows.replace("25.1\n", "99.1\n", 1))
+    with pytest.raises(
+        ProblemError, match=r"expected three rows of a contact node in a \*TRANSFORM, found 2 of node 25"
+    ):
+        imported("model.dat")
+    (tmp_path / "job.dof").write_text(rows)
+    (tmp_path / "job.inp").write_text(text.replace("*STEP", f"{TRANSFORMS.replace('TYPE=C', 'TYPE=S')}*STEP"))
+    with pytest.raises(
+        ProblemError, match=r"expected \*TRANSFORM of TYPE=R or C with two points, found 'S, -1"
+    ):
+        imported("own.dat")
+
+
+def components(frame, state):
+    """(tangential…, normal…) along x, y, z at every node."""
+    slip, gap = frame.layout.split(state)
+    slips = frame.layout.by_node(slip)
+    return np.einsum("nk,nkj->nj", slips, frame.slip_axes) + gap[:, None] * frame.normals
+
+
+def test_reactions_and_unit_displacements_of_three_directions(made, tmp_path):
+    """From one static run per contact degree of freedom, and the loads with the contact clamped."""
+    K, n = made.condensation.stiffness, made.problem.n
+    frame, labels = made.condensation.frame, [str(k + 1) for k in range(n)]
+    solids.write_model(tmp_path, solids.places())
+    rows, header = [], "step,node,fx,fy,fz"
+    for k in range(3 * n):
+        moved = np.zeros((n, 3))
+        moved[k // 3, k % 3] = 1.0
+        forces = components(frame, K @ frame.to_local(moved))
+        rows += [
+            f"{k + 1},{label},{','.join(map(repr, f.tolist()))}"
+            for label, f in zip(labels, forces, strict=True)
+        ]
+    (tmp_path / "unit.csv").write_text("\n".join([header, *rows]))
+    reactions = [
+        components(frame, made.condensation.layout.joined(q, p))
+        for q, p in zip(made.problem.q_w, made.problem.p_w, strict=True)
+    ]
+    text = f"""friction = 0.4
+[stiffness]
+file = "unit.csv"
+[contact]
+nodes = {list(range(1, n + 1))}
+normal = [0, 0, 1]
+tangent = [1, 0, 0]
+[[load]]
+reactions = {reactions[0].tolist()}
+history = 1.0
+[check]
+displacements = [[3, 2, 1.0]]
+reactions = {components(frame, K @ frame.to_local(np.eye(3 * n)[7].reshape(n, 3))).tolist()}
+"""
+    (tmp_path / "c.toml").write_text(text)
+    found = import_model(tmp_path / "c.toml")
+    np.testing.assert_allclose(found.condensation.stiffness, K, atol=1e-12 * np.abs(K).max())
+    np.testing.assert_allclose(found.problem.q_w[0], made.problem.q_w[0], atol=1e-9)
+    assert found.static_run < 1e-12
+    (tmp_path / "plane.toml").write_text(
+        text.replace("[0, 0, 1]", "[0, 1]").replace("tangent = [1, 0, 0]", "")
+    )
+    with pytest.raises(ProblemError, match="found 36; with three for each say directions = 2"):
+        import_model(tmp_path / "plane.toml")
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("directions = 3", "key 'directions': expected 1 or 2, found 3"),
+        ("directions = 2\naxes = [1, 3]", "key 'axes': expected of a plane problem only, found it beside directions = 2"),
+        ("tangent = [1, 0, 0]\nfree_out_of_plane = true", "key 'free_out_of_plane': .* found it beside 'tangent'"),
+        ("directions = 1\ntangent = [1, 0, 0]", "key 'tangent': expected beside directions = 2 only"),
+        ("tangent = [0, 0, 1]", r"tangent: expected a finite direction across the normal \[0.0, 0.0, 1.0\]"),
+        ("tangents = [[1, 0, 0]]", "key 'tangents': expected one for each of 12 nodes, found 1"),
+        ("directions = 2\nnormal = [0, 1]", "key 'normal': expected 3 numbers beside directions = 2, found 2"),
+        ("gap = { points = [[0, 0], [1, 1]] }", "key 'gap': expected points where nodes slip in one direction"),
+    ],
+)  # fmt: skip
+def test_one_thing_wrong_is_named(folder, keys, message):
+    with pytest.raises(ProblemError, match=message):
+        import_model(configuration(folder, f"{PAIRS}\n{keys}"))
+
+
+def test_an_interference_presses_the_blocks(folder, made):
+    tight = import_model(configuration(folder, f"{PAIRS}\ngap = -0.001")).problem
+    np.testing.assert_allclose(
+        tight.p_w - made.problem.p_w, np.tile(0.001 * made.problem.C.sum(axis=1), (4, 1)), atol=1e-9
+    )
+
+
+def test_what_was_read_is_shown(folder, made):
+    code, out, _ = run("import", str(configuration(folder)), "--check")
+    assert code == 0
+    assert "tangent of every node: 1 0 0" in out
+    assert "rigid motions of the contact nodes without resistance: 6" in out
+    assert "second one at right angles to it: normal x tangent" in out
+    assert list(made.columns())[-4:] == ["tangent 2 x", "tangent 2 y", "tangent 2 z", "area"]
+    assert np.shape(made.to_dict()["tangents"]) == (12, 2, 3)
+    drawn = contact_picture(made)
+    assert drawn.name == "3d"
+    assert [text.get_text() for text in drawn.get_legend().get_texts()][1:] == [
+        "first tangent",
+        "second tangent",
+    ]
+    with pytest.raises(UsageError, match="expected axes in three dimensions"):
+        contact_picture(made, ax=drawn.figure.add_subplot())
+
+
+@needs_ccx
+@pytest.mark.parametrize("tetrahedra", [False, True])
+def test_calculix_stores_what_is_imported(tmp_path, made, tetrahedra):
+    """Its own C3D8 and C3D4: the same joint as from this element, to the digits of the file; six rigid motions."""
+    text = solids.deck(solids.places(), tetrahedra=tetrahedra)
+    (tmp_path / "job.inp").write_text(text if tetrahedra else text.replace("*STEP", f"{TRANSFORMS}*STEP"))
+    ccx(tmp_path, "job")
+    found = import_model(configuration(tmp_path))
+    assert found.condensation.zero_modes == 6
+    for load in found.loads:
+        np.testing.assert_allclose(load.contact, -load.applied, atol=1e-9 * np.abs(load.applied).max())
+    size = np.abs(made.problem.kappa).max()
+    apart = np.abs(found.problem.kappa - made.problem.kappa).max() / size
+    assert (apart < 1e-8) != tetrahedra

@@ -1,0 +1,150 @@
+"""Loads as the user knows them: unit and value of a load case become mean and amplitude of the problem."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown import LoadCase, ProblemError, UsageError
+from shakedown.joint.units import loads_in_words
+from shakedown.models.condensation.load_case import histories, stated_loads
+from shakedown.models.importing.import_model import import_problem
+from shakedown.models.importing.templates import write_import_example
+
+HISTORIES = ("history = 1.0 ", "history = { harmonics = [{ order = 1, sin = 1.0 }] }")
+
+
+@pytest.fixture
+def stated(tmp_path):
+    """The example, its loads with units: the first is constant, the second a wave, the third plain."""
+    write_import_example(tmp_path)
+    text = (tmp_path / "import.toml").read_text()
+    text = text.replace(HISTORIES[0], f'unit = "kN"\nvalue = 0.7\n{HISTORIES[0]}')
+    text = text.replace(HISTORIES[1], f'unit = "N"\nvalue = -70\nmean = 0.5\n{HISTORIES[1]}')
+    (tmp_path / "import.toml").write_text(text)
+    return tmp_path / "import.toml"
+
+
+def test_units_and_values_become_means_and_amplitudes(stated, tmp_path):
+    problem = import_problem(stated)
+    assert [load.unit for load in problem.loads] == ["kN", "N", ""]
+    np.testing.assert_allclose(problem.load_mean, [0.7, -35.0, 0.0], rtol=1e-15, atol=0)
+    np.testing.assert_allclose(problem.load_amplitude, [0.0, 105.0, 1.0], rtol=1e-15)
+    words = "pushed to and fro -35 ± 210 N; pressed more and less ± 2; pressed down 0.7 kN, unchanged"
+    assert loads_in_words(problem, 2.0) == words
+    shakedown.save_problem(tmp_path / "p.npz", problem)
+    assert shakedown.load_problem(tmp_path / "p.npz").loads == problem.loads
+
+
+def test_a_load_that_goes_further_one_way_is_noted(stated):
+    (note,) = [note for note in shakedown.import_model(stated).notes if "departs" in note]
+    assert note.startswith("'pushed to and fro' departs from its mean by -35 and +105 N: its amplitude is ")
+
+
+def test_an_import_without_units_says_nothing(tmp_path):
+    write_import_example(tmp_path)
+    made = shakedown.import_model(tmp_path / "import.toml")
+    assert made.problem.loads == ()
+    assert made.problem.load_mean is None
+    assert not [note for note in made.notes if "departs" in note]
+
+
+def test_the_corners_of_a_domain_have_a_middle():
+    wind = LoadCase(range=(-1.0, 3.0), force=[1.0], value=2.0, unit="kN", name="wind")
+    found = stated_loads([wind], histories([wind]))
+    assert (found["load_mean"], found["load_amplitude"]) == ([2.0], [4.0])
+
+
+def test_the_mean_of_a_sampled_wave_is_zero_and_not_round_off():
+    wave = LoadCase(history=np.cos(2 * np.pi * np.arange(48) / 48), force=[1.0], unit="N")
+    assert np.cos(2 * np.pi * np.arange(48) / 48).mean() != 0
+    assert stated_loads([wave], histories([wave]))["load_mean"] == [0.0]
+    assert stated_loads([wave], histories([wave]))["load_amplitude"] == [1.0]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("value = nan", "load 1: key 'value': expected a finite number, found nan"),
+        ('value = "20 kN"', "load 1: key 'value': expected a finite number, found '20 kN'"),
+        ("unit = 20", "load 1: key 'unit': expected text, found 20"),
+        ("units = 'kN'", "load 1: unknown key 'units'"),
+    ],
+)
+def test_what_is_no_unit_or_value_is_said(stated, line, message):
+    stated.write_text(stated.read_text().replace('unit = "kN"', line).replace("value = 0.7\n", ""))
+    with pytest.raises(ProblemError, match=message):
+        import_problem(stated)
+
+
+def test_a_constant_load_is_varied_in_its_unit_by_its_name(stated):
+    """0.7 kN are factor 1; the matrix is not condensed again."""
+    made = shakedown.import_model(stated)
+    heavier = shakedown.import_model(stated, changes={"pressed down": 1.05}, before=made)
+    assert heavier.condensation is made.condensation
+    assert [load.mean for load in heavier.problem.loads[:1]] == [1.05]
+    stated.write_text(stated.read_text().replace("history = 1.0 ", "history = 1.5 "))
+    edited = import_problem(stated)
+    for key in ("q_w", "p_w", "load_mean", "load_amplitude"):
+        np.testing.assert_allclose(
+            getattr(heavier.problem, key), getattr(edited, key), rtol=1e-13, atol=1e-11
+        )
+
+
+def test_what_comes_before_the_first_period_grows_with_a_constant_load(stated):
+    text = stated.read_text()
+    stated.write_text(text.replace("value = 0.7\n", "value = 0.7\ntransient = [0.5, 1.0]\nmean = 1.0\n"))
+    once, twice = (shakedown.import_model(stated, changes={"pressed down": kN}).problem for kN in (0.7, 1.4))
+    np.testing.assert_allclose(twice.p_transient, 2 * once.p_transient, rtol=1e-14)
+    np.testing.assert_allclose((once.load_mean[0], twice.load_mean[0]), (0.7, 1.4), rtol=1e-15)
+    assert np.array_equal(once.load_amplitude, twice.load_amplitude)
+
+
+def test_a_preload_scan(stated):
+    """The more it is pressed, the larger the loads that it bears; exactly as changed files say."""
+    made = shakedown.import_model(stated)
+    found = shakedown.sweep(made, {"pressed down": [0.7, 1.4]}, bounds=["upper"])
+    changed = shakedown.import_model(stated, changes={"pressed down": 1.4}).problem
+    assert next(iter(found.columns())) == "pressed down [kN]"
+    assert found.upper[0] < found.upper[1] == shakedown.upper_bound(changed, certify=False).load_factor
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("pushed to and fro", "", "", r"expected a constant load .*found history = \{'harmonics'"),
+        ("pressed down", "value = 0.7", "value = 0", "a value other than 0, found history = 1.0, value = 0"),
+        (
+            "friction",
+            '"pressed down"',
+            '"friction"',
+            "friction: expected the name of one thing, found a load and ",
+        ),
+        (
+            "pressed down",
+            '"pushed to and fro"',
+            '"pressed down"',
+            "expected the name of one thing, found 2 loads",
+        ),
+        ("pressed up", "", "", "unknown key 'pressed up'"),
+    ],
+)
+def test_a_name_that_is_no_constant_load_is_said(stated, name, old, new, message):
+    assert old in stated.read_text()
+    if old:
+        stated.write_text(stated.read_text().replace(old, new))
+    with pytest.raises(ProblemError, match=message):
+        shakedown.import_model(stated, changes={name: 1.0})
+
+
+def test_a_sweep_says_which_names_it_cannot_take(stated):
+    problem = import_problem(stated)
+    with pytest.raises(UsageError, match=r"found 'pressed down' \(a load can be varied in the CONFIG.toml"):
+        shakedown.sweep(problem, {"pressed down": [1.0]})
+    stated.write_text(stated.read_text().replace('"pressed down"', '"mean"'))
+    with pytest.raises(UsageError, match="a name of one thing, found 'mean', a parameter and a load"):
+        shakedown.sweep(shakedown.import_model(stated), {"mean": [1.0]})
+
+
+def test_a_value_that_is_no_number_is_refused_by_the_library():
+    with pytest.raises(ProblemError, match="load case: value: expected a finite number, found inf"):
+        LoadCase(history=1.0, force=[1.0], value=np.inf)

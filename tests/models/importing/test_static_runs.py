@@ -1,0 +1,190 @@
+"""Loads by static runs of another code: every node held, the contact held, the contact open."""
+
+import shutil
+
+import numpy as np
+import pytest
+from calculix import ccx, needs_ccx
+from model_files import HEAT, RING
+
+from shakedown import LoadCase, ProblemError, import_model
+from shakedown.models.readers.deck import read_deck
+
+THERMAL = 'thermal = { file = "held.dat", step = 1 }'
+CLAMPED = 'reactions = { file = "clamped.dat", step = 1, bodies = "clamped" }'
+OPEN = 'open = { file = "open.dat", step = 1 }'
+LOADED = [[15, 2, -900.0], [16, 1, 500.0]]
+DENSITY, GRAVITY = 7.85e-9, 9.81e9
+
+
+@pytest.fixture
+def heat(tmp_path):
+    shutil.copytree(HEAT, tmp_path / "heat")
+    return tmp_path / "heat"
+
+
+def made(folder, *pairs):
+    """The import with some things of its configuration changed."""
+    text = (folder / "import.toml").read_text()
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    (folder / "changed.toml").write_text(text)
+    return import_model(folder / "changed.toml")
+
+
+def welded(imported):
+    return np.concatenate([imported.problem.q_w[0], imported.problem.p_w[0]])
+
+
+@pytest.mark.parametrize(
+    ("line", "digits"),
+    [
+        (CLAMPED, 2e-7),
+        (OPEN, 1e-5),
+        ('open = { file = "open.frd", step = 1 }', 1e-4),
+        ('open = { file = "open.dat", steps = [[1, 0.5]], scale = 2 }', 1e-5),
+    ],
+    ids=["clamped", "open", "open in a result file", "twice the half"],
+)
+def test_every_road_from_a_temperature_leads_to_the_same_reactions(heat, line, digits):
+    expected = welded(made(heat))
+    found = welded(made(heat, (THERMAL, line)))
+    largest = np.abs(expected).max()
+    assert largest > 50
+    np.testing.assert_allclose(found, expected, rtol=0, atol=digits * largest)
+
+
+def test_the_digits_of_displacements_are_noted_and_bound_the_error(heat):
+    expected, opened = made(heat), made(heat, (THERMAL, OPEN))
+    (note,) = [note for note in opened.notes if "accurate" in note]
+    bound = float(note.partition("accurate to ")[2].split()[0])
+    error = np.abs(welded(opened) - welded(expected)).max() / np.abs(welded(opened)).max()
+    assert error < bound < 1e-4
+    assert not [note for note in expected.notes if "accurate" in note]
+
+
+@pytest.mark.parametrize(("file", "digits"), [("open.dat", 1e-5), ("clamped.dat", 2e-6)])
+def test_steps_are_combined_with_factors(heat, file, digits):
+    """Step 2 less step 1 is the load at the top alone, which CalculiX adds to the heat."""
+    key, bodies = ("open", "") if file == "open.dat" else ("reactions", ', bodies = "clamped"')
+    line = f'{key} = {{ file = "{file}", steps = [[2, 1.0], [1, -1.0]]{bodies} }}'
+    found = welded(made(heat, (THERMAL, line)))
+    expected = welded(made(heat, (THERMAL, f"forces = {LOADED}")))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=digits * np.abs(expected).max())
+
+
+def test_weight_on_the_contact_nodes_is_there_with_the_contact_open_only(heat):
+    """CalculiX prints forces inside: held nodes lack what acts on themselves."""
+    mesh = read_deck(heat / "blocks.inp")
+    weight = []
+    for nodes in ([11, 12, 15, 14], [12, 13, 16, 15]):
+        x, y = mesh.at(np.array(nodes))[:, :2].T
+        for corner, share in zip(nodes, shares(x, y), strict=True):
+            weight.append([corner, 2, -DENSITY * GRAVITY * share])
+    total = {}
+    for node, _, force in weight:
+        total[node] = total.get(node, 0.0) + force
+    # 14 and 16 are held
+    forces = [[node, 2, float(force)] for node, force in total.items() if node not in (14, 16)]
+    expected = welded(made(heat, (THERMAL, f"forces = {forces}")))
+    opened = welded(made(heat, (THERMAL, 'open = { file = "open.dat", step = 3 }')))
+    np.testing.assert_allclose(opened, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
+    clamped = welded(made(heat, (THERMAL, CLAMPED.replace("step = 1", "step = 3"))))
+    own = [force for force in forces if force[0] in (11, 12, 13)]
+    missing = welded(made(heat, (THERMAL, f"forces = {own}")))
+    np.testing.assert_allclose(expected - clamped, missing, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+def shares(x, y):
+    """Integrals of the bilinear shape functions over a quadrilateral, by 2 x 2 Gauss points."""
+    found = np.zeros(4)
+    for s in (-1, 1):
+        for t in (-1, 1):
+            a, b = s / np.sqrt(3), t / np.sqrt(3)
+            N = np.array([(1 - a) * (1 - b), (1 + a) * (1 - b), (1 + a) * (1 + b), (1 - a) * (1 + b)]) / 4
+            da = np.array([-(1 - b), 1 - b, 1 + b, -(1 + b)]) / 4
+            db = np.array([-(1 - a), -(1 + a), 1 + a, 1 - a]) / 4
+            found += N * (da @ x * (db @ y) - da @ y * (db @ x))
+    return found
+
+
+def test_a_load_case_is_refused_where_its_file_is_not_what_the_key_says(heat):
+    refused = {
+        'thermal = { file = "clamped.dat", step = 1 }': "expected node 15, found it not printed",
+        'thermal = { file = "open.dat", step = 1 }': "expected every node held .*found node 11 displaced by 0.0015",
+        'thermal = { file = "open.frd", step = 1 }': r"expected reactions \(\*NODE FILE, RF\), found no block FORC",
+        'thermal = { file = "held.dat", step = 2 }': "key 'step': expected 1 to 1, found 2",
+        'open = { file = "open.dat" }': "key 'step': expected 1 to 3, found none",
+        'open = { file = "open.dat", steps = [[4, 1.0]] }': r"expected \[step, factor\] with steps 1 to 3, found 4",
+        'open = { file = "open.dat", steps = [[1.5, 1]] }': r"expected \[step, factor\] with .*, found 1.5",
+        'open = { file = "open.dat", step = 1, steps = [[1, 1]] }': "one of the keys 'step' and 'steps', found both",
+        'open = { file = "blocks.sti", step = 1 }': "expected the columns step, node, ux, uy and maybe uz",
+        'open = { file = "open.dat", step = 1, bodies = "tied" }': "unknown key 'bodies'",
+        'open = "open.dat"': "key 'open': expected a table",
+        'open = { file = "clamped.dat", step = 1 }': "found contact nodes that do not move apart .held, tied or",
+    }
+    for line, message in refused.items():
+        with pytest.raises(ProblemError, match=message):
+            made(heat, (THERMAL, line))
+
+
+def test_held_runs_have_to_show_that_they_are(heat):
+    text = (heat / "held.dat").read_text()
+    (heat / "held.dat").write_text(" forces" + text.partition(" forces")[2])
+    with pytest.raises(ProblemError, match=r"which show that every node was held \(\*NODE PRINT: U, RF\)"):
+        made(heat)
+    shifted = text.replace("3.071250E+02", "0.000000E+00")
+    zeros = "\n".join(
+        line if len(line.split()) != 4 else f"{line.split()[0]:>10}" + 3 * "  0.000000E+00"
+        for line in shifted.splitlines()
+    )
+    (heat / "held.dat").write_text(zeros + "\n")
+    with pytest.raises(ProblemError, match="nodes that a temperature pushes, found zeros"):
+        made(heat)
+
+
+def test_a_shape_that_does_not_fit_is_refused(heat):
+    reduced = made(heat).condensation
+    with pytest.raises(ProblemError, match=r"load case: opened: expected shape \(3, 2\), found \(2, 2\)"):
+        reduced.problem([LoadCase(history=1.0, opened=np.zeros((2, 2)))], 0.3)
+
+
+@needs_ccx
+def test_the_stored_runs_are_what_calculix_writes(heat):
+    for job in ("held", "open", "clamped"):
+        stored = (heat / f"{job}.dat").read_text().split()
+        ccx(heat, job)
+        again = (heat / f"{job}.dat").read_text().split()
+        for one, other in zip(stored, again, strict=True):
+            assert one == other or abs(float(one) - float(other)) < 1e-5
+
+
+FIT, INTERFERENCE, EXPANSION = 10.0, 0.01, 1.2e-5
+COOLED = """
+[[load]]
+name = "hub cooled"
+unit = "K"
+value = -100.0
+open = { file = "cooled.dat", step = 1 }
+history = 1.0
+"""
+
+
+@pytest.mark.parametrize("file", ["cooled.dat", "cooled.frd"])
+def test_a_hub_that_is_cooled_presses_as_one_that_is_too_small(tmp_path, file):
+    """100 degrees less take 1.2e-5 * 100 * 10 mm of the hub's bore: an interference; slip is free."""
+    shutil.copytree(RING, tmp_path / "ring")
+    text = (tmp_path / "ring" / "import.toml").read_text()
+    cooled = text.replace("gap = -0.01\n", "") + COOLED.replace("cooled.dat", file)
+    (tmp_path / "ring" / "cooled.toml").write_text(cooled)
+    problem = import_model(tmp_path / "ring" / "cooled.toml").problem
+    fitted = import_model(tmp_path / "ring" / "import.toml").problem
+    factor = EXPANSION * 100 * FIT / INTERFERENCE
+    pressures = []
+    for joint, times in ((problem, 1.0), (fitted, factor)):
+        slip = -np.linalg.lstsq(joint.A, joint.q_w.mean(axis=0), rcond=1e-8)[0]
+        pressures.append(times * (joint.p_w.mean(axis=0) + joint.B @ slip) / joint.node_area)
+    np.testing.assert_allclose(*pressures, rtol=5e-4)  # CalculiX's wedge has straight sides
+    (load,) = [load for load in problem.loads if load.name == "hub cooled"]
+    assert load == ("hub cooled", -100.0, 0.0, "K")

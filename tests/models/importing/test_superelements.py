@@ -1,0 +1,148 @@
+"""Nastran files of several superelements: the one that is named comes out as from a file of its own."""
+
+import numpy as np
+import pytest
+import writers
+
+from shakedown import ProblemError, import_model
+from shakedown.models.readers.nastran_bulk import read_analysis_set
+from shakedown.models.readers.nastran_dmig import read_nastran_dmig
+from shakedown.models.readers.nastran_op4 import op4_headings, read_op4_columns
+
+DOFS = {101: [(n, d) for n in (3, 9) for d in (1, 2)], 102: [(n, d) for n in (9, 5, 3) for d in (1, 2)]}
+PUNCH = {
+    101: "EXTRN          3      12       9      12\nGRID,3,,0.,0.,0.\nGRID,9,,1.,0.,0.\n",
+    102: "EXTRN          9      12       5      12       3      12\nGRID,3,,7.,0.,0.\nGRID,5,,8.,0.,0.\nGRID,9,,9.,0.,0.\n",
+}
+K = {number: writers.symmetric_matrix(len(dofs), seed=number) for number, dofs in DOFS.items()}
+CONFIG = """friction = 0.3
+[model]
+file = "{punch}"
+[stiffness]
+file = "{matrix}"
+{more}
+[contact]
+nodes = [3, 9]
+normal = [0, 1]
+[[load]]
+forces = [[3, 2, -1.0]]
+history = 1
+"""
+
+
+def section(number, begin="BEGIN SUPER      {}"):
+    return f"{begin.format(number)}\n{PUNCH[number]}"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Matrices and punch files of both superelements, apart and joined."""
+    for number, dofs in DOFS.items():
+        (tmp_path / f"{number}.op4").write_text(writers.nastran_op4(K[number], name="KXX"))
+        dmig = writers.nastran_dmig(K[number], dofs)
+        (tmp_path / f"{number}.pch").write_text(PUNCH[number])
+        (tmp_path / f"{number}.dmig").write_text(dmig)
+        with open(tmp_path / "both.dmig", "a") as both:
+            both.write(section(number) + dmig)
+        with open(tmp_path / "both.pch", "a") as both:
+            both.write(section(number, "BEGIN BULK SUPER={}"))
+        with open(tmp_path / "both.op4", "a") as both:
+            both.write(writers.nastran_op4(K[number], name="KXX"))
+    return tmp_path
+
+
+def imported(folder, punch, matrix, more=""):
+    (folder / "c.toml").write_text(CONFIG.format(punch=punch, matrix=matrix, more=more))
+    return import_model(folder / "c.toml")
+
+
+@pytest.mark.parametrize("number", DOFS)
+def test_each_comes_out_as_from_files_of_its_own(folder, number):
+    place = list(DOFS).index(number) + 1
+    alone = imported(folder, f"{number}.pch", f"{number}.op4")
+    joined = imported(folder, "both.pch", "both.op4", f'matrix = "kxx({place})"\nsuperelement = {number}')
+    cards = imported(folder, "both.dmig", "both.dmig", f"superelement = {number}")
+    np.testing.assert_array_equal(joined.stiffness.dofs, alone.stiffness.dofs)
+    np.testing.assert_array_equal(joined.problem.kappa, alone.problem.kappa)
+    np.testing.assert_array_equal(joined.problem.coordinates, alone.problem.coordinates)
+    np.testing.assert_allclose(cards.problem.kappa, alone.problem.kappa, rtol=1e-8)
+    np.testing.assert_array_equal(cards.problem.coordinates, alone.problem.coordinates)
+
+
+@pytest.mark.parametrize(
+    ("files", "more", "message"),
+    [
+        (
+            ("both.pch", "both.op4"),
+            "",
+            r"both.pch: expected the key 'superelement' \(one of 101, 102\), found none",
+        ),
+        (("both.pch", "both.op4"), "superelement = 7", "expected the superelement 7, found 101, 102"),
+        (("101.pch", "101.op4"), "superelement = 7", "expected the superelement 7, found none"),
+        (
+            ("both.pch", "both.op4"),
+            "superelement = 101",
+            r"expected every matrix once, found KXX 2 times .*matrix = 'KXX\(1\)' or 'KXX\(2\)'",
+        ),
+        (
+            ("both.pch", "both.op4"),
+            "superelement = 101\nmatrix = 'KXX(3)'",
+            r"expected KXX\(1\) to KXX\(2\), found 'KXX\(3\)'",
+        ),
+        (
+            ("both.pch", "both.op4"),
+            "superelement = 101\nmatrix = 'KXX(2)'",
+            "expected a map of 6 lines, one per row, found 4",
+        ),
+        (("101.pch", "both.dmig"), "", r"both.dmig: expected the key 'superelement' \(one of 101, 102\)"),
+        (("101.pch", "101.op4"), "superelement = 1.5", "key 'superelement': expected a whole number"),
+    ],
+)
+def test_which_one_must_be_said(folder, files, more, message):
+    with pytest.raises(ProblemError, match=message):
+        imported(folder, *files, more)
+
+
+def test_other_codes_have_none(folder):
+    (folder / "k.mtx").write_text(writers.abaqus_matrix(K[101], DOFS[101]))
+    with pytest.raises(
+        ProblemError, match="expected no superelement, because a abaqus-matrix file is not Nastran's"
+    ):
+        imported(folder, "both.pch", "k.mtx", "superelement = 101")
+
+
+def test_points_are_connected_to_the_superelement_that_is_named(tmp_path):
+    """An .asm file has no sections: its SECONCT cards say whose points they are."""
+    card = "SECONCT      {}       0              NO\n               3       3{}\n"
+    grids = "GRID,3,,0.,0.,0.\nGRID,9,,1.,0.,0.\n"
+    (tmp_path / "both.asm").write_text(grids + card.format(101, "") + card.format(102, "       9       9"))
+    assert len(read_analysis_set(tmp_path / "both.asm", 101)) == 6
+    assert len(read_analysis_set(tmp_path / "both.asm", 102)) == 12
+    with pytest.raises(ProblemError, match=r"'superelement' \(one of 101, 102\)"):
+        read_analysis_set(tmp_path / "both.asm")
+
+
+def test_two_matrices_of_one_name_without_sections_are_named_with_their_lines(tmp_path):
+    text = writers.nastran_dmig(K[101], DOFS[101])
+    (tmp_path / "k.pch").write_text(2 * text)
+    first = next(k for k, line in enumerate(text.splitlines(), start=1) if line.split()[2:3] == ["0"])
+    second = first + len(text.splitlines())
+    with pytest.raises(
+        ProblemError, match=rf"one DMIG header card for KAAX, found 2 \(lines {first}, {second}\)"
+    ):
+        read_nastran_dmig(tmp_path / "k.pch")
+
+
+def test_binary_files_keep_the_places_of_a_name(folder):
+    from shakedown.models.readers.nastran_bulk import pyyeti_module
+
+    path = folder / "binary.op4"
+    matrices = [K[101], np.arange(6.0).reshape(3, 2), K[102]]
+    pyyeti_module("op4", "the test").OP4().write(path.as_posix(), ["kxx", "px", "kxx"], matrices)
+    assert [(heading.name, heading.place) for heading in op4_headings(path)] == [
+        ("KXX", 1),
+        ("PX", 1),
+        ("KXX", 2),
+    ]
+    np.testing.assert_array_equal(read_op4_columns(path, "KXX(2)"), K[102])
+    np.testing.assert_array_equal(read_op4_columns(path, "PX(1)"), matrices[1])

@@ -1,0 +1,103 @@
+"""What an imported problem keeps of the model it came from."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.models.importing.import_model import import_problem
+from shakedown.models.importing.templates import write_import_example
+from shakedown.models.readers.face_shares import face_shares
+from shakedown.models.readers.mesh import Mesh
+
+SQUARE = np.array([[0.0, 0, 0], [3, 0, 0], [4, 2, 0], [-1, 2, 0]])
+
+
+@pytest.fixture
+def example(tmp_path):
+    write_import_example(tmp_path)
+    return tmp_path / "import.toml"
+
+
+def test_the_example_says_where_it_comes_from(example):
+    problem = shakedown.import_model(example, command="shakedown-bounds import import.toml").problem
+    assert problem.label[:2] == ("1/1073", "2/1074")
+    assert problem.load_names == ("pressed down", "pushed to and fro", "pressed more and less")
+    assert problem.node_area.sum() == pytest.approx(np.ptp(problem.coordinates[:, 0]))
+    assert problem.node_area[[0, -1]] == pytest.approx(0.5 * problem.node_area[1])
+    assert problem.normal.tolist() == [[0.0, 1.0, 0.0]] * 9
+    source = json.loads(problem.source)
+    assert source["command"] == "shakedown-bounds import import.toml"
+    assert source["configuration"] == {"name": "import.toml", "text": example.read_text()}
+    for file in source["files"]:
+        assert file["sha256"] == hashlib.sha256((example.parent / file["name"]).read_bytes()).hexdigest()
+    assert {file["name"] for file in source["files"]} == {
+        "import.toml",
+        "punch.inp",
+        "punch.sti",
+        "punch.dof",
+    }
+
+
+def test_the_same_import_twice_gives_the_same_bytes(example, tmp_path):
+    for name in "ab":
+        shakedown.save_problem(tmp_path / name, import_problem(example))
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+    assert import_problem(example) == shakedown.load_problem(tmp_path / "a")
+
+
+def test_a_thickness_multiplies_the_areas(example):
+    text = example.read_text()
+    example.write_text(text.replace("[contact]", "[contact]\nthickness = 2.5"))
+    assert import_problem(example).node_area[1] == pytest.approx(2.5 * 0.25)
+    example.write_text(text.replace("[contact]", "[contact]\nthickness = 0"))
+    with pytest.raises(shakedown.ProblemError, match="key 'thickness': expected a number > 0, found 0"):
+        import_problem(example)
+
+
+def test_a_load_name_that_a_terminal_obeys_is_kept_as_text(example):
+    example.write_text(example.read_text().replace('name = "pressed down"', 'name = "\\u001b[2J"'))
+    assert import_problem(example).load_names[0] == "\\x1b[2J"
+
+
+@pytest.mark.parametrize("count", [4, 8])
+def test_shares_of_a_face_are_its_area_and_its_first_moment(count):
+    middle = 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))
+    points = np.vstack([SQUARE, middle])[:count]
+    shares = face_shares(points, 4)
+    assert shares.sum() == pytest.approx(8.0)  # (3 + 5) / 2 * 2
+    assert shares @ points == pytest.approx(8.0 * np.array([1.5, 2 * (3 + 2 * 5) / (3 * (3 + 5)), 0.0]))
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_shares_of_a_triangle(count):
+    corners = np.array([[0.0, 0, 0], [2, 0, 1], [0, 3, 0]])
+    points = np.vstack([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])[:count]
+    area = 0.5 * np.linalg.norm(np.cross(corners[1], corners[2]))
+    expected = [1 / 3] * 3 if count == 3 else [0, 0, 0, 1 / 3, 1 / 3, 1 / 3]
+    assert face_shares(points, 3) == pytest.approx(area * np.array(expected))
+
+
+def test_the_corners_of_a_quadratic_square_get_less_than_nothing():
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    points = np.vstack([square, 0.5 * (square + np.roll(square, -1, axis=0))])
+    assert face_shares(points, 4) == pytest.approx([-1 / 12] * 4 + [1 / 3] * 4)
+    assert face_shares(points[:7], 4) is None
+
+
+def plate(shape: str = "quadrilateral", **more) -> Mesh:
+    """Two plane elements side by side on nodes 1, 2, 3; 4, 5, 6."""
+    place = np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0], [0, 1, 0], [1, 1, 0], [3, 1, 0]])
+    elements = {1: (shape, (1, 2, 5, 4)), 2: (shape, (2, 3, 6, 5))}
+    return Mesh("plate", np.arange(1, 7), place, elements=elements, **more)
+
+
+def test_areas_of_nodes_come_from_the_faces_between_them():
+    assert plate().node_areas([3, 1, 2], thickness=2.0) == pytest.approx([2.0, 1.0, 3.0])
+    assert plate().node_areas([1, 3]) is None  # no face between them
+    revolved = plate(axisymmetric=True).node_areas([3, 1, 2])
+    assert revolved == pytest.approx(
+        2 * np.pi * np.array([2 * (1 / 6 + 1), 1 / 6, 1 / 3 + 2 * (1 / 3 + 1 / 2)])
+    )

@@ -1,0 +1,78 @@
+"""The tutorial as it is printed: its script, its deck, its configuration, its commands."""
+
+import re
+import runpy
+from contextlib import chdir
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calculix import ccx, needs_ccx
+from command import run
+
+import shakedown
+
+TUTORIAL = (Path(__file__).parents[3] / "docs" / "tutorial-calculix.md").read_text(encoding="utf-8")
+EXAMPLE = files("shakedown.models.importing") / "example"
+
+
+def block(language, word):
+    """The one fenced block of a language that holds a word."""
+    found = [b for b in re.findall(rf"```{language}\n(.*?)```", TUTORIAL, re.DOTALL) if word in b]
+    assert len(found) == 1, (language, word)
+    return found[0]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """What the reader of the tutorial has after its first two steps, CalculiX aside."""
+    (tmp_path / "mesh.py").write_text(block("python", "def grid"))
+    with chdir(tmp_path):
+        runpy.run_path("mesh.py")
+    (tmp_path / "import.toml").write_text(block("toml", "[contact]"))
+    return tmp_path
+
+
+def commands(folder, *, report):
+    """Every command of the tutorial for this toolkit, run in its order; the simulations are cut to a few."""
+    for line in re.findall(r"^(?:\$ )?shakedown-bounds (.*)$", TUTORIAL, re.MULTILINE):
+        words = line.split()
+        if words[0] == "verify":
+            if not report:
+                continue
+            words += ["--random", "0", "--load-factor", "1.2"]
+        code, _, err = run(*words, cwd=folder)
+        assert (code, err) == (0, ""), (line, err)
+
+
+def check(folder, *, report):
+    commands(folder, report=report)
+    made = shakedown.load_problem(folder / "punch.npz")
+    for name, found in (
+        ("proved from every state", shakedown.lower_bound(made).load_factor),
+        ("impossible above", shakedown.upper_bound(made).load_factor),
+    ):
+        printed = re.search(rf"{name} +λ = ([0-9.]+)", TUTORIAL)
+        assert found == pytest.approx(float(printed[1]), rel=1e-6)
+
+
+def test_the_deck_of_the_tutorial_is_the_shipped_one(folder):
+    assert (folder / "punch.inp").read_text() == EXAMPLE.joinpath("punch.inp").read_text()
+
+
+def test_the_tutorial_with_the_shipped_output(folder):
+    for name in ("punch.sti", "punch.dof"):
+        (folder / name).write_text(EXAMPLE.joinpath(name).read_text())
+    check(folder, report=False)
+
+
+@needs_ccx
+def test_the_tutorial_with_calculix(folder):
+    ccx(folder, "punch")
+    check(folder, report=True)
+    assert (folder / "punch.html").stat().st_size > 10_000
+    shipped = np.loadtxt(str(EXAMPLE.joinpath("punch.sti")))
+    np.testing.assert_allclose(
+        np.loadtxt(folder / "punch.sti"), shipped, rtol=1e-6, atol=1e-6 * shipped[:, 2].max()
+    )

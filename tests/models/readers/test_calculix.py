@@ -1,0 +1,114 @@
+"""CalculiX itself, where Debian's calculix-ccx is installed; its shipped output elsewhere (test_fem, test_importing)."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+from calculix import ccx, needs_ccx
+from model_files import BLOCK
+
+import shakedown
+from shakedown import ProblemError
+from shakedown.fem import ElasticBody, Material, Support, block_mesh, contact_condensation
+from shakedown.models.condensation.condense import condensed_stiffness
+from shakedown.models.condensation.stiffness_checks import check_condensed
+from shakedown.models.importing.import_model import import_problem
+from shakedown.models.readers.sniff import read_stiffness
+
+MATRIX_STORAGE = """*INCLUDE,INPUT=dense.inc
+*INCLUDE,INPUT=tie.inc
+*BOUNDARY
+NTOP,1,2
+*STEP
+*FREQUENCY,SOLVER=MATRIXSTORAGE
+*END STEP
+"""
+SUBSTRUCTURE = """*INCLUDE,INPUT=mesh.inc
+*INCLUDE,INPUT=tie.inc
+*BOUNDARY
+NTOP,1,2
+*STEP
+*SUBSTRUCTURE GENERATE
+*RETAINED NODAL DOFS,SORTED=NO
+NC,1,2
+*SUBSTRUCTURE MATRIX OUTPUT,STIFFNESS=YES,OUTPUT FILE=USER DEFINED,FILE NAME=sub
+*END STEP
+"""
+
+
+@pytest.fixture
+def deck(tmp_path):
+    for file in BLOCK.glob("*.in[cp]"):
+        shutil.copy(file, tmp_path)
+    shutil.copy(BLOCK / "import.toml", tmp_path)
+    return tmp_path
+
+
+def same_block():
+    """The mesh of the deck in scikit-fem: bilinear, plane strain, 0.25 deep."""
+    body = ElasticBody(
+        block_mesh(2.0, 1.0, 8, 6), Material(200e3, 0.3), thickness=0.25, supports=[Support("top")]
+    )
+    return contact_condensation(body, "bottom")
+
+
+@needs_ccx
+def test_calculix_and_scikit_fem_agree_on_a_b_c(deck):
+    (deck / "dense.inc").write_text(
+        (deck / "mesh.inc").read_text().replace("*SOLID SECTION", "*DENSITY\n1.\n*SOLID SECTION")
+    )
+    (deck / "storage.inp").write_text(MATRIX_STORAGE)
+    ccx(deck, "storage")
+    stored = read_stiffness(deck / "storage.sti")
+    found = condensed_stiffness(stored.K, stored.dofs, range(1, 10), [0, 1])
+    expected = same_block()
+    scale = np.abs(expected.stiffness).max()
+    np.testing.assert_allclose(found.stiffness, expected.stiffness, rtol=0, atol=1e-6 * scale)
+    printed = shakedown.load_problem(BLOCK / "block.npz").kappa
+    np.testing.assert_allclose(found.stiffness, printed, rtol=0, atol=1e-6 * np.abs(printed).max())
+
+
+@needs_ccx
+def test_the_shipped_reactions_are_what_calculix_prints(deck):
+    ccx(deck, "stiffness")
+    ccx(deck, "unit_loads")
+    ccx(deck, "check")
+    made, reference = import_problem(deck / "import.toml"), shakedown.load_problem(BLOCK / "block.npz")
+    for key in ("A", "B", "C", "q_w", "p_w"):
+        expected = getattr(reference, key)
+        np.testing.assert_allclose(getattr(made, key), expected, rtol=0, atol=2e-6 * np.abs(expected).max())
+
+
+def test_forces_on_tied_nodes_are_added(tmp_path):
+    """Both layers are printed: with the tied nodes the stiffness is that of the full depth, without, of half."""
+    for file in BLOCK.iterdir():
+        shutil.copy(file, tmp_path)
+    expected = same_block().stiffness
+    scale = np.abs(expected).max()
+    np.testing.assert_allclose(
+        import_problem(tmp_path / "import.toml").kappa, expected, rtol=0, atol=1e-6 * scale
+    )
+    config = (tmp_path / "import.toml").read_text()
+    (tmp_path / "import.toml").write_text(re.sub("\ntied = .*", "", config.split("[check]")[0]))
+    np.testing.assert_allclose(
+        import_problem(tmp_path / "import.toml").kappa, expected / 2, rtol=0, atol=1e-6 * scale
+    )
+
+
+@needs_ccx
+def test_what_calculix_writes_as_a_substructure_is_refused(deck):
+    (deck / "sub.inp").write_text(SUBSTRUCTURE)
+    ccx(deck, "sub")
+    refuse_sub_block(deck / "sub.mtx")
+
+
+def test_the_shipped_substructure_is_refused():
+    refuse_sub_block(BLOCK / "substructure.mtx")
+
+
+def refuse_sub_block(path):
+    found = read_stiffness(path)
+    assert found.superelement
+    with pytest.raises(ProblemError, match="found 56 of 81 node pairs of one body without coupling"):
+        check_condensed(found.K, found.dofs[:, 0])

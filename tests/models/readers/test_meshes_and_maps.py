@@ -1,0 +1,478 @@
+"""Decks, lists of nodes, bulk data and row maps: what they say, and one thing wrong at a time."""
+
+import numpy as np
+import pytest
+import writers
+from scipy.io import hb_read, hb_write
+from scipy.sparse import csc_array
+
+from shakedown import ProblemError
+from shakedown.models.readers.abaqus_substructure import read_substructure_load
+from shakedown.models.readers.coordinates import read_coordinates
+from shakedown.models.readers.deck import read_deck
+from shakedown.models.readers.harwell_boeing import read_harwell_boeing
+from shakedown.models.readers.nastran_bulk import read_analysis_set, read_grids
+from shakedown.models.readers.reactions_table import read_nodal_vectors, read_vectors_table
+from shakedown.models.readers.row_map import read_row_map
+from shakedown.models.readers.sniff import read_stiffness
+from shakedown.models.readers.table import read_table
+
+BRICKS = """*HEADING
+Two bricks on each other
+*PART, NAME=P
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=P-1, PART=P
+10., 0., 0.
+*NODE, NSET=ALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+9, 0., 0., 2.
+10, 1., 0., 2.
+11, 1., 1., 2.
+12, 0., 1., 2.
+*ELEMENT, TYPE=C3D8R, ELSET=LOWER
+1, 1, 2, 3, 4,
+5, 6, 7, 8
+*ELEMENT, TYPE=C3D8R, ELSET=UPPER
+2, 5, 6, 7, 8, 9, 10, 11, 12
+*NSET, NSET=base, GENERATE
+1, 4, 1
+*NSET, NSET=ends
+base, 9, 10, 11,
+12
+*SURFACE, NAME=FRONT, TYPE=ELEMENT
+LOWER, S3
+2, S3
+*END INSTANCE
+*END ASSEMBLY
+"""
+
+
+def deck(tmp_path, text):
+    path = tmp_path / "job.inp"
+    path.write_text(text)
+    return read_deck(path)
+
+
+def test_a_deck_gives_nodes_sets_and_surfaces(tmp_path):
+    mesh = deck(tmp_path, BRICKS)
+    assert mesh.labels.tolist() == list(range(1, 13))
+    assert mesh.at([7]).tolist() == [[11.0, 1.0, 1.0]]  # the instance is moved
+    assert mesh.nodes("Base").tolist() == [1, 2, 3, 4]
+    assert mesh.nodes("ENDS").tolist() == [1, 2, 3, 4, 9, 10, 11, 12]
+    assert sorted(mesh.nodes("front").tolist()) == [1, 2, 5, 6, 9, 10]
+    assert mesh.elements[1] == ("hexahedron", (1, 2, 3, 4, 5, 6, 7, 8))
+
+
+def test_normals_point_into_the_body(tmp_path):
+    """Bottom, front and top of the bricks; the face between them is none."""
+    mesh = deck(tmp_path, BRICKS)
+    assert mesh.normals([1, 2, 3, 4], axes=(1, 3)).tolist() == [[0.0, 1.0]] * 4
+    assert mesh.normals([9, 10, 11, 12], axes=(1, 3)).tolist() == [[0.0, -1.0]] * 4
+    assert mesh.normals(mesh.nodes("FRONT"), axes=(1, 2)).tolist() == [[0.0, 1.0]] * 6
+    with pytest.raises(ProblemError, match="in the plane of directions 1 and 2, found"):
+        mesh.normals([1, 2, 3, 4])
+    with pytest.raises(ProblemError, match="expected a face of the boundary at contact node 5"):
+        mesh.normals([5, 6, 7, 8])
+    with pytest.raises(ProblemError, match="expected a face of the boundary at contact node 1"):
+        mesh.normals([1])
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("shape", ["CPE3", "CPE4", "CPE6", "CPE8R", "C3D4", "C3D6", "C3D10", "C3D20"])
+def test_every_shape_has_inward_normals_on_every_face(tmp_path, shape, angle):
+    """An element of every kind, turned: the normals of all its faces point to its middle."""
+    from shakedown.models.readers.mesh import CORNERS, EDGES, Mesh
+
+    names = {3: "triangle", 4: "quadrilateral"} | {6: "triangle", 8: "quadrilateral"}
+    solids = {4: "tetrahedron", 6: "wedge", 8: "hexahedron", 10: "tetrahedron", 20: "hexahedron"}
+    count = int("".join(filter(str.isdigit, shape[3:])))
+    kind = (solids if shape.startswith("C3D") else names)[count]
+    corners = {
+        "triangle": [(0, 0), (1, 0), (0, 1)],
+        "quadrilateral": [(0, 0), (1, 0), (1, 1), (0, 1)],
+        "tetrahedron": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        "wedge": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+        "hexahedron": [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))],
+    }[kind]
+    points = np.zeros((CORNERS[kind], 3))
+    points[:, : len(corners[0])] = corners
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    points = points @ turn.T
+    middles = [(points[a] + points[b]) / 2 for a, b in EDGES[kind]]
+    points = np.vstack([points, *middles])[:count] if count > CORNERS[kind] else points
+    mesh = Mesh("a mesh", np.arange(1, count + 1), points, elements={1: (kind, tuple(range(1, count + 1)))})
+    middle = points[: CORNERS[kind]].mean(axis=0)
+    for _, face in mesh.boundary(set(range(1, count + 1))):
+        own = [node for node in face if node <= CORNERS[kind]]
+        inward, place = mesh._area(1, own), mesh.at(own)
+        assert inward @ (middle - place.mean(axis=0)) > 0
+        assert np.abs((place - place[0]) @ inward).max() < 1e-14
+        between = len(face) - len(own)
+        assert between == (0 if count == CORNERS[kind] else (1 if len(own) == 2 else len(own)))
+        for node in face[len(own) :]:  # midside nodes lie on the face
+            assert abs((mesh.at([node])[0] - place[0]) @ inward) < 1e-14
+
+
+SQUARE = "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 1., 1.\n4, 0., 1.\n*ELEMENT, TYPE=CPE4, ELSET=E\n1, 1, 2, 3, 4\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SQUARE.replace("\n", "\r\n") + "*NSET, NSET=S\r\n1, 2\r\n",
+        SQUARE.lower().replace(", ", ",\t") + "*nset,\n  nset=s\n\t1,\n2,\n",
+        "\ufeff" + SQUARE + '*NSET, NSET="s", GENERATE\n 1 , 2 , 1 ,\n',
+        SQUARE + "*NSET, NSET=1\n3\n*NSET, NSET=S\n1\n*NSET, NSET=S\n2\n",  # a number is a label first
+        "*NODE, INPUT=nodes.txt\n" + SQUARE.partition("0., 1.\n")[2] + "*NSET, NSET=S\n1, 2\n",
+        SQUARE + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 1, 2\n*SURFACE, NAME=S\nE, S1\n",
+    ],
+    ids=[
+        "crlf",
+        "lower, tabs, continued",
+        "mark, quoted, generated",
+        "numbered, extended",
+        "input",
+        "surface",
+    ],
+)
+def test_decks_in_other_dress(tmp_path, text):
+    (tmp_path / "nodes.txt").write_text("** nodes\n" + SQUARE.partition("\n")[2].partition("*")[0])
+    (tmp_path / "job.inp").write_bytes(text.encode())
+    mesh = read_deck(tmp_path / "job.inp")
+    assert mesh.nodes("S").tolist() == [1, 2]
+    np.testing.assert_array_equal(mesh.at([2, 3]), [[1, 0, 0], [1, 1, 0]])
+    assert mesh.elements[1] == ("quadrilateral", (1, 2, 3, 4))
+
+
+def test_nodes_of_elements_and_cylindrical_coordinates(tmp_path):
+    text = "*NODE, SYSTEM=C\n1, 2., 0., 5.\n2, 2., 90., 5.\n3, 1., 180.\n*ELEMENT, TYPE=CPE3, ELSET=E\n8, 1, 2, 3\n"
+    mesh = deck(tmp_path, text + "*NODE\n4, 7., 8.\n*NSET, NSET=ALL, ELSET=E\n")
+    np.testing.assert_allclose(
+        mesh.at([1, 2, 3, 4]), [[2, 0, 5], [0, 2, 5], [-1, 0, 0], [7, 8, 0]], atol=1e-15
+    )
+    assert mesh.nodes("all").tolist() == [1, 2, 3]
+    with pytest.raises(ProblemError, match="line 8: expected every element once, found element 8 twice"):
+        deck(tmp_path, text + "*ELEMENT, TYPE=CPE3\n8, 3, 2, 1\n")
+
+
+def test_equations_say_what_is_relative(tmp_path):
+    text = "*NODE\n1, 0., 0.\n2, 0., 0.\n9, 0., 0.\n*EQUATION\n3\n1, 1, 1., 2, 1, -1., 9, 1, -1.\n3\n"
+    mesh = deck(tmp_path, text + "1, 2, -2., 2, 2, 2.,\n9, 2, 2.\n2\n1, 3, 1., 2, 3, -1.\n")
+    assert mesh.relative[9, 1] == (1, 2)
+    assert mesh.relative[9, 2] == (1, 2)
+    assert (9, 3) not in mesh.relative
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("3, 1., 1., 0.\n", "3, 1., 1., 0.\n3, 1., 1., 0.\n", "found node 3 twice"),
+        ("3, 1., 1., 0.", "3, 1., one, 0.", "line 11: expected a number, found 'one'"),
+        ("base, 9, 10", "base, 9, 99", "expected a member of 'ENDS', found 99"),
+        ("1, 4, 1\n", "4, 1, 1\n", "expected 'first, last, step'"),
+        ("LOWER, S3", "LOWER, S9", "expected the node set or surface"),
+        ("2, S3", "7, S3", "expected a face of element 7"),
+        ("5, 6, 7, 8\n*ELEMENT", "5, 6, 7\n*ELEMENT", "expected 8 nodes of an element, found 7"),
+        ("*END INSTANCE", "*INSTANCE, NAME=Q\n*END INSTANCE", "expected one part instance"),
+        ("10., 0., 0.\n*NODE", "10., 0., 0.\n0., 0., 0., 1., 0., 0., 90.\n*NODE", "found it turned"),
+        ("*HEADING", "*INCLUDE, INPUT=none.inp", "none.inp: no such file"),
+        ("*HEADING", "*INCLUDE, INPUT=job.inp", "at most 8 deep"),
+        ("base, 9, 10", "later, 9", "expected labels or earlier sets as members of 'ENDS', found 'later'"),
+        ("*HEADING", "*PART, NAME=A\n*PART, NAME=B", "expected one part instance, found several"),
+        ("*HEADING", "*SYSTEM\n1., 0., 0.", "expected coordinates x, y, z, found \\*SYSTEM"),
+        ("*HEADING", "*NGEN, NSET=MORE\n1, 4", "every node and element to be listed, found \\*NGEN"),
+        ("*HEADING", "*NODE, SYSTEM=S\n90, 1., 2., 3.", "expected coordinates of SYSTEM=R or C, found 'S'"),
+        ("*HEADING", "*NSET, NSET=W, ELSET=NONE\n*HEADING", "expected the element set 'NONE' of \\*NSET"),
+    ],
+)
+def test_one_thing_wrong_in_a_deck_is_named(tmp_path, old, new, message):
+    assert old in BRICKS
+    with pytest.raises(ProblemError, match=message):
+        deck(tmp_path, BRICKS.replace(old, new, 1)).nodes("NO SUCH SET")
+
+
+def test_includes_are_followed_from_the_deck_s_own_folder(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "nodes.inc").write_text("*NODE\n1, 0., 0.\n")
+    assert deck(tmp_path, "*INCLUDE, INPUT=sub/nodes.inc\n*NODE\n2, 1., 0.\n").labels.tolist() == [1, 2]
+
+
+MAPS = {
+    "node direction": "11 1\n11 2\n7 1\n7 2\n",
+    "names": "node,dof\n11,UX\n11,UY\n7,ux\n7,uy\n",
+    "equations, any order": "Matrix Eqn  Node  DOF\n3 7 UX\n4 7 UY\n1 11 UX\n2 11 UY\n",
+    "node vector": "%%MatrixMarket matrix array integer general\n% by hand\n2 1\n11\n7\n",
+    "one node per row": "%%MatrixMarket matrix array integer general\n4 1\n11\n11\n7\n7\n",
+    "plain nodes": "11\n7\n",
+    "deck": "*NODE\n11, 0., 0.\n7, 1., 0.\n",
+    "bulk data": "EXTRN         11      12       7      12\n",
+}
+
+
+@pytest.mark.parametrize("kind", MAPS)
+def test_every_kind_of_row_map_says_the_same(tmp_path, kind):
+    path = tmp_path / "rows"
+    path.write_text(MAPS[kind])
+    assert read_row_map(path, 4).tolist() == [[11, 1], [11, 2], [7, 1], [7, 2]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 7 UX\n1 7 UY\n", "expected equations 1 to 2, each once"),
+        ("7 UW\n", "expected a whole number, found 'UW'"),
+        ("7 1\n7\n", "expected 'node direction'"),
+        ("1\n2\n3\n", "equally many directions each, found 3 nodes"),
+        ("1\n1\n1\n2\n", "every node equally often"),
+        ("%%MatrixMarket matrix array real general\n2 1\n1.0\n2.0\n", "expected a node vector"),
+        ("%%MatrixMarket matrix array integer general\n3 1\n1\n2\n", "expected 3 nodes, found 2"),
+        ("$ nothing\nSPOINT 1\n", "expected the rows of the analysis set"),
+    ],
+)
+def test_one_thing_wrong_in_a_row_map_is_named(tmp_path, text, message):
+    (tmp_path / "rows").write_text(text)
+    with pytest.raises(ProblemError, match=message):
+        read_row_map(tmp_path / "rows", 4)
+
+
+SETS = {
+    "extrn in its own order": ("EXTRN          9      21       3       0\n", [[9, 2], [9, 1], [3, 0]]),
+    "aset sorted": ("ASET           9      12       3     123\n", [[3, 1], [3, 2], [3, 3], [9, 1], [9, 2]]),
+    "aset1 with thru": ("ASET1         12       3    THRU       4\n", [[3, 1], [3, 2], [4, 1], [4, 2]]),
+    "several sets": ("BSET1,1,3,9\nQSET1,0,100,THRU,101\n", [[3, 1], [9, 1], [100, 0], [101, 0]]),
+    "large field": ("ASET*                  3              12\n*\n", [[3, 1], [3, 2]]),
+    "uset": ("USET,U1,3,12\nUSET1,U1,1,9\n", [[3, 1], [3, 2], [9, 1]]),
+    "seconct": (
+        "SECONCT      102       0              NO\n               3       3     101     101\nGRID,3,,0.,0.,0.\nSPOINT,101\n",
+        [*([3, d] for d in range(1, 7)), [101, 0]],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", SETS)
+def test_the_analysis_set(tmp_path, kind):
+    text, rows = SETS[kind]
+    (tmp_path / "x.pch").write_text(text)
+    assert read_analysis_set(tmp_path / "x.pch").tolist() == rows
+
+
+def test_grid_points_come_with_their_own_directions(tmp_path):
+    """A cylindrical system: directions radial, tangential and axial at each point."""
+    (tmp_path / "x.pch").write_text(
+        "CORD2C,5,,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\nGRID,1,5,2.,90.,3.,5\nGRID,2,,1.,1.,0.\n"
+    )
+    mesh, frames = read_grids(tmp_path / "x.pch")
+    np.testing.assert_allclose(mesh.at([1, 2]), [[0.0, 2.0, 3.0], [1.0, 1.0, 0.0]], atol=1e-12)
+    assert list(frames) == [1]
+    np.testing.assert_allclose(frames[1], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
+
+
+def test_rows_in_directions_of_their_own_are_turned():
+    """A spring along the x of a turned point acts along y of the model."""
+    from scipy import sparse
+
+    from shakedown.models.readers.stiffness import Stiffness
+
+    dofs = np.array([(7, 1), (7, 2), (7, 3)])
+    own = Stiffness(sparse.csr_array(np.diag([5.0, 1.0, 2.0])), dofs, "by hand")
+    turned = own.in_basic_directions({7: np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])})
+    np.testing.assert_array_equal(turned.K.toarray(), np.diag([1.0, 5.0, 2.0]))
+    short = Stiffness(sparse.csr_array(np.eye(2)), dofs[:2], "by hand")
+    with pytest.raises(ProblemError, match="expected all rows of node 7"):
+        short.in_basic_directions({7: np.eye(3)})
+    assert short.in_basic_directions({8: np.eye(3)}) is short
+
+
+DOFS = np.array([(1, 1), (1, 2), (2, 1), (2, 2), (3, 1)])
+K = writers.symmetric_matrix(5)
+
+
+def harwell(K, kind, stored):
+    """By the definition of the format: pointers, rows, values, in fixed fields that may touch."""
+    columns = [[(i, K[i, j]) for i in range(5) if stored(i, j)] for j in range(5)]
+    pointers = np.cumsum([1, *map(len, columns)])
+    rows, values = zip(*[pair for column in columns for pair in column], strict=True)
+    lay = [(pointers, "{:5d}", 16), ([r + 1 for r in rows], "{:5d}", 16), (values, "{:22.15E}", 3)]
+    parts = [[f.format(v) for v in data] for data, f, _ in lay]
+    blocks = [
+        ["".join(own[k : k + n]) for k in range(0, len(own), n)]
+        for own, (_, _, n) in zip(parts, lay, strict=True)
+    ]
+    counts = [sum(map(len, blocks)), *map(len, blocks), 0]
+    head = ["stiffness".ljust(72) + "key", "".join(f"{c:14d}" for c in counts)]
+    head += [
+        f"{kind}           {5:14d}{5:14d}{len(values):14d}{0:14d}",
+        f"{'(16I5)':16s}{'(16I5)':16s}{'(1P,3E22.15)':20s}",
+    ]
+    return "\n".join([*head, *(line for block in blocks for line in block), ""])
+
+
+@pytest.mark.parametrize(
+    ("kind", "stored"),
+    [
+        ("RSA", lambda i, j: i >= j),
+        ("RSA", lambda i, j: i <= j),
+        ("RSA", lambda i, j: True),  # as Ansys writes superelements
+        ("RUA", lambda i, j: True),
+    ],
+)
+def test_harwell_boeing_comes_back(tmp_path, kind, stored):
+    (tmp_path / "k.matrix").write_text(harwell(K, kind, stored))
+    found = read_stiffness(tmp_path / "k.matrix", dof_map=DOFS)
+    assert found.format == "Harwell-Boeing"
+    np.testing.assert_allclose(found.K.toarray(), K, rtol=1e-15)
+
+
+@pytest.mark.filterwarnings(
+    "ignore:text or binary mode:DeprecationWarning", "ignore:string or file:DeprecationWarning"
+)
+def test_harwell_boeing_equals_scipy_s_reading(tmp_path):
+    hb_write(tmp_path / "k.matrix", csc_array(K))
+    found = read_harwell_boeing(tmp_path / "k.matrix", DOFS)
+    np.testing.assert_array_equal(found.K.toarray(), hb_read(tmp_path / "k.matrix", spmatrix=False).toarray())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("RSA", "CSA", "real assembled square matrix"),
+        ("RSA", "RSE", "real assembled square matrix"),
+        ("(16I5)", "(0I5)", "Fortran format"),
+        ("(16I5)", "(16I0)", "Fortran format"),
+        ("    1    6", "    1   99", "column pointers"),
+        ("    5    5", "    5    6", "expected"),
+    ],
+)
+def test_one_thing_wrong_in_harwell_boeing_is_named(tmp_path, old, new, message):
+    text = harwell(K, "RSA", lambda i, j: i >= j)
+    assert old in text
+    (tmp_path / "k.matrix").write_text(text.replace(old, new, 1))
+    with pytest.raises(ProblemError, match=message):
+        read_harwell_boeing(tmp_path / "k.matrix", DOFS)
+
+
+def test_harwell_boeing_reads_past_right_hand_sides(tmp_path):
+    """With right-hand sides there is a fifth header line, and numbers behind the matrix."""
+    lines = harwell(K, "RSA", lambda i, j: i >= j).splitlines()
+    lines[1] = lines[1][:56] + f"{2:14d}"
+    lines[3] += "(3E22.15)"
+    lines.insert(4, "F                        1             0")
+    (tmp_path / "k.matrix").write_text("\n".join([*lines, " 1.0" * 3, " 1.0" * 2, ""]))
+    np.testing.assert_allclose(read_harwell_boeing(tmp_path / "k.matrix", DOFS).K.toarray(), K, rtol=1e-15)
+
+
+TABLES = {
+    "tab": "t\tf\n0.0\t1.5\n0.5\t-2.0\n",
+    "semicolon, decimal comma": "t;f\n0,0;1,5\n0,5;-2,0\n",
+    "comma": "t,f\n0.0,1.5\n0.5,-2.0\n",
+    "comma and blank": '"t", "f"\n0.0, 1.5\n0.5, -2.0\n',
+    "blank": "t f\n0.0 1.5\n0.5 -2.0D0\n",
+    "blank, decimal comma": "t f\n0,0 1,5\n0,5 -2,0\n",
+    "comment, trailing tab": "# made by hand\nt\tf\t\n0,0\t1,5\t\n0,5\t-2,\t\n",
+}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_tables_in_every_dress(tmp_path, kind):
+    (tmp_path / "h.csv").write_text(TABLES[kind])
+    table = read_table(tmp_path / "h.csv")
+    assert table.columns == ("t", "f")
+    assert table.values.tolist() == [[0.0, 1.5], [0.5, -2.0]]
+    assert table.column("F").tolist() == table.column(2).tolist() == [1.5, -2.0]
+
+
+def test_an_ambiguous_table_takes_a_word(tmp_path):
+    (tmp_path / "h.csv").write_text("0,5\n1,5\n")
+    assert read_table(tmp_path / "h.csv").values.shape == (2, 2)
+    assert read_table(tmp_path / "h.csv", delimiter="space", decimal=",").values.tolist() == [[0.5], [1.5]]
+    for words in ({"delimiter": "|"}, {"decimal": ";"}):
+        with pytest.raises(ProblemError, match="expected the delimiter"):
+            read_table(tmp_path / "h.csv", **words)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,f\n", "rows of numbers below the header"),
+        ("t,f\n1,2\n3\n", "line 3: expected 2 columns, found 1"),
+        ("t,f\n1,x\n", "expected a number, found 'x'"),
+        ("t,f\n1,nan\n", "expected a number, found 'nan'"),
+        ("t,f\n1,1e999\n", "expected a finite number"),
+        ("# nothing\n", "expected rows of numbers, found none"),
+    ],
+)
+def test_one_thing_wrong_in_a_table_is_named(tmp_path, text, message):
+    (tmp_path / "h.csv").write_text(text)
+    with pytest.raises(ProblemError, match=message):
+        read_table(tmp_path / "h.csv")
+
+
+def test_a_list_of_nodes_as_ansys_writes_it(tmp_path):
+    text = "Knotennummer\tX-Position (m)\tY-Position (m)\tZ-Position (m)\t\n7\t-4,99e-016\t1,e-001\t0,15\n3\t1\t2\t3\n"
+    (tmp_path / "nodes.txt").write_text(text)
+    mesh = read_coordinates(tmp_path / "nodes.txt")
+    assert mesh.labels.tolist() == [7, 3]
+    assert mesh.at([7]).tolist() == [[-4.99e-16, 0.1, 0.15]]
+    for new, message in (("7\t", "found node 3 twice"), ("7\t", "whole number")):
+        label = "3\t" if "twice" in message else "7,5\t"
+        (tmp_path / "nodes.txt").write_text(text.replace(new, label, 1))
+        with pytest.raises(ProblemError, match=message):
+            read_coordinates(tmp_path / "nodes.txt")
+
+
+def test_a_table_of_reactions_equals_the_printed_ones(tmp_path):
+    rng = np.random.default_rng(1)
+    forces = np.round(rng.standard_normal((3, 2, 3)), 6)
+    dat = writers.calculix_reactions([([4, 9], step) for step in forces])
+    (tmp_path / "job.dat").write_text(dat)
+    rows = ["Frame,Node Label,RF.RF1,RF.RF2,RF.RF3,RF.Magnitude"]
+    rows += [
+        f"{k + 1},{n},{','.join(f'{v:.6E}' for v in f)},1.0"
+        for k, s in enumerate(forces)
+        for n, f in zip((4, 9), s, strict=True)
+    ]
+    (tmp_path / "rf.csv").write_text("\n".join([*rows, ""]))
+    for printed, listed in zip(
+        read_nodal_vectors(tmp_path / "job.dat"), read_nodal_vectors(tmp_path / "rf.csv"), strict=True
+    ):
+        np.testing.assert_array_equal(printed.vectors, listed.vectors)
+        np.testing.assert_array_equal(printed.nodes, listed.nodes)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("step,node,fx,fy\n1,7,1,2\n1,7,3,4\n", "line 3: .* found node 7 twice in step 1"),
+        ("step,node,fx,fy\n1,7.5,1,2\n", "expected a whole number in column 'node', found 7.5"),
+        ("step,node,fx\n1,7,1\n", "expected one column 'fy', found 0"),
+        ("1,7,1\n", "columns step, node, fx, fy"),
+    ],
+)
+def test_one_thing_wrong_in_a_table_of_reactions_is_named(tmp_path, text, message):
+    (tmp_path / "rf.csv").write_text(text)
+    with pytest.raises(ProblemError, match=message):
+        read_vectors_table(tmp_path / "rf.csv")
+
+
+def test_loads_of_a_substructure(tmp_path):
+    """Positions of the node list, in comment lines behind the matrices."""
+    text = writers.abaqus_substructure(K, [tuple(row) for row in DOFS.tolist()])
+    text += "** SUBSTRUCTURE LOAD CASE VECTOR. SLOAD CASE: LC1\n** *CLOAD\n**     1,     2, 0.1E+02\n**     3,     1,-5.0\n"
+    text += "** SUBSTRUCTURE LOAD CASE VECTOR. SLOAD CASE: LC2\n** *CLOAD\n**     2,     1, 7.0\n"
+    path = tmp_path / "sub.mtx"
+    path.write_text(text)
+    assert read_substructure_load(path, "lc1") == {(1, 2): 10.0, (3, 1): -5.0}
+    assert read_substructure_load(path, "LC2") == {(2, 1): 7.0}
+    with pytest.raises(ProblemError, match="found LC1, LC2"):
+        read_substructure_load(path)
+    path.write_text(text.replace("     3,     1,-5.0", "     4,     1,-5.0"))
+    with pytest.raises(ProblemError, match="a position from 1 to 3, found 4"):
+        read_substructure_load(path, "LC1")

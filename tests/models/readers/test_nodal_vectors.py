@@ -1,0 +1,95 @@
+"""Displacements and reactions of static steps: .dat, .frd and tables say the same; steps are added."""
+
+import numpy as np
+import pytest
+import writers
+
+from shakedown import ProblemError
+from shakedown.models.readers.nodal_vectors import combined
+from shakedown.models.readers.reactions_table import read_nodal_vectors
+
+NODES = [7, 1042, 12345678]
+STEPS = [(NODES, -np.arange(9.0).reshape(3, 3) / 7), (NODES, 1e-30 + np.arange(9.0).reshape(3, 3) * 1e5)]
+TABLE = "step;node;U1;U2;U3\n" + "".join(
+    f"{step};{node};{';'.join(map(repr, vector.tolist()))}\n"
+    for step, (nodes, vectors) in enumerate(STEPS, 1)
+    for node, vector in zip(nodes, vectors, strict=True)
+)
+
+
+def write(folder, text):
+    (folder / "job").write_text(text)
+    return folder / "job"
+
+
+FILES = {
+    "dat": (writers.calculix_displacements(STEPS), 5e-7),
+    "frd": (writers.calculix_frd(STEPS, ("FORC", "DISP")), 5e-6),
+    "table": (TABLE, 0.0),
+}
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_file_has_the_same_displacements(tmp_path, kind):
+    text, digits = FILES[kind]
+    found = read_nodal_vectors(write(tmp_path, text), "displacements")
+    assert [step.time for step in found] == [1.0, 2.0]
+    for step, (nodes, vectors) in zip(found, STEPS, strict=True):
+        assert step.nodes.tolist() == nodes
+        assert step.what == "displacements"
+        assert (np.abs(step.vectors - vectors) <= step.rounding).all()
+        np.testing.assert_allclose(step.rounding, digits * np.abs(step.vectors), rtol=1e-15)
+
+
+def test_a_result_file_has_reactions_apart_from_displacements(tmp_path):
+    first = writers.calculix_frd(STEPS[:1], ("DISP",))
+    (one,) = read_nodal_vectors(write(tmp_path, first), "displacements")
+    with pytest.raises(
+        ProblemError, match=r"job: expected reactions \(\*NODE FILE, RF\), found no block FORC"
+    ):
+        read_nodal_vectors(tmp_path / "job")
+    (other,) = read_nodal_vectors(write(tmp_path, writers.calculix_frd(STEPS[:1], ("FORC",))))
+    np.testing.assert_array_equal(one.vectors, other.vectors)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("-1.42857E-01", "", "line 10: expected a node with three numbers"),
+        ("-1.42857E-01", "-1.4x857E-01", "line 10: expected a number, found '-1.4x857E-01'"),
+        (" 1\n -4", " 2\n -4", "line 10: expected a block in text form, found the format '2'"),
+        (f"{1042:10d}", f"{7:10d}", "expected every node once in a table, found node 7 twice"),
+        (f" -1{7:10d}", " -9", "expected a number"),
+    ],
+)
+def test_a_damaged_result_file_is_refused(tmp_path, old, new, message):
+    text = writers.calculix_frd(STEPS[:1])
+    assert old in text
+    if new == " -9":  # no row left
+        text = "\n".join(
+            line for line in text.splitlines() if not line.startswith(" -1") or "0.0 0.0" in line
+        )
+        message = "expected reactions at time 1, found an empty table"
+    with pytest.raises(ProblemError, match=message):
+        read_nodal_vectors(write(tmp_path, text.replace(old, new)))
+
+
+def test_steps_are_added_by_node_and_not_by_place(tmp_path):
+    turned = [STEPS[0], (NODES[::-1], STEPS[1][1][::-1])]
+    runs = read_nodal_vectors(write(tmp_path, writers.calculix_displacements(turned)), "displacements")
+    total = combined(runs, [2.0, -0.5])
+    np.testing.assert_allclose(total.vectors, 2 * STEPS[0][1] - 0.5 * STEPS[1][1], rtol=2e-6)
+    np.testing.assert_allclose(total.rounding, 2 * runs[0].rounding + 0.5 * runs[1].rounding[::-1])
+    fewer = [STEPS[0], (NODES[:2], STEPS[1][1][:2])]
+    runs = read_nodal_vectors(write(tmp_path, writers.calculix_displacements(fewer)), "displacements")
+    with pytest.raises(
+        ProblemError, match="displacements at time 2: expected node 12345678, found it not printed"
+    ):
+        combined(runs, [1.0, 1.0])
+
+
+def test_headings_of_the_other_kind_are_not_taken(tmp_path):
+    with pytest.raises(
+        ProblemError, match=r"expected one column 'fx', found 0 \(step, node, fx, fy and maybe fz\)"
+    ):
+        read_nodal_vectors(write(tmp_path, TABLE))

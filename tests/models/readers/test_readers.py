@@ -1,0 +1,356 @@
+"""Readers: round trips through small writers, content before name, and one thing broken at a time."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+import writers
+from hypothesis import given
+from hypothesis import strategies as st
+
+from shakedown import ProblemError
+from shakedown.models.readers.abaqus_matrix import read_nodal_loads
+from shakedown.models.readers.calculix_reactions import read_calculix_output, unit_displacement_stiffness
+from shakedown.models.readers.row_map import read_dof_map
+from shakedown.models.readers.sniff import read_stiffness, stiffness_format
+
+DOFS = [(101, 1), (101, 2), (7, 1), (7, 2), (7, 3), (42, 1)]
+K = writers.symmetric_matrix(len(DOFS))
+
+
+def labelled(stiffness):
+    """{((node, direction), (node, direction)): value}: what must survive, whatever the order of rows."""
+    keys, dense = [tuple(row) for row in stiffness.dofs.tolist()], stiffness.K.toarray()
+    return {(a, b): dense[i, j] for i, a in enumerate(keys) for j, b in enumerate(keys)}
+
+
+def assert_same(stiffness, digits, dofs=DOFS, matrix=K):
+    found = labelled(stiffness)
+    assert set(found) == {(a, b) for a in dofs for b in dofs}
+    for i, a in enumerate(dofs):
+        for j, b in enumerate(dofs):
+            assert found[a, b] == pytest.approx(matrix[i, j], rel=0, abs=digits * np.abs(matrix).max())
+
+
+def write(tmp_path, text, name="wrong-name.npz"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+LABELLED = {
+    "abaqus lower": (writers.abaqus_matrix(K, DOFS), "abaqus-matrix", 1e-15),
+    "abaqus upper": (writers.abaqus_matrix(K, DOFS, "upper"), "abaqus-matrix", 1e-15),
+    "abaqus full": (writers.abaqus_matrix(K, DOFS, "full"), "abaqus-matrix", 1e-15),
+    "substructure": (writers.abaqus_substructure(K, DOFS), "substructure", 1e-13),
+    "substructure unsymmetric": (writers.abaqus_substructure(K, DOFS, True), "substructure", 1e-13),
+    "dmig large": (writers.nastran_dmig(K, DOFS), "dmig", 1e-9),
+    "dmig square": (writers.nastran_dmig(K, DOFS, form=1), "dmig", 1e-9),
+    "dmig free": (writers.nastran_dmig(K, DOFS, style="free"), "dmig", 1e-15),
+    "dmig small": (writers.nastran_dmig(K, DOFS, style="small"), "dmig", 1e-2),
+}
+
+
+@pytest.mark.parametrize("case", LABELLED)
+def test_formats_with_labels_come_back(tmp_path, case):
+    text, format, digits = LABELLED[case]
+    path = write(tmp_path, text)
+    assert stiffness_format(path) == format
+    assert_same(read_stiffness(path), digits)
+
+
+MAPPED = {
+    "matrix market symmetric": (writers.matrix_market(K), "matrix-market", 1e-16),
+    "matrix market general": (writers.matrix_market(K, symmetric=False), "matrix-market", 1e-16),
+    "matrix market array": (writers.matrix_market(K, layout="array"), "matrix-market", 1e-16),
+    "matrix market full array": (
+        writers.matrix_market(K, symmetric=False, layout="array"),
+        "matrix-market",
+        1e-16,
+    ),
+    "op4 dense": (writers.nastran_op4(K), "op4", 1e-16),
+    "op4 sparse": (writers.nastran_op4(K, style="sparse"), "op4", 1e-16),
+    "op4 bigmat": (writers.nastran_op4(K, style="bigmat"), "op4", 1e-16),
+    "numbered": (writers.calculix_storage(K, DOFS)[0], "numbered", 1e-13),
+}
+
+
+@pytest.mark.parametrize("case", MAPPED)
+def test_formats_without_labels_come_back_with_a_map(tmp_path, case):
+    text, format, digits = MAPPED[case]
+    path, beside = write(tmp_path, text), write(tmp_path, writers.dof_map(DOFS), "rows.txt")
+    assert stiffness_format(path) == format
+    stiffness = read_stiffness(path, dof_map=beside)
+    assert stiffness.dofs.tolist() == [list(dof) for dof in DOFS]
+    assert_same(stiffness, digits)
+
+
+@pytest.mark.parametrize("case", MAPPED)
+def test_formats_without_labels_are_refused_without_a_map(tmp_path, case):
+    path = write(tmp_path, MAPPED[case][0])
+    with pytest.raises(ProblemError, match="expected a map file"):
+        read_stiffness(path)
+    short = write(tmp_path, writers.dof_map(DOFS[:-1]), "short.txt")
+    with pytest.raises(ProblemError, match=r"expected (a map of 6|row and column numbers 1 to 5)"):
+        read_stiffness(path, dof_map=short)
+
+
+def test_calculix_storage_finds_its_own_map(tmp_path):
+    sti, dof = writers.calculix_storage(K, DOFS)
+    write(tmp_path, dof, "job.dof")
+    assert_same(read_stiffness(write(tmp_path, sti, "job.sti")), 1e-13)
+
+
+def test_map_beside_a_labelled_file_is_refused(tmp_path):
+    path = write(tmp_path, writers.abaqus_matrix(K, DOFS))
+    with pytest.raises(ProblemError, match="expected no map file"):
+        read_stiffness(path, dof_map=path)
+
+
+def test_negative_labels_and_1e36_survive_reading(tmp_path):
+    dofs = [(-16, 1), (3, 1), (3, 2)]
+    matrix = writers.symmetric_matrix(3)
+    matrix[2, 2] = 1e36
+    found = read_stiffness(write(tmp_path, writers.abaqus_matrix(matrix, dofs)))
+    assert sorted(found.dofs[:, 0].tolist()) == [-16, 3, 3]
+    assert found.K.diagonal().max() == 1e36
+
+
+@given(st.permutations(range(len(DOFS))), st.sampled_from(["lower", "upper", "full"]))
+def test_the_order_of_rows_does_not_matter(tmp_path_factory, order, triangle):
+    text = writers.abaqus_matrix(K[np.ix_(order, order)], [DOFS[i] for i in order], triangle)
+    assert_same(read_stiffness(write(tmp_path_factory.mktemp("order"), text)), 1e-15)
+
+
+@given(st.lists(st.integers(0, 3), min_size=1, max_size=30))
+def test_truncated_files_never_end_in_a_bare_exception(tmp_path_factory, cuts):
+    folder = tmp_path_factory.mktemp("cut")
+    rows = write(folder, writers.dof_map(DOFS), "rows.txt")
+    for table in (LABELLED, MAPPED):
+        for text, format, _ in table.values():
+            lines = text.splitlines()
+            keep = max(1, len(lines) - sum(cuts) % len(lines))
+            path = write(folder, "\n".join(lines[:keep])[: -cuts[0] or None])
+            with suppress(ProblemError):  # a cut at the end of a block leaves a whole matrix
+                read_stiffness(path, dof_map=rows if format in ("op4", "numbered", "matrix-market") else None)
+
+
+BROKEN = {
+    "four fields": (LABELLED["abaqus lower"][0] + "1,1,1,1\n", "line 22: expected 'node,dof"),
+    "word for a number": (LABELLED["abaqus lower"][0] + "1,1,1,1,x\n", "expected a number, found 'x'"),
+    "entry twice": (
+        LABELLED["abaqus lower"][0] + LABELLED["abaqus lower"][0].splitlines()[0],
+        "expected every entry once",
+    ),
+    "labels missing": (LABELLED["substructure"][0].replace("** 101, 7, 42", "** 101, 7"), "3 node labels"),
+    "number missing": (
+        LABELLED["substructure"][0].replace("*MATRIX,TYPE=MASS", "1.0"),
+        "expected 21 numbers",
+    ),
+    "no stiffness": (
+        LABELLED["substructure"][0].replace("TYPE=STIFFNESS", "TYPE=MASS"),
+        r"expected the keyword \*MATRIX",
+    ),
+    "position out of range": (LABELLED["substructure"][0].replace("2,1,2,3", "9,1,2,3"), "position 1 to 3"),
+    "complex": (
+        LABELLED["dmig large"][0].replace("0       6       2", "0       6       4"),
+        "real .* found form 6, type 4",
+    ),
+    "two matrices": (
+        LABELLED["dmig large"][0] + LABELLED["dmig large"][0].replace("KAAX", "KBBX"),
+        "expected one matrix, found KAAX, KBBX",
+    ),
+    "two headers": (LABELLED["dmig large"][0] * 2, "one DMIG header card"),
+    "element by element": ("1 1 1 2.0\n1 2 1 1.0\n", "expected a stiffness matrix"),
+    "empty": ("", "empty file"),
+    "prose": ("Dear all,\nplease find attached\n", "found 'Dear all,'"),
+    "reactions": (writers.calculix_reactions([([1], [[1.0, 0, 0]])]), "expected a matrix, found reactions"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_one_thing_broken_is_named(tmp_path, case):
+    text, message = BROKEN[case]
+    with pytest.raises(ProblemError, match=message) as caught:
+        read_stiffness(write(tmp_path, text))
+    assert str(tmp_path) in str(caught.value)
+
+
+BROKEN_MAPPED = {
+    "not square": ("%%MatrixMarket matrix coordinate real general\n6 5 1\n1 1 1.0\n", "square"),
+    "complex": ("%%MatrixMarket matrix coordinate complex general\n6 6 1\n1 1 1.0 0\n", "real general"),
+    "index too large": ("%%MatrixMarket matrix coordinate real general\n6 6 1\n7 1 1.0\n", "found 7, 1"),
+    "index twice": (MAPPED["matrix market general"][0].replace("\n2 1 ", "\n1 1 "), "entry once"),
+    "entry missing": (MAPPED["matrix market general"][0].rsplit("\n", 2)[0], "expected 36 entries, found 35"),
+    "value missing": (MAPPED["matrix market array"][0].rsplit("\n", 2)[0], "expected 21 numbers, found 20"),
+    "no size": ("%%MatrixMarket matrix coordinate real general\n% nothing\n", "size of a square matrix"),
+    "op4 too short": ("\n".join(MAPPED["op4 dense"][0].splitlines()[:-4]), "end of the file"),
+    "op4 row out of range": (
+        MAPPED["op4 dense"][0].replace("       1       1       6", "       1       4       6"),
+        "rows 1 to 6",
+    ),
+    "op4 complex": (
+        MAPPED["op4 dense"][0].replace("       6       2", "       6       4", 1),
+        "found type 4",
+    ),
+    "op4 unnamed": (MAPPED["op4 dense"][0] + MAPPED["op4 dense"][0].replace("KAAX", "KBBX"), "name the one"),
+    "sti index 0": ("0 1 2.0\n", "row and column numbers 1 to 6"),
+    "sti twice": ("1 1 2.0\n1 1 2.0\n", "every entry once"),
+    "sti four columns": ("1 1 2.0\n1 1 1 2.0\n", "MATRIX INPUT"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN_MAPPED)
+def test_one_thing_broken_beside_a_map_is_named(tmp_path, case):
+    text, message = BROKEN_MAPPED[case]
+    rows = write(tmp_path, writers.dof_map(DOFS), "rows.txt")
+    with pytest.raises(ProblemError, match=message):
+        read_stiffness(write(tmp_path, text), dof_map=rows)
+
+
+def test_a_named_matrix_is_taken_out_of_several(tmp_path):
+    text = writers.nastran_dmig(K, DOFS) + writers.nastran_dmig(2 * K, DOFS, name="MAAX")
+    assert_same(read_stiffness(write(tmp_path, text)), 1e-9)  # the only one that starts with K
+    assert_same(read_stiffness(write(tmp_path, text), matrix="MAAX"), 1e-9, matrix=2 * K)
+    both = writers.nastran_op4(K) + writers.nastran_op4(3 * K, name="KBB")
+    rows = write(tmp_path, writers.dof_map(DOFS), "rows.txt")
+    assert_same(read_stiffness(write(tmp_path, both), dof_map=rows, matrix="KBB"), 1e-16, matrix=3 * K)
+    with pytest.raises(ProblemError, match=r"expected the matrix .NO."):
+        read_stiffness(write(tmp_path, both), dof_map=rows, matrix="NO")
+
+
+PUNCH = """$ continuation names in columns 73 to 80, numbers that touch, exponents with D
+DMIG    KAAX           0       6       2       0                       2
+DMIG*   KAAX                           1               1                *K     1
+*K     1               1               1 2.000000000D+00
+*      1               1               2-1.866666647D+07
+DMIG*   KAAX                           1               2                *K     2
+*K     2               1               2 3.000000000D+00
+DMIG    MAAX           0       6       2       0                       2
+DMIG    MAAX           1       1               1       1     1.0
+"""
+
+
+def test_a_punch_file_with_continuation_names(tmp_path):
+    found = read_stiffness(write(tmp_path, PUNCH))
+    assert found.K.toarray().tolist() == [[2.0, -1.866666647e7], [-1.866666647e7, 3.0]]
+
+
+def test_calculix_s_matrix_layout_with_stored_zeros(tmp_path):
+    """Newer CalculiX: fixed widths with commas, the upper triangle, zeros written."""
+    text = "         7,    1,         7,    1, 2.0000000000000E+00\n"
+    text += "         7,    1,         7,    2, 0.0000000000000E+00\n"
+    text += "         7,    2,         7,    2, 3.0000000000000E+00\n"
+    found = read_stiffness(write(tmp_path, text))
+    assert found.format == "Abaqus matrix input"
+    assert found.K.toarray().tolist() == [[2.0, 0.0], [0.0, 3.0]]
+
+
+def test_binary_and_missing_files_are_named(tmp_path):
+    path = tmp_path / "x.sim"
+    path.write_bytes(b"\x01\0\0\0" * 100)
+    with pytest.raises(ProblemError, match="found a binary one"):
+        stiffness_format(path)
+    with pytest.raises(ProblemError, match="no such file"):
+        stiffness_format(tmp_path / "absent")
+    with pytest.raises(ProblemError, match="cannot be read"):
+        stiffness_format(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("1\n", "'node direction'"), ("1 x\n", "whole number"), ("# none\n", "no line")]
+)
+def test_broken_maps_are_named(tmp_path, text, message):
+    with pytest.raises(ProblemError, match=message):
+        read_dof_map(write(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1,2\n", "'node, dof, value'"),
+        ("1,2,3\n1,2,4\n", "found .1, 2. twice"),
+        ("TOP, 2, 5.\n", "expected a node label, found the set 'TOP'"),
+    ],
+)
+def test_broken_nodal_loads_are_named(tmp_path, text, message):
+    with pytest.raises(ProblemError, match=message):
+        read_nodal_loads(write(tmp_path, text))
+
+
+def unit_runs(matrix, nodes, order):
+    """One run per contact degree of freedom of a stiffness in the order (node, direction)."""
+    n = len(nodes)
+    columns = range(2 * n) if order == "node-by-node" else np.arange(2 * n).reshape(n, 2).T.ravel()
+    return [(nodes, np.column_stack([matrix[:, k].reshape(n, 2), np.full(n, 9.0)])) for k in columns]
+
+
+@pytest.mark.parametrize("order", ["node-by-node", "direction-by-direction"])
+def test_unit_displacements_make_a_stiffness(tmp_path, order):
+    nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
+    path = write(tmp_path, writers.calculix_reactions(unit_runs(2.0 * matrix, nodes, order)))
+    steps = read_calculix_output(path)
+    found = unit_displacement_stiffness(steps, nodes, order=order, amplitude=2.0)
+    np.testing.assert_allclose(found.K.toarray(), matrix, atol=1e-6 * matrix.max())
+    assert found.dofs.tolist() == [[3, 1], [3, 2], [8, 1], [8, 2], [5, 1], [5, 2]]
+    other = {"node-by-node": "direction-by-direction"}.get(order, "node-by-node")
+    with pytest.raises(ProblemError, match="the steps go the other way"):
+        unit_displacement_stiffness(steps, nodes, order=other)
+
+
+def test_rigid_motions_survive_seven_digits(tmp_path):
+    """A floating chain: without care the rounded stiffness has a negative eigenvalue."""
+    n = 20
+    difference = np.kron(np.diff(np.eye(n), axis=0), np.eye(2))
+    spring = np.kron(np.diag(1.0 / (3.0 + np.arange(n - 1))), np.array([[2.0, 0.3], [0.3, 1.0]]))
+    matrix, nodes = difference.T @ spring @ difference, np.arange(1, n + 1)
+    path = write(tmp_path, writers.calculix_reactions(unit_runs(matrix, nodes, "node-by-node")))
+    found = unit_displacement_stiffness(read_calculix_output(path), nodes).K.toarray()
+    eigenvalues = np.linalg.eigvalsh(found)
+    assert (np.abs(eigenvalues) < 1e-12 * eigenvalues[-1]).sum() == 2
+    np.testing.assert_allclose(found, matrix, atol=1e-6 * matrix.max())
+
+
+def test_unusable_reactions_are_named(tmp_path):
+    nodes, matrix = np.array([3, 8, 5]), writers.symmetric_matrix(6)
+    steps = read_calculix_output(
+        write(tmp_path, writers.calculix_reactions(unit_runs(-matrix, nodes, "node-by-node")))
+    )
+    with pytest.raises(ProblemError, match="found them reversed"):
+        unit_displacement_stiffness(steps, nodes)
+    with pytest.raises(ProblemError, match="expected 4 steps"):
+        unit_displacement_stiffness(steps, nodes[:2])
+    with pytest.raises(ProblemError, match="expected contact node 9, found it not printed"):
+        unit_displacement_stiffness(steps, np.array([3, 8, 9]))
+    with pytest.raises(ProblemError, match="found no table"):
+        read_calculix_output(write(tmp_path, "displacements (vx,vy,vz) for set N\n 1 0 0 0\n"))
+    with pytest.raises(ProblemError, match="expected 'node fx fy fz'"):
+        read_calculix_output(write(tmp_path, " forces (fx,fy,fz) for set N and time 1.0\n\n 1 0 0\n"))
+    with pytest.raises(ProblemError, match="empty table"):
+        read_calculix_output(
+            write(
+                tmp_path,
+                " forces (fx,fy,fz) for set N and time 1.0\n 1 0 0 0\n forces (fx,fy,fz) for set N and time 2.0\n",
+            )
+        )
+
+
+def test_other_tables_of_a_dat_file_are_passed_over(tmp_path):
+    text = writers.calculix_reactions([([1, 2], np.ones((2, 3)))])
+    text += "\n displacements (vx,vy,vz) for set NC and time  0.1E+01\n\n  1 5.0 5.0 5.0\n"
+    (step,) = read_calculix_output(write(tmp_path, text))
+    assert step.nodes.tolist() == [1, 2]
+    assert step.node_sets == ("NC",)
+
+
+def test_tables_of_several_sets_at_one_time_are_one_step(tmp_path):
+    front = writers.calculix_reactions([([1, 2], np.ones((2, 3))), ([1, 2], 3 * np.ones((2, 3)))])
+    back = writers.calculix_reactions([([8, 9], 2 * np.ones((2, 3))), ([8, 9], np.ones((2, 3)))], "NC1")
+    halves = [text.split("\n forces") for text in (front, back)]
+    text = "".join("\n forces".join(["", *pair]) for pair in zip(halves[0][1:], halves[1][1:], strict=True))
+    steps = read_calculix_output(write(tmp_path, text))
+    assert [step.node_sets for step in steps] == [("NC", "NC1")] * 2
+    nodes, tied = np.array([2, 1]), np.array([9, 8])
+    assert steps[0].at(nodes, (1, 2), tied).tolist() == [[3.0, 3.0], [3.0, 3.0]]
+    with pytest.raises(ProblemError, match="one node for each of 2 contact nodes, found 1"):
+        steps[0].at(nodes, (1, 2), tied[:1])

@@ -1,0 +1,95 @@
+"""Code on disk is used while no room that it was compiled from has changed, and only then."""
+
+import importlib
+import sys
+
+import numba
+import pytest
+
+from shakedown.ground import code_stamp
+
+ROOMS = {
+    "__init__": "",
+    "sizes": "SIZE = 2.0\n",
+    "below": "from linked_rooms.sizes import SIZE\n"
+    "from shakedown.ground.named_state import inner\n\n\n"
+    "@inner\ndef scaled(x):\n    return SIZE * x\n",
+    "above": "from shakedown.ground.named_state import entered\n\n"
+    "from .below import (\n    scaled,\n)\n\n\n"
+    "@entered\ndef called(x):\n    return scaled(x) + 1.0\n",
+    "beside": "SIZE = 1.0\n",
+}
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    folder = tmp_path / "linked_rooms"
+    folder.mkdir()
+    for room, source in ROOMS.items():
+        (folder / f"{room}.py").write_text(source)
+    yield folder
+    forget()
+
+
+def forget():
+    for name in [name for name in sys.modules if name.split(".")[0] == "linked_rooms"]:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+
+
+def run_anew():
+    """What the kernel gives in a package imported anew, and whether its code was found on disk."""
+    forget()
+    called = importlib.import_module("linked_rooms.above").called
+    return called(3.0), sum(called.stats.cache_hits.values()) == 1
+
+
+def change(room, was, now):
+    room.write_text(room.read_text().replace(was, now))
+
+
+def test_a_change_in_any_room_below_compiles_anew(package):
+    assert run_anew() == (7.0, False)
+    assert run_anew() == (7.0, True)
+    change(package / "below.py", "SIZE * x", "SIZE * x * 10.0")
+    assert run_anew() == (61.0, False)
+    change(package / "sizes.py", "2.0", "20.00")
+    assert run_anew() == (601.0, False)
+    change(package / "beside.py", "1.0", "10.00")
+    assert run_anew() == (601.0, True)
+    kept = [path.suffix for path in package.joinpath("__pycache__").iterdir()]
+    assert (kept.count(".nbi"), kept.count(".nbc")) == (1, 1)
+
+
+def test_code_for_types_of_another_version_compiles_anew(package):
+    """As after an upgrade in place: what is on disk names a class that is gone."""
+    (package / "above.py").write_text(
+        "from typing import NamedTuple\n\nfrom shakedown.ground.named_state import entered\n\n\n"
+        "class Pair(NamedTuple):\n    x: float\n\n\n@entered\ndef called(x):\n    return summed(Pair(x))\n\n\n"
+        "@entered\ndef summed(pair):\n    return pair.x + 1.0\n"
+    )
+    run_anew()
+    summed = importlib.import_module("linked_rooms.above").summed
+    assert summed(importlib.import_module("linked_rooms.above").Pair(3.0)) == 4.0
+    change(package / "above.py", "Pair", "Couple")
+    forget()
+    above = importlib.import_module("linked_rooms.above")
+    assert above.summed(above.Couple(3.0)) == 4.0
+
+
+def test_without_a_stamp_nothing_is_taken_from_disk(package, monkeypatch):
+    monkeypatch.setattr(code_stamp, "stamp", lambda module: None)
+    assert run_anew() == (7.0, False)
+    assert run_anew() == (7.0, False)
+
+
+def test_a_kernel_stands_on_the_modules_whose_code_is_linked_into_it():
+    importlib.import_module("shakedown.long_term.settling.settle")
+    below = code_stamp.modules_below("shakedown.long_term.settling.settle")
+    loops = ("active_set", "moving_state", "rate_problem", "run")
+    below_them = ("contact_status", "named_state")
+    assert {f"shakedown.motion.plane.{module}" for module in loops} <= set(below)
+    assert {f"shakedown.ground.{module}" for module in below_them} <= set(below)
+    assert "shakedown.motion.plane.gauss_seidel" not in below

@@ -1,0 +1,86 @@
+"""The compiled loop: quiet load steps against event by event, many cycles in one call, interruptions."""
+
+import numpy as np
+import pytest
+
+import shakedown
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.plane import event_loop, moving_state
+from shakedown.motion.plane.moving_state import begin, room_for
+from shakedown.motion.plane.run import run_along
+
+SCENES = [("two-node", 0.8), ("two-node", 1.5), ("three-node", 2.6), ("block-9", 5.0), ("uncoupled", 1.5)]
+
+
+def evolution_of(name, load_factor):
+    problem = shakedown.example(name)
+    start = None if problem.initial_slip is None else problem.initial_slip[0]
+    return Evolution(problem, load_factor, start)
+
+
+@pytest.mark.parametrize(("name", "load_factor"), SCENES)
+def test_many_cycles_in_one_call_are_the_cycles_one_by_one(name, load_factor):
+    one, many = evolution_of(name, load_factor), evolution_of(name, load_factor)
+    for _ in range(12):
+        assert one.cycle() is not None
+    assert many.advance(12) == 12
+    assert many.done == one.done == 12
+    assert np.array_equal(one.state.u, many.state.u)
+    assert np.array_equal(one.state.contact, many.state.contact)
+
+
+@pytest.mark.parametrize(("name", "load_factor"), SCENES)
+def test_a_record_changes_nothing(name, load_factor):
+    plain, recorded = evolution_of(name, load_factor), evolution_of(name, load_factor)
+    for _ in range(3):
+        a, b = plain.cycle(), recorded.cycle(record=True)
+        assert (a.events, a.dissipation, a.signature) == (b.events, b.dissipation, b.signature)
+        assert np.array_equal(a.slip, b.slip)
+    starts = recorded.history.kind == EventKind.LOAD_STEP
+    assert starts.sum() >= 3 * plain.problem.m
+
+
+def test_the_signature_tells_when_states_change_and_nothing_else():
+    evolution = evolution_of("two-node", 0.9)
+    signatures = [evolution.cycle().signature for _ in range(6)]
+    assert len(set(signatures[2:])) == 1  # the limit cycle
+    other = evolution_of("two-node", 1.5)
+    assert other.cycle().signature not in signatures
+
+
+def test_the_loop_returns_when_the_record_is_full_and_goes_on():
+    evolution, whole = evolution_of("block-9", 5.0), evolution_of("block-9", 5.0)
+    first = whole.cycle(record=True)
+    run = run_along(
+        evolution.method.active,
+        evolution.method.rates,
+        evolution.method.motion,
+        room_for(7, 9),
+        evolution.method.run(True, False).course,
+    )
+    begin(evolution.method.motion)
+    status, rows = event_loop.follow(run, 1, moving_state.EFFORT), run.record.rows
+    while status == moving_state.RECORD_FULL:
+        assert run.record.rows == 7
+        status = event_loop.follow(run, 1, moving_state.EFFORT)
+        rows += run.record.rows
+    assert status == moving_state.DONE
+    assert (run.motion.events, run.motion.signature) == (first.events, first.signature)
+    assert rows == len(whole.history) - 1
+
+
+@pytest.mark.parametrize("passes", [1, 3])
+@pytest.mark.parametrize(("name", "load_factor"), SCENES)
+def test_the_loop_returns_after_a_stated_amount_of_work_and_goes_on(name, load_factor, passes):
+    """However large the joint, an interrupt is not held back until its cycle has ended."""
+    evolution, whole = evolution_of(name, load_factor), evolution_of(name, load_factor)
+    run, same, returns = evolution.method.run(True, False), whole.method.run(True, False), 0
+    begin(evolution.method.motion)
+    begin(whole.method.motion)
+    while event_loop.follow(run, passes, 20) == moving_state.PAUSED:
+        returns += 1
+    assert event_loop.follow(same, passes, moving_state.EFFORT) == moving_state.DONE
+    assert returns >= passes
+    assert run.motion.events == same.motion.events
+    assert evolution.state.u == pytest.approx(whole.state.u, abs=1e-13 * evolution.scale.length)

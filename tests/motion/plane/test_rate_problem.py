@@ -1,0 +1,128 @@
+"""The rate problem by three roads: pivoting, complete enumeration, Lemke's method."""
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from motion.plane.lemke import lemke, rates_by_lemke
+
+from shakedown.ground.contact_status import OPEN, STICK
+from shakedown.motion.plane.active_set import active_set, factorize, solve
+from shakedown.motion.plane.rate_problem import (
+    AIR,
+    APEX,
+    INSIDE,
+    ON_BACKWARD,
+    ON_FORWARD,
+    rates,
+    solve_rates,
+)
+from shakedown.motion.plane.rate_search import enumerate_states, take_wanted
+
+TOLERANCE = 1e-12
+
+
+@numba.njit
+def pivot(act, rate, tolerance):
+    """Pivoting alone, which compiled loops call."""
+    return solve_rates(act, rate, tolerance, False)
+
+
+def violated_equations(act, reaction):
+    """Largest |q|, |p| of an open node, |q ∓ f p| of a slipping one."""
+    q, p = np.split(reaction, 2)
+    slipping = np.abs(q - act.state * act.f * p)
+    parts = np.where(act.state == OPEN, np.maximum(np.abs(q), np.abs(p)), slipping)
+    return np.max(parts, where=act.state != STICK, initial=0.0)
+
+
+def random_instant(seed, n, f=0.3):
+    """A stiffness with a unique evolution, random places of the nodes and a random change of load."""
+    rng = np.random.default_rng(seed)
+    G = rng.normal(size=(2 * n, 2 * n))
+    kappa = G @ G.T / (2 * n) + 1.5 * np.eye(2 * n)
+    assert np.linalg.eigvalsh(kappa)[0] > f * np.linalg.norm(kappa[n:], 2) / 2
+    place = rng.choice([INSIDE, ON_BACKWARD, ON_FORWARD, APEX, AIR], n)
+    return kappa, np.full(n, f), place, rng.normal(size=2 * n)
+
+
+def set_up(kappa, f, place, welded):
+    act, rate = active_set(kappa, f), rates(len(f))
+    rate.place[:], rate.welded[:] = place, welded
+    assert take_states(act, rate, np.where(place == AIR, OPEN, STICK))
+    return act, rate
+
+
+def take_states(act, rate, states):
+    rate.wanted[:] = states
+    return take_wanted(act, rate)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_three_roads_to_the_rates(seed):
+    instant = random_instant(seed, n=1 + seed % 5)
+    act, rate = set_up(*instant)
+    assert pivot(act, rate, TOLERANCE)
+    expected = rate.motion.copy()
+    act, rate = set_up(*instant)
+    assert enumerate_states(act, rate, TOLERANCE)
+    assert rate.motion == pytest.approx(expected, abs=1e-10)
+    assert rates_by_lemke(*instant) == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_many_nodes_at_their_limits(seed):
+    """Too many for enumeration: pivoting and Lemke's method."""
+    instant = random_instant(1000 + seed, n=25, f=0.2)
+    act, rate = set_up(*instant)
+    assert pivot(act, rate, TOLERANCE)
+    assert rates_by_lemke(*instant) == pytest.approx(rate.motion, abs=1e-9)
+    act, rate = set_up(*instant)
+    before = act.state.copy()
+    assert not enumerate_states(act, rate, TOLERANCE)
+    assert np.array_equal(act.state, before)
+
+
+@given(st.integers(0, 10_000), st.booleans())
+def test_lemke_solves_problems_with_a_positive_definite_matrix(seed, integral):
+    rng = np.random.default_rng(seed)
+    k = int(rng.integers(1, 8))
+    G, S = rng.normal(size=(2, k, k))
+    M, b = G @ G.T + 0.1 * np.eye(k) + S - S.T, rng.normal(size=k)
+    if integral:
+        b = np.round(b)
+    z = lemke(M, b, 1000)
+    y = M @ z + b
+    assert z.min() >= 0
+    assert y.min() >= -1e-9
+    assert np.abs(z * y).max() <= 1e-9
+
+
+def test_inverse_follows_changes_of_state():
+    """Bordering and removal against a matrix that is set up and factorized afresh."""
+    rng = np.random.default_rng(0)
+    kappa, f, *_ = random_instant(5, n=8)
+    act, fresh, rate = active_set(kappa, f), active_set(kappa, f), rates(8)
+    for _ in range(300):
+        wanted = act.state.copy()
+        wanted[rng.integers(0, 8, 2)] = rng.choice([0, 1, -1, 2], 2)
+        assert take_states(act, rate, wanted)
+        fresh.state[:] = wanted
+        assert factorize(fresh) != 0
+        assert np.array_equal(act.state, wanted)
+        load, one, other = rng.normal(size=16), np.empty(16), np.empty(16)
+        solve(act, load, one)
+        solve(fresh, load, other)
+        assert one == pytest.approx(other, abs=1e-11)
+        assert factorize(act) == factorize(fresh)
+        assert violated_equations(act, load + kappa @ one) <= 1e-12
+
+
+def test_a_singular_set_of_moving_nodes_is_refused():
+    stiffness = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    kappa = np.block([[stiffness, np.zeros((2, 2))], [np.zeros((2, 2)), np.eye(2)]])
+    act = active_set(kappa, np.array([0.3, 0.3]))
+    rate = rates(2)
+    assert take_states(act, rate, np.array([1, 0]))
+    assert not take_states(act, rate, np.array([1, 1]))

@@ -1,0 +1,291 @@
+"""Motion with two tangential directions: closed forms, the plane, cited numbers, symmetries, implicit steps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joints_in_space import random_joint
+
+import shakedown
+from shakedown import Problem, Tolerances
+from shakedown.joint.loading import loop_path
+from shakedown.motion.contact_law import law_resolution
+from shakedown.motion.event_history import EventKind
+from shakedown.motion.evolve import evolve
+from shakedown.motion.fixed_steps import FixedSteps
+from shakedown.motion.initial_state import beginning
+from shakedown.motion.integrator import Evolution
+from shakedown.motion.space import directed_jump
+from shakedown.motion.space.directed_jump import DirectedJump
+from shakedown.motion.violation import path_violation
+
+# The states after one implicit step from zero: there the cited cycles begin.
+STARTS = {
+    "one-node-3d": [-0.027015842990502244, 0.00023374092310795498],
+    "two-node-3d": [0.0] * 4,
+    "four-node-3d": [0.0, 0.0, -0.5290146220121489, -0.24942939227898844, 0.0, 0.0, 0.0, 0.0],
+    "block-3x3": [
+        0.0, 0.0, 0.0, 0.0, 0.12151110643750376, -0.034057219558963195, 0.0, 0.0, 0.0, 0.0,
+        0.14727610580136372, 0.04465661504131151, 0.06729326959773704, 0.19386645725912116,
+        0.11681172480520191, 0.14560591897269123, 0.22309788592368796, 0.16473528780782157,
+    ],
+}  # fmt: skip
+# First cycle from there, the first load step at 1.15 λ_max: load factor, dissipation and the slip
+# of one node at its end, from two other implementations that agree to 5e-11.
+CITED = {
+    "one-node-3d": (1.4394923118619076, 0.39032975764887295, (-0.07051106817218172, 0.24922507286424272)),
+    "two-node-3d": (1.0132479315128424, 0.17306179534853217, (0.005409786682076903, 0.08049787181266642)),
+    "four-node-3d": (1.4087059538195088, 1.2710612252120024, (-0.5380153237876973, -0.34937990369488126)),
+    "block-3x3": (3.2022995910247976, 1.2694377263112977, (0.23270131072270855, 0.13863584242388285)),
+}
+
+
+def node(**changes) -> Problem:
+    """One node under constant pressure, with its reaction dragged across the cone."""
+    given = {"A": 2 * np.eye(2), "B": [[0, 0]], "f": 0.4, "q_w": [[0.4, 0], [0.4, 1]], "p_w": [[1.0], [1.0]]}
+    return Problem(**(given | changes))
+
+
+def from_first_step(problem: Problem) -> Problem:
+    """The joint whose first cycle, after its transient, ends where the load is again that of its first step."""
+    return replace(
+        problem,
+        q_w=np.roll(problem.q_w, -1, axis=0), p_w=np.roll(problem.p_w, -1, axis=0),
+        q_transient=first(problem)[:, problem.layout.slips], p_transient=first(problem)[:, problem.layout.gaps],
+    )  # fmt: skip
+
+
+def first(problem: Problem, load_factor: float = 1.0) -> np.ndarray:
+    return loop_path(problem, load_factor)[:1]
+
+
+def cited_cycle(name: str, tolerances: Tolerances):
+    """One cycle of a built-in joint from the state that the numbers are for, begun at the first load step."""
+    problem, load_factor = shakedown.example(name), CITED[name][0]
+    start = replace(from_first_step(problem), q_transient=None, p_transient=None)
+    path = first(problem, load_factor)
+    start = replace(
+        start, q_transient=path[:, problem.layout.slips], p_transient=path[:, problem.layout.gaps]
+    )
+    return evolve(start, load_factor, STARTS[name], cycles=1, tolerances=tolerances)
+
+
+@pytest.mark.parametrize("name", CITED)
+def test_first_cycles_are_those_of_two_other_implementations(name):
+    run = cited_cycle(name, Tolerances())
+    (cycle,) = run.cycles
+    _, dissipation, slip = CITED[name]
+    assert cycle.friction_dissipation == pytest.approx(dissipation, abs=1e-8)
+    there = np.abs(cycle.end_slip.reshape(-1, 2) - slip).max(axis=1)
+    assert there.min() < 1e-8
+    assert 0 < cycle.error < 1e-7
+    assert cycle.work.sum() == cycle.friction_dissipation
+
+
+def test_tractrix():
+    """A = 2 I, f p = 0.4, q from (0.4, 0), load 1 across: q = f p (cos φ, sin φ), φ = 2 arctan tanh(1/(2 f p))."""
+    phi = 2 * np.arctan(np.tanh(1 / 0.8))
+    closed = (0.4 * np.array([np.cos(phi), np.sin(phi)]) - [0.4, 1.0]) / 2
+    np.testing.assert_allclose(closed, (-0.167385753614, -0.302677140370), atol=1e-12)
+    for accuracy in (1e-6, 1e-8, 1e-10):
+        (cycle,) = evolve(node(), 1.0, tolerances=Tolerances(path=accuracy)).cycles
+        assert np.abs(cycle.end_slip - closed).max() < 0.5 * accuracy
+        assert cycle.slip[0] == pytest.approx(cycle.friction_dissipation / 0.4)
+
+
+def test_circle():
+    """Q (cos t, sin t), f p constant: the slip runs on a circle of radius √(Q² − (fp)²)/A, within the chords."""
+    errors = []
+    for m in (60, 120):
+        t = 2 * np.pi * np.arange(m)[:, None] / m
+        loop = node(q_w=np.hstack([np.cos(t), np.sin(t)]), p_w=np.ones((m, 1)))
+        cycle = evolve(loop, 1.0, cycles=6).cycles[-1]
+        radius = np.sqrt(1 - 0.16) / 2
+        errors.append([np.hypot(*cycle.end_slip) - radius, cycle.friction_dissipation - 0.8 * np.pi * radius])
+    assert np.abs(errors[0]).max() < 5e-3
+    np.testing.assert_allclose(np.divide(*errors), 4.0, rtol=0.05)  # second order in the load step
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_load_in_one_direction_is_the_plane(angle):
+    """Also turned, and with nodes that open and close."""
+    rng = np.random.default_rng(3)
+    n, m = 4, 7
+    root = rng.normal(size=(2 * n, 2 * n))
+    kappa = root @ root.T / (2 * n) + 0.4 * np.eye(2 * n)
+    q_w, p_w = 0.6 * rng.normal(size=(m, n)), 0.8 + rng.normal(size=(m, n))
+    plane = Problem(A=kappa[:n, :n], B=kappa[n:, :n], C=kappa[n:, n:], f=0.4, q_w=q_w, p_w=p_w)
+    along = np.kron(np.eye(n), [[np.cos(angle)], [np.sin(angle)]])
+    across = np.kron(np.eye(n), [[-np.sin(angle)], [np.cos(angle)]])
+    space = Problem(
+        A=along @ plane.A @ along.T + across @ plane.A @ across.T, B=plane.B @ along.T, C=plane.C, f=0.4,
+        q_w=q_w @ along.T, p_w=p_w,
+    )  # fmt: skip
+    one, two = evolve(plane, 1.0, cycles=2), evolve(space, 1.0, cycles=2)
+    assert any(cycle.opened.any() for cycle in one.cycles)
+    for flat, curved in zip(one.cycles, two.cycles, strict=True):
+        np.testing.assert_allclose(curved.end_slip, along @ flat.end_slip, atol=1e-9)
+        np.testing.assert_allclose(curved.slip, flat.slip, atol=1e-9)
+        np.testing.assert_allclose(curved.work, flat.work, atol=1e-9)
+        np.testing.assert_array_equal(curved.opened, flat.opened)
+        np.testing.assert_array_equal(curved.closed, flat.closed)
+
+
+def test_tangents_may_be_turned():
+    problem, angle = shakedown.example("four-node-3d"), 1.1
+    T = np.eye(8)
+    T[2:4, 2:4] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+    turned = replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T, tangents=None)
+    start = np.array(STARTS["four-node-3d"])
+    one, other = evolve(problem, 1.4, start, cycles=2), evolve(turned, 1.4, T @ start, cycles=2)
+    np.testing.assert_allclose(other.cycles[1].end_slip, T @ one.cycles[1].end_slip, atol=1e-9)
+    np.testing.assert_allclose(other.cycles[1].slip, one.cycles[1].slip, atol=1e-9)
+
+
+def test_units_change_no_bit():
+    problem, force, length = shakedown.example("four-node-3d"), 2.0**20, 2.0**-9
+    stiffness = {key: getattr(problem, key) * force / length for key in "ABC"}
+    other = replace(problem, **stiffness, q_w=force * problem.q_w, p_w=force * problem.p_w)
+    one, two = evolve(problem, 1.4, cycles=2), evolve(other, 1.4, cycles=2)
+    np.testing.assert_array_equal(two.cycles[1].end_slip, length * one.cycles[1].end_slip)
+    np.testing.assert_array_equal(two.cycles[1].work, force * length * one.cycles[1].work)
+
+
+def test_cycles_continue_from_their_states_to_the_last_bit():
+    """Nodes open and close on the way."""
+    problem = opening_joint()
+    motion, other = Evolution(problem, 1.0), Evolution(problem, 1.0)
+    first, _ = motion.cycle(), other.cycle()
+    assert first.opened.any()
+    state = motion.state
+    second, third = motion.cycle(), motion.cycle()
+    other.state = state
+    np.testing.assert_array_equal(other.cycle().end_slip, second.end_slip)
+    np.testing.assert_array_equal(other.cycle().work, third.work)
+    motion.begin(1.0)
+    np.testing.assert_array_equal(motion.cycle().end_slip, first.end_slip)
+
+
+def opening_joint() -> Problem:
+    rng = np.random.default_rng(5)
+    n, m = 4, 6
+    root = rng.normal(size=(3 * n, 3 * n))
+    kappa = root @ root.T / (3 * n) + 0.4 * np.eye(3 * n)
+    A, B, C = kappa[: 2 * n, : 2 * n], kappa[2 * n :, : 2 * n], kappa[2 * n :, 2 * n :]
+    q_w, p_w = 0.6 * rng.normal(size=(m, 2 * n)), 0.9 + rng.normal(size=(m, n))
+    return Problem(A=A, B=B, C=C, f=[0.3, 0.5, 0.0, 0.4], q_w=q_w, p_w=p_w)
+
+
+def test_the_law_holds_along_the_path():
+    for problem in (opening_joint(), shakedown.example("four-node-3d")):
+        run = evolve(problem, 1.3, cycles=2)
+        assert run.stop is None
+        assert path_violation(problem, 1.3, Tolerances(), run.history) < law_resolution(problem, Tolerances())
+        moved = replace(run.history, v=run.history.v + 1e-4 * (np.arange(2 * problem.n) == 1))
+        assert path_violation(problem, 1.3, Tolerances(), moved) > 1e-5
+
+
+def test_between_rows_the_path_is_curved():
+    problem = shakedown.example("block-3x3")
+    history = evolve(problem, 3.2, cycles=2).history
+    fine = evolve(problem, 3.2, cycles=2, tolerances=Tolerances(path=1e-11)).history
+    times = np.linspace(0.2, 1.7, 60)
+    np.testing.assert_allclose(history.at(times).v, fine.at(times).v, atol=1e-7)
+    np.testing.assert_allclose(history.at(times).q, fine.at(times).q, atol=1e-7)
+    assert EventKind.REACHES_LIMIT in history.kind
+
+
+def test_implicit_steps_come_closer_the_shorter_they_are():
+    """Of the first order, from a state after the first cycle, with nodes that open, close and have no friction."""
+    problem = opening_joint()
+    motion = Evolution(problem, 1.0)
+    motion.cycle()
+    state = motion.state
+    motion.cycle()
+    errors = []
+    for parts in (32, 64, 128):
+        steps = FixedSteps(problem, 1.0, parts=parts)
+        steps.cycle()
+        steps.state = state
+        assert steps.cycle() is not None
+        errors.append(np.abs(steps.state.u - motion.state.u).max())
+    assert errors[0] > 1.6 * errors[1] > 2.5 * errors[2] > 0
+    assert errors[2] < 2e-3
+
+
+def test_the_way_of_a_frictionless_node_is_that_of_a_finer_path():
+    root = np.random.default_rng(5).normal(size=(9, 12))
+    kappa, loads = root @ root.T / 9 + 0.1 * np.eye(9), np.random.default_rng(6).normal(size=(5, 9))
+    joint = Problem(
+        A=kappa[:6, :6],
+        B=kappa[6:, :6],
+        C=kappa[6:, 6:],
+        f=[0, 0.4, 0.3],
+        q_w=loads[:, :6],
+        p_w=3 + loads[:, 6:],
+    )
+    coarse, fine = (evolve(joint, 1.0, tolerances=Tolerances(path=path)).cycles[0] for path in (1e-8, 1e-11))
+    assert fine.slip.min() > 0.1
+    np.testing.assert_allclose(coarse.slip, fine.slip, atol=1e-6)
+    q, p = joint.layout.split(beginning(joint, 1.0, None).load[None])
+    steps = FixedSteps(replace(joint, q_transient=q, p_transient=p), 1.0, parts=100)
+    np.testing.assert_allclose(steps.cycle().slip, fine.slip, rtol=0.02)
+
+
+def test_what_is_not_held_is_said():
+    loose = node(C=[[1.0]], p_w=[[1.0], [-3.0]])
+    run = evolve(loose, 1.0)
+    assert run.stop is None  # it opens, held by C
+    assert run.cycles[0].opened.all()
+    without = evolve(node(p_w=[[1.0], [-3.0]]), 1.0)
+    assert "node 0 lifts off, and the problem has no C" in without.stop.reason
+    with pytest.raises(shakedown.UsageError, match="a reduced scene: expected one tangential direction"):
+        evolve(node(), 1.0, reduce=True)
+
+
+@pytest.mark.parametrize("longest_path", [directed_jump.MOST_TAKEN, 0])
+def test_a_jump_ends_in_equilibrium(monkeypatch, longest_path):
+    """Above the friction threshold of the plane's jump: the same jump, in one direction of two.
+
+    So it is where steps of the viscous motion that have long paths are solved at once.
+    """
+    monkeypatch.setattr(directed_jump, "MOST_TAKEN", longest_path)
+    monkeypatch.setattr(directed_jump, "LABOUR", directed_jump.LABOUR if longest_path else 1)
+    solved, solve = [], DirectedJump._solved
+    monkeypatch.setattr(DirectedJump, "_solved", lambda *step: solved.append(step) or solve(*step))
+    plane = shakedown.example("jump")
+    n = plane.n
+    along = np.kron(np.eye(n), [[0.6], [0.8]])
+    across = np.kron(np.eye(n), [[-0.8], [0.6]])
+    stiff = across @ np.diag(np.diag(plane.A)) @ across.T
+    space = Problem(
+        A=along @ plane.A @ along.T + stiff, B=plane.B @ along.T, C=plane.C, f=plane.f,
+        q_w=plane.q_w @ along.T, p_w=plane.p_w, q_transient=plane.q_transient @ along.T,
+        p_transient=plane.p_transient,
+    )  # fmt: skip
+    start = plane.initial_slip[0]
+    one, other = evolve(plane, 1.0, start, cycles=1), evolve(space, 1.0, along @ start, cycles=1)
+    assert other.stop is None
+    jumps = other.cycles[0].jumps
+    assert len(jumps) == len(one.cycles[0].jumps) > 0
+    for flat, curved in zip(one.cycles[0].jumps, jumps, strict=True):
+        assert curved.energy_released == pytest.approx(flat.energy_released, rel=1e-6)
+        np.testing.assert_allclose(curved.v_after, along @ flat.v_after, rtol=1e-6, atol=1e-6)
+    assert other.cycles[0].dissipation == pytest.approx(one.cycles[0].dissipation, rel=1e-6)
+    assert bool(solved) == (longest_path == 0)
+
+
+@pytest.mark.parametrize("seed", [4, 9, 119, 138])
+def test_a_joint_is_assembled_from_nothing(seed):
+    """Loaded in proportion from zero, so that nodes slip and open: as from next to nothing, and by the law."""
+    rng = np.random.default_rng([5, seed])
+    joint = random_joint(rng, 4, pressure=1.0)
+    q, p, ends = 2.0 * rng.normal(size=8), rng.normal(1.0, 1.0, 4), []
+    for first in (0.0, 1e-6):
+        ramp = np.array([[first], [0.25], [0.5], [1.0]])
+        motion = Evolution(replace(joint, q_transient=ramp * q, p_transient=ramp * p), 0.1)
+        assert motion.cycle(record=True) is not None
+        ends.append(motion.state.u)
+        broken = path_violation(motion.problem, 0.1, motion.tolerances, motion.history)
+        assert broken <= law_resolution(motion.problem, motion.tolerances)
+    assert ends[0] == pytest.approx(ends[1], abs=1e-6 * np.abs(ends[1]).max())
