@@ -50,3 +50,13 @@ def turned(problem: Problem, angles: np.ndarray) -> tuple[Problem, np.ndarray]:
         place = slice(2 * i, 2 * i + 2)
         T[place, place] = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
     return replace(problem, A=T @ problem.A @ T.T, B=problem.B @ T.T, q_w=problem.q_w @ T.T), T
+
+
+def in_last_bits(problem: Problem, rng: np.random.Generator, size: float = 3e-15) -> Problem:
+    """The joint with its numbers changed by random relative amounts of at most this size; A stays symmetric."""
+    factors = {
+        key: 1.0 + size * rng.uniform(-1.0, 1.0, np.shape(getattr(problem, key)))
+        for key in ("A", "B", "f", "q_w", "p_w")
+    }
+    factors["A"] = 0.5 * (factors["A"] + factors["A"].T)
+    return replace(problem, **{key: getattr(problem, key) * factor for key, factor in factors.items()})

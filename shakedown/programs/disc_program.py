@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import blas, cho_factor, cho_solve
+from scipy.linalg import blas, cho_factor, cho_solve, qr, solve_triangular
 
 from shakedown.programs.self_dual import Solve
 from shakedown.programs.small_cones import TRIPLE, SmallCones, SmallScaling
 from shakedown.programs.symmetric_cone import FloatArray, SymmetricCone
 
-# of a matrix with ones in its diagonal, where round-off leaves it not definite
-SHIFTS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
+RANK = np.finfo(float).eps  # per row, of a diagonal of the orthogonal factor, relative: less is no direction
 
 Places = NDArray[np.intp]
 
@@ -139,7 +138,27 @@ class DiscProgram:
 
     def normal_equations(self, scaling: SmallScaling) -> Solve:
         """The solution of Mᵀ W⁻² M x = right, M all of the coefficients; raises ``LinAlgError``."""
-        return _solution(self._normal_matrix(scaling))
+        return _by_cholesky(self._normal_matrix(scaling))
+
+    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+        """The same from a triangular factor of W⁻¹ M, whose small rows no square hides behind large ones."""
+        return _by_orthogonal_factor(self._root(scaling))
+
+    def _root(self, scaling: SmallScaling) -> FloatArray:
+        """Rows R with Rᵀ R = Mᵀ W⁻² M: at most 3 + p of every node, then the rows, then the bound."""
+        inverses = scaling.inverses()
+        discs = np.concatenate([inverses, inverses @ self.extra], axis=2)
+        ends = np.cumsum(np.bincount(self.node, minlength=len(self.blocks)))[:-1]
+        of_nodes = np.split(discs[np.argsort(self.node, kind="stable")], ends) if len(self.blocks) else []
+        parts = [np.hstack([self.rows, self.rows_extra]) / scaling.rest.diagonal[:, None]]
+        for own, block in zip(of_nodes, self.blocks, strict=True):
+            triangle = np.linalg.qr(_largest_first(own.reshape(-1, own.shape[2])), mode="r")
+            parts.append(np.hstack([triangle[:, :TRIPLE] @ block, triangle[:, TRIPLE:]]))
+        if self.norm is not None:
+            bound = np.zeros((self.rank + 1, self.rank + len(self.cost)))
+            bound[0, self.rank :], bound[1:, : self.rank] = self.norm, np.eye(self.rank)
+            parts.append(scaling.rest.inverse() @ bound)
+        return np.vstack(parts)
 
     def _normal_matrix(self, scaling: SmallScaling) -> FloatArray:
         """Mᵀ W⁻² M in the lower triangle, from one 3 × 3 block per node."""
@@ -165,18 +184,35 @@ class DiscProgram:
         return normal
 
 
-def _solution(normal: FloatArray) -> Solve:
-    """Solutions of a positive definite matrix in units of its diagonal, shifted as little as it takes."""
+def _by_cholesky(normal: FloatArray) -> Solve:
+    """Solutions of a positive definite matrix in units of its diagonal; raises ``LinAlgError``."""
     diagonal = np.einsum("ii->i", normal)
     unit = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     normal *= unit
     normal *= unit[:, None]
-    for shift in SHIFTS:
-        shifted = normal.copy(order="F")
-        np.einsum("ii->i", shifted)[:] += shift
-        try:
-            factor = cho_factor(shifted, lower=True, overwrite_a=True, check_finite=False)
-        except np.linalg.LinAlgError:
-            continue
-        return lambda right: np.asarray(unit * cho_solve(factor, unit * right, check_finite=False))
-    raise np.linalg.LinAlgError("the normal equations are not positive definite")
+    factor = cho_factor(normal, lower=True, overwrite_a=True, check_finite=False)
+    return lambda right: np.asarray(unit * cho_solve(factor, unit * right, check_finite=False))
+
+
+def _by_orthogonal_factor(root: FloatArray) -> Solve:
+    """Solutions of rootᵀ root; what its rows do not know stays zero. Raises ``LinAlgError``."""
+    lengths = np.linalg.norm(root, axis=0)
+    unit = 1.0 / np.where(lengths > 0, lengths, 1.0)
+    root = root * unit
+    _, R, order = qr(_largest_first(root), mode="economic", pivoting=True, check_finite=False)
+    sizes = np.abs(np.diag(R))
+    rank = int(np.count_nonzero(sizes > RANK * len(R) * sizes.max(initial=0.0)))
+    known, R = order[:rank], R[:rank, :rank]
+
+    def solve(right: FloatArray) -> FloatArray:
+        found = np.zeros_like(right)
+        half = solve_triangular(R, (unit * right)[known], trans=1, check_finite=False)
+        found[known] = solve_triangular(R, half, check_finite=False)
+        return np.asarray(unit * found)
+
+    return solve
+
+
+def _largest_first(rows: FloatArray) -> FloatArray:
+    """The order in which reflections spoil no small row."""
+    return np.asarray(rows[np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")])

@@ -18,6 +18,7 @@ ITERATIONS = 100
 REACHED = 1e-10  # gap and residuals at which it stops
 USABLE = 1e-6  # what they must have reached where round-off ends it earlier
 PATIENCE = 6  # iterations that gain nothing, where round-off ends it
+LEFT = 1e-2  # of the balance that a step is to bring, where it is solved again by an orthogonal factor
 REFINEMENTS, SOLVED = 3, 1e-13  # of every solution of the normal equations, at most; what may be left
 STEP = 0.99  # share of the way to the boundary
 CENTRINGS, CENTRED = 15, 1e-13  # steps towards a centre; what may be left of its residuals
@@ -48,6 +49,9 @@ class ConeRows(Protocol):
 
     def normal_equations(self, scaling: SmallScaling) -> Solve:
         """The solution of Gᵀ W⁻² G x = right for any right-hand side; raises ``LinAlgError``."""
+
+    def orthogonal_factor(self, scaling: SmallScaling) -> Solve:
+        """The same, slower, where the factor of Gᵀ W⁻² G has lost too much; raises ``LinAlgError``."""
 
 
 class Point(NamedTuple):
@@ -161,11 +165,14 @@ def _centred(rows: ConeRows, end: SelfDualEnd, gap: float) -> Point | None:
 
 
 def balanced_multipliers(rows: ConeRows, point: Point) -> FloatArray:
-    """Multipliers with Gᵀ y = 0 next to a point on the way, as its place in the cones asks for."""
+    """Multipliers with Gᵀ y + τ c = 0 next to those of a point, as its place in the cones asks for."""
     with np.errstate(all="ignore"):  # what is not finite is of no use, and is not taken
-        scaling = rows.cones.scaling(point.s, point.y)
+        scaling, left = (
+            rows.cones.scaling(point.s, point.y),
+            rows.transposed(point.y) + point.tau * rows.costs,
+        )
         try:
-            _, dy = _newton_equations(rows, scaling)(rows.transposed(point.y), np.zeros_like(point.y))
+            _, dy = _newton_equations(rows, scaling)(left, np.zeros_like(point.y))
         except np.linalg.LinAlgError:
             return np.full_like(point.y, np.nan)
         return point.y - dy
@@ -245,29 +252,49 @@ def _next(rows: ConeRows, point: Point, scaling: SmallScaling) -> Point:
 def _newton_equations(rows: ConeRows, scaling: SmallScaling) -> Newton:
     """(dx, dy) of Gᵀ dy = first and G dx − W² dy = second.
 
-    By the normal equations, refined by conjugate gradients with their factor: dy is summed up along
-    with dx, so that its balance is not lost where W⁻² spans many orders.
+    By the normal equations, or by an orthogonal factor where they leave too much.
     """
-    solve = rows.normal_equations(scaling)
+    sharp = False
+    try:
+        solve = rows.normal_equations(scaling)
+    except np.linalg.LinAlgError:
+        solve, sharp = rows.orthogonal_factor(scaling), True
 
-    def refined(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
-        right = first + rows.transposed(scaling.divided(scaling.divided(second)))
-        dx = solve(right)
-        dy = scaling.divided(scaling.divided(rows.times(dx) - second))
-        enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
-        for _ in range(REFINEMENTS):
-            rest = first - rows.transposed(dy)
-            if not np.linalg.norm(rest) > enough:
-                break
-            ahead = solve(rest)
-            slope = float(rest @ ahead)
-            way, last = ahead + slope / last * way, slope
-            along = scaling.divided(rows.times(way))
-            across = float(along @ along)
-            length = slope / across if slope and across else np.inf  # nought: what is left is round-off
-            if not np.isfinite(length):
-                break
-            dx, dy = dx + length * way, dy + length * scaling.divided(along)
-        return dx, dy
+    def solved(first: FloatArray, second: FloatArray) -> tuple[FloatArray, FloatArray]:
+        nonlocal solve, sharp
+        dx, dy = _refined(rows, scaling, solve, first, second)
+        left = float(np.linalg.norm(first - rows.transposed(dy)))
+        enough = max(LEFT * float(np.linalg.norm(first)), SOLVED * float(np.linalg.norm(dy)))
+        if sharp or left <= enough:
+            return dx, dy
+        solve, sharp = rows.orthogonal_factor(scaling), True
+        return _refined(rows, scaling, solve, first, second)
 
-    return refined
+    return solved
+
+
+def _refined(
+    rows: ConeRows, scaling: SmallScaling, solve: Solve, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(dx, dy), refined by conjugate gradients with a factor.
+
+    dy is summed up along with dx, so that its balance is not lost where W⁻² spans many orders.
+    """
+    right = first + rows.transposed(scaling.divided(scaling.divided(second)))
+    dx = solve(right)
+    dy = scaling.divided(scaling.divided(rows.times(dx) - second))
+    enough, way, last = SOLVED * float(np.linalg.norm(right)), np.zeros_like(dx), 1.0
+    for _ in range(REFINEMENTS):
+        rest = first - rows.transposed(dy)
+        if not np.linalg.norm(rest) > enough:
+            break
+        ahead = solve(rest)
+        slope = float(rest @ ahead)
+        way, last = ahead + slope / last * way, slope
+        along = scaling.divided(rows.times(way))
+        across = float(along @ along)
+        length = slope / across if slope and across else np.inf  # nought: what is left is round-off
+        if not np.isfinite(length):
+            break
+        dx, dy = dx + length * way, dy + length * scaling.divided(along)
+    return dx, dy

@@ -40,6 +40,13 @@ class SmallScaling:
         triples, others = _split(vector, len(self.axis))
         return _joined(_turned(_mirrored(self.axis), triples) / self.factor, self.rest.divided(others))
 
+    def inverses(self) -> FloatArray:
+        """W⁻¹ on every triple, (j, 3, 3)."""
+        w = _mirrored(self.axis)
+        found = np.eye(TRIPLE) + w[:, :, None] * w[:, None, :] / (1.0 + w[:, :1, None])
+        found[:, 0], found[:, :, 0] = w, w
+        return np.asarray(found / self.factor[:, :, None])
+
     def inverse_squares(self) -> FloatArray:
         """W⁻² on every triple, (j, 3, 3)."""
         w = _mirrored(self.axis)
@@ -99,12 +106,10 @@ class SmallCones:
     def reach(self, u: FloatArray, step: FloatArray) -> float:
         """The largest t with u + t · step inside, for u inside; inf where every t is."""
         (a, a_rest), (b, b_rest) = _split(u, self.triples), _split(step, self.triples)
-        square, half = _form(b, b), _form(a, b)
-        root = half**2 - square * _determinant(a)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            width = np.sqrt(root)
-            ends = np.where(half < 0, _determinant(a) / (width - half), -(half + width) / square)
-        ends = np.where((root < 0) | ((square >= 0) & (half >= 0)), np.inf, ends)
+        size = np.sqrt(_determinant(a))[:, None]
+        seen = _turned(_mirrored(a / size), b) / size
+        with np.errstate(divide="ignore"):
+            ends = 1.0 / np.maximum(_length(seen) - seen[:, 0], 0.0)
         return float(min(np.min(ends, initial=np.inf), self.rest.reach(a_rest, b_rest)))
 
     def scaling(self, slack: FloatArray, multiplier: FloatArray) -> SmallScaling:
@@ -135,10 +140,6 @@ def _determinant(u: FloatArray) -> FloatArray:
     """u₀² − u₁² − u₂², without cancellation."""
     length = _length(u)
     return (u[:, 0] - length) * (u[:, 0] + length)
-
-
-def _form(u: FloatArray, v: FloatArray) -> FloatArray:
-    return u[:, 0] * v[:, 0] - u[:, 1] * v[:, 1] - u[:, 2] * v[:, 2]
 
 
 def _mirrored(u: FloatArray) -> FloatArray:

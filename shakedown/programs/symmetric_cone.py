@@ -40,6 +40,13 @@ class Scaling:
         back = _turned(_mirrored(self.axis), vector[k:]) / self.factor
         return np.concatenate([vector[:k] / self.diagonal, back])
 
+    def inverse(self) -> FloatArray:
+        """W⁻¹ on the second-order cone, (q, q)."""
+        w = _mirrored(self.axis)
+        found = np.eye(len(w)) + np.outer(w, w) / (1.0 + w[0])
+        found[0] = found[:, 0] = w
+        return found / self.factor
+
     def inverse_square(self) -> FloatArray:
         """W⁻² on the second-order cone, (q, q)."""
         w = _mirrored(self.axis)
@@ -138,10 +145,11 @@ def _turned(axis: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def _cone_reach(u: FloatArray, step: FloatArray) -> float:
-    """Where u + t · step leaves |u₁| ≤ u₀: the smallest positive root of its determinant."""
-    a, c = float(step[0] ** 2 - step[1:] @ step[1:]), _determinant(u)
-    b = float(u[0] * step[0] - u[1:] @ step[1:])
-    root = b * b - a * c
-    if root < 0 or (a >= 0 and b >= 0):
-        return np.inf
-    return c / (-b + np.sqrt(root)) if b < 0 else (-b - np.sqrt(root)) / a
+    """Where u + t · step leaves |u₁| ≤ u₀: seen from u as the unit vector, at 1 / (|step₁| − step₀).
+
+    The roots of the determinant lose that where step and u are parallel.
+    """
+    size = np.sqrt(_determinant(u))
+    seen = _turned(_mirrored(u / size), step) / size
+    falling = float(np.linalg.norm(seen[1:]) - seen[0])
+    return 1.0 / falling if falling > 0 else np.inf

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from joints_in_space import in_last_bits
 from scipy.optimize import linprog
 
 import shakedown
@@ -36,6 +37,12 @@ def test_a_node_without_friction_may_not_pull(d):
     assert shakedown.safe_slip(joint, 0.9).residual <= 0.0
     assert shakedown.energy_bound(joint).status == Status.INFEASIBLE
     assert shakedown.universal_bound(joint).load_factor <= 1.0
+
+
+def test_the_slip_of_a_node_that_may_not_pull_does_not_hang_on_last_bits():
+    for seed in range(20):
+        joint = in_last_bits(two_nodes(2), np.random.default_rng(seed))
+        assert shakedown.safe_slip(joint, 0.9).residual <= 0.0
 
 
 @pytest.mark.parametrize("d", [1, 2])

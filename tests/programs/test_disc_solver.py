@@ -47,8 +47,9 @@ def test_one_block_per_node_is_the_whole_matrix(norm):
     scaling = discs.cones.scaling(s, y)
     divided = np.column_stack([scaling.divided(column) for column in M.T])
     right = rng.normal(size=M.shape[1])
-    found = discs.normal_equations(scaling)(right)
-    np.testing.assert_allclose(divided.T @ (divided @ found), right, atol=1e-11)
+    for solution in (discs.normal_equations, discs.orthogonal_factor):
+        found = solution(scaling)(right)
+        np.testing.assert_allclose(divided.T @ (divided @ found), right, atol=1e-11)
 
 
 @pytest.mark.parametrize("norm", [True, False])

@@ -43,6 +43,15 @@ def test_as_cones_one_by_one(seed):
     assert cones.degree == 7 == pytest.approx(cones.unit @ cones.unit)
 
 
+@pytest.mark.parametrize("cones", [SmallCones(1, SymmetricCone(0)), SymmetricCone(0, 3)])
+def test_a_step_straight_back_reaches_the_apex(cones):
+    """The two ends of its line in the cone are one there: round-off may not let them vanish."""
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        point, back = inside(rng)[:3], rng.uniform(0.1, 10.0)
+        assert cones.reach(point, -back * point) == pytest.approx(1.0 / back, rel=1e-7)
+
+
 class Disc:
     """Minimise −x_0 with |x| ≤ limit, and x_0 ≥ least."""
 
@@ -62,6 +71,8 @@ class Disc:
     def normal_equations(self, scaling):
         scaled = np.column_stack([scaling.divided(column) for column in self.matrix.T])
         return lambda right: np.linalg.solve(scaled.T @ scaled, right)
+
+    orthogonal_factor = normal_equations
 
 
 def test_every_end_has_its_proof():

@@ -208,7 +208,7 @@ def on_the_way(end: DiscEnd, completed: Completed = of_discs) -> Iterator[FloatA
     """Multipliers with more room on the way to those that exclude every slip."""
     rows = end.scaled.rows
     for point in end.end.path[-2::-2]:
-        y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point))
+        y, z = end.scaled.multipliers(balanced_multipliers(end.scaled.program, point._replace(tau=0.0)))
         size = -float(np.vdot(y, rows.c) + z @ rows.half_spaces.g)
         if size > 0 and np.isfinite(y).all():
             yield completed(y / size, z / size)

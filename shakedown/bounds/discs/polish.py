@@ -11,7 +11,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.programs.disc_program import DiscProgram
 from shakedown.programs.disc_solver import disc_end
-from shakedown.programs.self_dual import USABLE, SelfDualEnd
+from shakedown.programs.self_dual import USABLE, Point, SelfDualEnd, balanced_multipliers
 from shakedown.programs.small_cones import TRIPLE
 
 STEPS = 12
@@ -60,8 +60,14 @@ def polished(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
         if found is not None and rest < left:
             best, left = replace(found, accuracy=min(end.accuracy, rest)), rest
         if left <= NEGATIVE:
-            break
-    return best
+            return best
+    return best if best is not end else _balanced(program, end)
+
+
+def _balanced(program: DiscProgram, end: SelfDualEnd) -> SelfDualEnd:
+    """The end with multipliers that balance to round-off, where they stay in their cones."""
+    y = balanced_multipliers(program, Point(end.x, end.slack, end.multipliers, 1.0, 0.0))
+    return replace(end, multipliers=y) if program.cones.margin(y) > 0 else end
 
 
 def _active(program: DiscProgram, end: SelfDualEnd, alike: float) -> _Active:
