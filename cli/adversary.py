@@ -12,6 +12,7 @@ from shakedown import Problem
 from shakedown.ground.shown_values import up
 from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
+from shakedown.joint.units import units_of
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.hint_words import simulated_path_in_words
 
@@ -22,14 +23,12 @@ from .output import (
     by_direction,
     echo_json,
     headline,
-    length_unit,
     listing,
     node_table,
     number,
     paragraph,
     progress,
     say,
-    work_unit,
 )
 
 
@@ -113,13 +112,13 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
         ("smallest cycle λ_cycle", up(found.load_factor), _period(found)),
         ("smallest separation", up(found.separation_load_factor), _separation(found)),
         ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
-        ("dissipation per cycle", number(found.dissipation_per_cycle), work_unit(problem)),
+        ("dissipation per cycle", number(found.dissipation_per_cycle), units_of(problem).work),
         ("least that counts", number(found.least_dissipation, 2), "less is round-off: no cycle"),
         ("simulations", str(found.tries), f"up to λ = {found.tried_up_to:.7g}, seed {found.seed}"),
     ]
     lines += [listing(facts)]
     if found.state is not None:
-        length = length_unit(problem)
+        length = units_of(problem).length
         columns = {
             **by_direction(problem, "initial", found.initial_slip),
             "slip per period": found.slip_per_cycle.tolist(),

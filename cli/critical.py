@@ -8,13 +8,13 @@ import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.joint.units import units_of
 from shakedown.report.friction_words import critical_in_words
 
 from .options import json_option, problem_argument, quiet_option
 from .output import (
     echo_json,
     headline,
-    length_unit,
     node_table,
     number,
     paragraph,
@@ -64,7 +64,7 @@ def _text(problem: Problem, result: shakedown.CriticalLoadFactors, list_all: boo
     if smallest.rows:
         limits = ", ".join(f"{problem.node_name(node)} {SIDE_NAMES[side]}" for node, side in smallest.rows)
         lines += ["", paragraph(f"It is where these limits meet (node, limit): {limits}.")]
-        heading = with_unit("slip there", length_unit(problem))
+        heading = with_unit("slip there", units_of(problem).length)
         lines += ["", node_table(problem, {heading: [number(slip) for slip in smallest.slip]})]
     if list_all and result.load_factors is not None:
         rows = [[str(k), number(value, 10)] for k, value in enumerate(result.load_factors)]

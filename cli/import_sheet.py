@@ -9,10 +9,10 @@ import numpy as np
 
 import shakedown
 from shakedown.ground.visible_text import shortened
-from shakedown.joint.units import units_of, work_unit
+from shakedown.joint.units import units_of
 
 from .output import columns as shown_columns
-from .output import length_unit, paragraph, say, table
+from .output import paragraph, say, table
 
 if TYPE_CHECKING:
     from shakedown.ground.float_array import FloatArray
@@ -32,7 +32,7 @@ def go_or_not(made: shakedown.Import) -> str:
 
 def echo_sheet(made: shakedown.Import) -> None:
     """Pairs, bodies, resultants of the loads, nodes, files."""
-    reduced, unit = made.condensation, length_unit(made.problem)
+    reduced, unit = made.condensation, units_of(made.problem).length
     for line in _pairs(made, unit):
         say(paragraph(line))
     for body in made.evidence.bodies:
@@ -73,12 +73,12 @@ def _largest(distance: FloatArray, share: FloatArray) -> str:
 
 def _echo_loads(made: shakedown.Import) -> None:
     """Forces and moments of every load, on bodies and patches."""
-    axes, (force, length), places = made.contact.axes, units_of(made.problem), made.contact.coordinates
+    axes, units, places = made.contact.axes, units_of(made.problem), made.contact.coordinates
     letters = ["xyz"[axis - 1] for axis in axes]
     about = letters if len(axes) == 3 else ["xyz"[({1, 2, 3} - set(axes)).pop() - 1]]
-    unit, middle, extent = force, "", None
+    unit, middle, extent = units.force, "", None
     if places is not None and not np.isnan(made.loads[0].parts[0].moment).all():
-        unit = ", ".join(filter(None, (force, work_unit(force, length))))
+        unit = ", ".join(filter(None, (units.force, units.work)))
         middle = ", ".join(f"{x:.4g}" for x in places.mean(axis=0).tolist())
         middle, extent = (
             f"; moments about the middle of the contact, ({middle})",

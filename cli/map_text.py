@@ -8,11 +8,13 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.shown_values import sized
 from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 
-from .output import headline, length_unit, listing, number, paragraph, table, work_unit
+from .output import headline, listing, number, paragraph, table
 
 if TYPE_CHECKING:  # they load what computes
     from shakedown import InitialStateMap, InitialStateMaps, LimitCycle
@@ -78,7 +80,7 @@ def _without_idle(
 
 def _one(found: InitialStateMap) -> list[str]:
     """Everything about one load factor."""
-    states, unit, none = len(found), work_unit(found.problem), _none(found)
+    states, unit, none = len(found), units_of(found.problem).work, _none(found)
     begin = f"Load factor {found.load_factor:.10g}: of {_initial_states(found)}"
     if found.undecided == states:
         return [paragraph(f"{begin}, none is decided."), "", _why_undecided(found)]
@@ -110,10 +112,10 @@ def _one(found: InitialStateMap) -> list[str]:
 
 def _slips(found: InitialStateMap) -> str:
     """From which share of the states slip ranges stay below the length asked for."""
-    length, criterion = length_unit(found.problem), found.slip_criterion
+    length, criterion = units_of(found.problem).length, found.slip_criterion
     if criterion is None:
         return ""
-    below, largest = (f"{number(x, 4)} {length}".rstrip() for x in (criterion.below, criterion.largest))
+    below, largest = (sized(x, length) for x in (criterion.below, criterion.largest))
     who = "from every state" if criterion.met else f"from {_percent(criterion.met_fraction)} of the states"
     return f"Every slip range stays below {below} {who} (largest: {largest})."
 
@@ -193,7 +195,7 @@ def _cycles(found: InitialStateMap, cycles: list[LimitCycle]) -> str:
 
 
 def _legend(found: InitialStateMap) -> str:
-    length = length_unit(found.problem)
+    length = units_of(found.problem).length
     spread = with_unit("spread", length)
     apart = (
         f"{spread}: how far apart the slips lie that these states end on; 0: one and the same motion, more: "

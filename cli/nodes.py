@@ -11,6 +11,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.files.vtk_points import series_paths
+from shakedown.ground.shown_values import sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
 from shakedown.report.node_words import resolution, without_round_off
@@ -26,7 +27,7 @@ from .options import (
     quiet_option,
     start_option,
 )
-from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table, work_unit
+from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table
 
 if TYPE_CHECKING:  # it loads what computes
     from shakedown import NodeResults
@@ -120,8 +121,7 @@ def _text(problem: Problem, found: NodeResults, initial: str) -> str:
         return "\n".join([*lines, "There is no steady period, and so there are no numbers."])
     counts = ", ".join(f"{found.status.count(word)} {word}" for word in dict.fromkeys(found.status))
     works = without_round_off(found.work, resolution(problem, found.load_factor)[1])
-    unit = work_unit(problem)
-    total = f"Friction dissipates {number(sum(works), DIGITS)} {unit} per cycle".replace("  ", " ")
+    total = f"Friction dissipates {sized(sum(works), units_of(problem).work, DIGITS)} per cycle"
     return "\n".join([*lines, paragraph(f"Nodes: {counts}. {total}."), "", _worst(problem, found)])
 
 
@@ -152,7 +152,7 @@ def _worst(problem: Problem, found: NodeResults) -> str:
 
 def _heading(problem: Problem, shown: int) -> str:
     """What the table shows, in which units."""
-    force, length = units_of(problem)
-    units = f" ({length}, {force}, {work_unit(problem)})" if force and length else ""
+    known = units_of(problem)
+    units = f" ({known.length}, {known.force}, {known.work})" if known.work else ""
     which = f"The {shown} nodes with the largest slip range" if shown < problem.n else "All nodes"
     return paragraph(f"{which}; slip per cycle is Σ|Δv| in contact{units}:")

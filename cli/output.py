@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from shakedown import Problem
-from shakedown.ground.shown_values import DIGITS, down
+from shakedown.ground.shown_values import DIGITS, down, sized
 from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
-from shakedown.joint.units import units_of
-from shakedown.joint.units import work_unit as unit_of_work
 from shakedown.report.hint_words import loads_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
@@ -94,7 +92,7 @@ def slip_facts(criterion: SlipCriterion | None, length: str) -> list[tuple[str, 
     where = f"{length} at node {criterion.node}".strip() if criterion.node >= 0 else length
     return [
         ("largest slip range", number(criterion.largest, 4), where),
-        (f"below {number(criterion.below, 4)} {length}".rstrip(), met, ""),
+        (f"below {sized(criterion.below, length)}", met, ""),
     ]
 
 
@@ -120,16 +118,6 @@ def node_table(problem: Problem, more: Mapping[str, Sequence[str]]) -> str:
     """A table with one row per node: its number, its label where it has one, and columns by heading."""
     named = {"node": list(map(str, range(problem.n)))} | label_column(problem) | dict(more)
     return table(list(named), list(zip(*named.values(), strict=True)))
-
-
-def work_unit(problem: Problem) -> str:
-    """The unit of dissipation, empty where force or length has none."""
-    return unit_of_work(*units_of(problem))
-
-
-def length_unit(problem: Problem) -> str:
-    """The unit of slip, empty where it has none."""
-    return units_of(problem)[1]
 
 
 def headline(problem: Problem) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_words
@@ -33,7 +34,6 @@ from .output import (
     by_direction,
     echo_json,
     headline,
-    length_unit,
     listing,
     load_factor_in_words,
     node_table,
@@ -42,7 +42,6 @@ from .output import (
     say,
     slip_facts,
     tiny,
-    work_unit,
 )
 
 FILMED = 3.0  # cycles
@@ -146,7 +145,7 @@ def _proof_facts(run: shakedown.Simulation) -> list[tuple[str, str, str]]:
 
 
 def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
-    work, length = work_unit(problem), length_unit(problem)
+    work, length = units_of(problem).work, units_of(problem).length
     none_of_slip, none_of_work = resolution(problem, run.load_factor)
     (dissipation,) = without_round_off([run.dissipation_per_cycle], none_of_work)
     lines = [headline(problem), ""]
@@ -186,7 +185,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
 
 def _node_lines(problem: Problem, run: shakedown.Simulation, per_period: list[float]) -> list[str]:
     """The table of the nodes; with two directions narrower, its unit below it."""
-    plane, length = problem.directions == 1, length_unit(problem)
+    plane, length = problem.directions == 1, units_of(problem).length
     columns = {
         **by_direction(problem, "initial", run.initial_slip),
         **by_direction(problem, "final", run.final_slip),

@@ -10,6 +10,7 @@ from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
+from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import (
     certain_in_words,
     loads_of_numbers,
@@ -26,7 +27,7 @@ from shakedown.report.node_words import node_in_words
 from shakedown.report.sensitivity_words import sensitivities_in_words
 from shakedown.report.zone_words import open_in_words, zone_in_words
 
-from .output import bound, headline, length_unit, listing, node_table, number, paragraph
+from .output import bound, headline, listing, node_table, number, paragraph
 
 if TYPE_CHECKING:
     from shakedown.assessment.every_limit import JointLimits
@@ -103,7 +104,7 @@ def _in_the_plane(limits: JointLimits, curve: shakedown.GuaranteeCurve | Missing
     thresholds = [number(each, 5) for each in limits.friction.single_node]
     safe, active = _safe_columns(problem, limits.upper).items()
     slips = [number(slip) for slip in limits.lower.slip]
-    witness = with_unit("critical", length_unit(problem)), slips
+    witness = with_unit("critical", units_of(problem).length), slips
     columns = dict([safe, witness, active, ("f threshold", thresholds)])
     remarks = [F_THRESHOLD, *[OPEN_NODES] * bool(limits.upper.open_nodes)]
     return [*lines, "", node_table(problem, columns), "", *map(paragraph, remarks)]
@@ -123,7 +124,7 @@ def _in_space(limits: SpaceLimits) -> list[str]:
 
 def _safe_columns(problem: Problem, upper: shakedown.UpperBound) -> dict[str, list[str]]:
     """The safe slip of every node, and its limits that are reached at λ_max."""
-    unit = length_unit(problem)
+    unit = units_of(problem).length
     parts = zip(*problem.layout.by_node(upper.slip).tolist(), strict=True)
     names = ["safe slip"] if problem.directions == 1 else ["safe slip x", "safe slip y"]
     columns = {

@@ -11,8 +11,9 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, up
+from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.units import units_of
 from shakedown.report.design_words import SHORT, sweep_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN
 
@@ -26,7 +27,7 @@ from .options import (
     scheduler_option,
     slip_below_option,
 )
-from .output import echo_json, headline, length_unit, number, paragraph, progress, say, table
+from .output import echo_json, headline, number, paragraph, progress, say, table
 
 BOUNDS = ("lower", "universal", "energy", "box", "transient", "upper")
 COLUMNS = {
@@ -253,8 +254,8 @@ def _slips(problem: Problem, found: shakedown.Sweep) -> list[str]:
     known = [slips for slips in found.slip_criteria if slips is not None]
     if not known:
         return []
-    unit = length_unit(problem)
-    below = f"{number(known[0].below, 4)} {unit}".rstrip()
+    unit = units_of(problem).length
+    below = sized(known[0].below, unit)
     rows = [
         [*_values(point.values), _limit(slips.load_factor, "", 6), number(slips.largest, 4)]
         for point, slips in zip(found.points, found.slip_criteria, strict=True)

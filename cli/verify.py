@@ -10,6 +10,7 @@ import click
 import shakedown
 from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
+from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
@@ -31,7 +32,6 @@ from .options import (
 from .output import (
     echo_json,
     headline,
-    length_unit,
     number,
     paragraph,
     progress,
@@ -157,7 +157,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
     from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
     from shakedown.report.conclusion import agreement_in_words
 
-    length = length_unit(problem)
+    length = units_of(problem).length
     limits = result.limits
     answer = [answer_in_words(result), margin_of_answer(result)]
     lines = [headline(problem), "", paragraph(" ".join(filter(None, answer))), ""]
@@ -204,7 +204,7 @@ def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
         for run in result.runs
     ]
     lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"], rows)]
-    lines += ["", paragraph(f"{with_unit('Σ|Δv|', length_unit(problem))}: {SUMMED}")]
+    lines += ["", paragraph(f"{with_unit('Σ|Δv|', units_of(problem).length)}: {SUMMED}")]
     if any(run.case.after_transient for run in result.runs):
         lines += ["", "(after): locked in when the transient load steps are over."]
     if any(run.simulation.outcome == shakedown.Outcome.SEPARATION for run in result.runs):

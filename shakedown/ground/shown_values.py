@@ -87,6 +87,17 @@ def few(value: float, digits: int = FEW_DIGITS) -> str:
     return f"{float(text):.{DIGITS}g}" if "e+0" in text else text
 
 
+def sized(value: float, unit: str, digits: int = FEW_DIGITS) -> str:
+    """A simulated value with its unit, where that is known.
+
+    Examples
+    --------
+    >>> sized(1.5234567, "mm"), sized(1.5234567, "", 3)
+    ('1.523 mm', '1.52')
+    """
+    return f"{few(value, digits)} {unit}".rstrip()
+
+
 def at_lambda(load_factor: float) -> str:
     """The load factor of a simulation, in as many digits as limits have.
 

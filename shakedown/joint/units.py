@@ -2,7 +2,7 @@
 
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from shakedown.ground.shown_values import FEW_DIGITS
 from shakedown.joint.arguments import checked
@@ -26,32 +26,63 @@ ROUNDINGS = {
 _EXACT = Context(prec=60)  # of a product of two floating-point numbers
 
 
+class Units(NamedTuple):
+    """The units of force and of length, and those made of them; empty where one that they need has none.
+
+    Examples
+    --------
+    >>> known = [Units(*pair) for pair in (("N", "mm"), ("kN", "m"), ("lbf", "in"), ("", "mm"))]
+    >>> [units.stress for units in known]
+    ['MPa', 'kPa', 'lbf/in²', '']
+    >>> known[0].work, known[0].stiffness, known[0].density, known[3].area
+    ('N mm', 'N/mm', 'N/mm³', 'mm²')
+    """
+
+    force: str
+    length: str
+
+    @property
+    def area(self) -> str:
+        """Of a node's share of the contact."""
+        return f"{self.length}²" if self.length else ""
+
+    @property
+    def stress(self) -> str:
+        """Of a traction: a pascal with its prefix where it has one, else force per area."""
+        return PASCALS.get(self, self._joined("{}/{}²"))
+
+    @property
+    def density(self) -> str:
+        """Of a force per volume."""
+        return self._joined("{}/{}³")
+
+    @property
+    def stiffness(self) -> str:
+        """Of a force per length, or of a work per area."""
+        return self._joined("{}/{}")
+
+    @property
+    def work(self) -> str:
+        """Of a dissipation."""
+        return self._joined("{} {}")
+
+    def _joined(self, form: str) -> str:
+        return form.format(*self) if all(self) else ""
+
+
 @checked
-def units_of(problem: Problem | None) -> tuple[str, str]:
+def units_of(problem: Problem | None) -> Units:
     """Units of force and of length, from texts like "N, mm"; empty where the text names none.
 
     Examples
     --------
     >>> import shakedown
     >>> units_of(shakedown.example("block-9"))
-    ('N', 'mm')
+    Units(force='N', length='mm')
     """
     parts = [] if problem is None else [part.strip() for part in problem.units.split(",")]
     force, length = ([part for part in parts if part in known] for known in (FORCES, LENGTHS))
-    return force[0] if force else "", length[0] if length else ""
-
-
-def stress_unit(force: str, length: str) -> str:
-    """The unit of a traction: a pascal with its prefix where it has one, else force per area.
-
-    Examples
-    --------
-    >>> stress_unit("N", "mm"), stress_unit("kN", "m"), stress_unit("lbf", "in"), stress_unit("", "mm")
-    ('MPa', 'kPa', 'lbf/in²', '')
-    """
-    if not (force and length):
-        return ""
-    return PASCALS.get((force, length), f"{force}/{length}²")
+    return Units(force[0] if force else "", length[0] if length else "")
 
 
 @checked
@@ -63,7 +94,7 @@ def work_unit(force: str, length: str) -> str:
     >>> work_unit("N", "mm"), work_unit("", "mm")
     ('N mm', '')
     """
-    return f"{force} {length}" if force and length else ""
+    return Units(force, length).work
 
 
 @checked

@@ -17,7 +17,7 @@ from shakedown.ground.status import Outcome
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.result import Result
-from shakedown.joint.units import stress_unit, work_unit
+from shakedown.joint.units import Units
 
 STATUSES = STICKS, SLIPS, STAYS_OPEN, MIXED, NOT_KNOWN = "stick", "slip", "open", "mixed", "undecided"
 ENDINGS = (".csv", ".vtu", ".vtp")
@@ -171,16 +171,14 @@ class NodeResults(Result):
     @property
     def units(self) -> dict[str, str]:
         """The unit of every column of a file, in letters that every program shows; empty where unknown."""
-        force, length = self.force_unit, self.length_unit
-        stress = stress_unit(force, length).replace("²", "^2")
+        force, length = known = Units(self.force_unit, self.length_unit)
+        stress = known.stress.replace("²", "^2")
         slips = ("slip_range", "slip_range_x", "slip_range_y", "accumulated_slip")
         lengths = dict.fromkeys(("x", "y", "z", *slips, "wear_depth"), length)
         forces = dict.fromkeys(("p_min", "p_max", "q_max", "q_max_x", "q_max_y"), force)
         stresses = dict.fromkeys(("pressure_min", "pressure_max", "shear_max"), stress)
-        per_area = dict.fromkeys(
-            ("work_per_area", "tau_delta"), f"{force}/{length}" if force and length else ""
-        )
-        area = {"area": f"{length}^2" if length else "", "work": work_unit(force, length)}
+        per_area = dict.fromkeys(("work_per_area", "tau_delta"), known.stiffness)
+        area = {"area": known.area.replace("²", "^2"), "work": known.work}
         return lengths | forces | stresses | per_area | area
 
     @checked

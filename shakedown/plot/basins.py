@@ -19,7 +19,7 @@ from shakedown.ground.shown_values import at_lambda
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import units_of, work_unit
+from shakedown.joint.units import units_of
 from shakedown.plot.style import BLACK, BLUE, GREEN, PURPLE, RED, SKY, axes_for, finished, node_name
 
 RESTING = "#D9D9D9"  # states that shake down
@@ -121,10 +121,10 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     if found.problem.layout.slip_size < 2:
         raise UsageError("picture of a map: expected a joint of two nodes or more, found one node")
     axes = axes_for(ax, (6.6, 5.4))
-    force, length = units_of(found.problem)
+    units = units_of(found.problem)
     pair = list(found.plane.coordinates)
     points = np.asarray(found.initial_slip)[:, pair]
-    handles = _draw_states(axes, found, points, with_unit("dissipation per cycle", work_unit(force, length)))
+    handles = _draw_states(axes, found, points, with_unit("dissipation per cycle", units.work))
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.where(high > low, BEYOND * (high - low), 1.0)
     axes.set_xlim(low[0] - margin[0], high[0] + margin[0])
@@ -142,8 +142,8 @@ def basin(found: Mapped, *, ax: Axes | None = None) -> Axes:
     }
     handles += axes.plot(*found.sampling.centre[pair], label=found.sampling.centre_is, zorder=3, **centre)
     axes.set(
-        xlabel=with_unit(f"initial slip of {_slip_name(pair[0], found.problem)}", length),
-        ylabel=with_unit(f"initial slip of {_slip_name(pair[1], found.problem)}", length),
+        xlabel=with_unit(f"initial slip of {_slip_name(pair[0], found.problem)}", units.length),
+        ylabel=with_unit(f"initial slip of {_slip_name(pair[1], found.problem)}", units.length),
     )
     rest = found.problem.layout.slip_size - 2
     others = "" if plane else f"; the other {f'{rest} slips vary' if rest > 1 else 'slip varies'} too"

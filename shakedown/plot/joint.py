@@ -12,7 +12,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import stress_unit, units_of
+from shakedown.joint.units import units_of
 from shakedown.plot.style import (
     BLACK,
     BLUE,
@@ -84,7 +84,7 @@ def contact(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None = Non
     axes.add_collection(LineCollection(closed, colors=RED, linewidths=0.9, label="load over a period"))
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
-    unit = units_of(problem)[1] if problem.x is not None or problem.coordinates is not None else ""
+    unit = units_of(problem).length if problem.x is not None or problem.coordinates is not None else ""
     if not label[1]:  # side by side: heights mean nothing
         axes.set_yticks([])
     if label[0] == "node":
@@ -130,7 +130,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
     require_plane("picture", problem)
     axes, mean = axes_for(ax), loading(problem)
     q, p = mean.at(load_factor)
-    force, length = units_of(problem)
+    units = units_of(problem)
     area = np.ones(problem.n) if problem.node_area is None else problem.node_area
     weight = 1.0 / np.where(area > 0, area, np.nan)
     x, label = positions(problem, problem.n)
@@ -142,7 +142,7 @@ def loads_along(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None =
             axes.plot(x[part], (middle * weight)[part], ".-", color=colour, ms=4, lw=1.2, label=shown)
             shown = "_nolegend_"
     tractions = problem.node_area is not None
-    what, unit = ("welded traction", stress_unit(force, length)) if tractions else ("welded reaction", force)
+    what, unit = ("welded traction", units.stress) if tractions else ("welded reaction", units.force)
     return finished(axes, label, with_unit(what, unit))
 
 
@@ -178,7 +178,7 @@ def loads_in_time(problem: Problem, *, load_factor: float = 1.0, ax: Axes | None
         axes.plot(time, np.append(total, total[0]), ".-", color=colour, ms=4, lw=1.2, label=name)
     axes.set_xlim(0.0, 1.0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 4))
-    return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem)[0]))
+    return finished(axes, "time [cycles]", with_unit("sum of welded reactions", units_of(problem).force))
 
 
 def _sums(problem: Problem, q: FloatArray, p: FloatArray) -> dict[str, FloatArray]:

@@ -172,7 +172,7 @@ def slip_over_load(limit: SlipLimit, problem: Problem | None = None, *, ax: Axes
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3))
-    return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem)[1]))
+    return finished(axes, "load factor λ", with_unit("largest slip range", units_of(problem).length))
 
 
 @checked
@@ -267,7 +267,7 @@ def slip_per_cycle(
         worst = np.maximum(slip.max(axis=1, initial=0.0), floor)
         axes.plot(np.arange(1, len(slip) + 1), worst, marker=".", **style_of(name, k, styles))
     axes.axhline(floor, color=GREY, lw=0.8)
-    below = f"no slip: at most {floor:.0e} {units_of(problem)[1]}".rstrip() if resolution else "no slip"
+    below = f"no slip: at most {floor:.0e} {units_of(problem).length}".rstrip() if resolution else "no slip"
     axes.text(0.99, floor / 8, below, transform=axes.get_yaxis_transform(), ha="right", color=GREY,
               fontsize="small")  # fmt: skip
     if largest <= floor:  # nothing but the floor: no range to scale by
@@ -279,4 +279,4 @@ def slip_per_cycle(
         axis.set_minor_locator(NullLocator())
     if longest <= MANY_CYCLES:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem)[1]))
+    return finished(axes, "cycle", with_unit("slip per cycle, largest node", units_of(problem).length))

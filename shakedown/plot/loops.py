@@ -11,7 +11,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, require_plane, require_problem
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import units_of, work_unit
+from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.drawn_path import (
     Recorded,
@@ -117,7 +117,7 @@ def slip_orbits(
         axes.plot(*way[0], "o", mfc="white", color=colour, ms=5, label="_nolegend_")
     axes.set_aspect("equal", adjustable="datalim")
     axes.ticklabel_format(scilimits=(-2, 3))
-    names = (with_unit(f"slip v_{axis} − middle", units_of(problem)[1]) for axis in "xy")
+    names = (with_unit(f"slip v_{axis} − middle", units_of(problem).length) for axis in "xy")
     return finished(axes, *names, of_legend="dissipation")
 
 
@@ -195,7 +195,7 @@ def reactions_in_time(
     axes = axes_for(ax)
     axes.fill_between(path.cycle, lowest, limit, color=GREY, alpha=0.2, lw=0, label="|q| ≤ f p")
     axes.plot(path.cycle, q[:, node], ".-", color=LINES[0], lw=1.3, ms=3, label=name)
-    label = with_unit(f"tangential reaction {name}", units_of(problem)[0])
+    label = with_unit(f"tangential reaction {name}", units_of(problem).force)
     return finished(axes, "time [cycles]", label, title=node_name(node, problem))
 
 
@@ -227,7 +227,7 @@ def load_loop(
     'welded reaction q_w'
     """
     require_plane("picture", problem)
-    force, axes = units_of(problem)[0], axes_for(ax)
+    force, axes = units_of(problem).force, axes_for(ax)
     loaded = _nodes_loaded(problem, nodes)
     chosen = [node for _, node in loaded]
     q, p = _closed_loads(problem, load_factor)
@@ -295,7 +295,7 @@ def _coloured(nodes: list[int]) -> Iterator[tuple[str, int]]:
 
 def _with_work(node: int, work: FloatArray, problem: Problem | None) -> str:
     """The name of a node, and what friction takes there."""
-    return with_unit(f"{node_name(node, problem)}: {few(work[node])}", work_unit(*units_of(problem)))
+    return with_unit(f"{node_name(node, problem)}: {few(work[node])}", units_of(problem).work)
 
 
 def _nodes_loaded(problem: Problem, nodes: int | Iterable[int]) -> list[tuple[str, int]]:

@@ -19,7 +19,7 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import checked, real_array, require_plane
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.joint.units import units_of
 from shakedown.motion.event_history import EventHistory
 from shakedown.plot.drawn_path import (
     Recorded,
@@ -233,7 +233,7 @@ def slip_along(
     'slip v [mm]'
     """
     require_plane("picture", problem)
-    return _along(problem, slips.items(), with_unit(what, units_of(problem)[1]), ax, styles)
+    return _along(problem, slips.items(), with_unit(what, units_of(problem).length), ax, styles)
 
 
 @checked
@@ -256,7 +256,7 @@ def slip_range(result: Recorded | EventHistory, problem: Problem, *, ax: Axes | 
     low = np.where(closed, path.v, np.inf).min(axis=0)
     high = np.where(closed, path.v, -np.inf).max(axis=0)
     apart = np.where(closed.any(axis=0), high - low, np.nan)
-    return _along(problem, [("", apart)], with_unit("slip range", units_of(problem)[1]), ax)
+    return _along(problem, [("", apart)], with_unit("slip range", units_of(problem).length), ax)
 
 
 @checked
@@ -274,7 +274,7 @@ def slip_over_patch(result: Recorded | EventHistory, problem: Problem, *, ax: Ax
     'accumulated slip'
     """
     require_space("picture of a patch", problem)
-    label = with_unit("accumulated slip", units_of(problem)[1])
+    label = with_unit("accumulated slip", units_of(problem).length)
     return _over(problem, slip_of_nodes(result, problem), label, ax)
 
 
@@ -329,21 +329,19 @@ def work_over_patch(
 
 def _normal(what: str, p: FloatArray, problem: Problem, node_area: FloatArray | None) -> Numbers:
     """Normal reactions, or pressures where areas are known."""
-    area, (force, length) = _areas_of(problem, node_area), units_of(problem)
+    area, units = _areas_of(problem, node_area), units_of(problem)
     if area is None:
-        return p, with_unit(what, force)
+        return p, with_unit(what, units.force)
     named = what.replace("normal reaction p", "pressure").replace("reaction", "pressure")
-    return _over_areas(p, area), with_unit(named, stress_unit(force, length))
+    return _over_areas(p, area), with_unit(named, units.stress)
 
 
 def _work(result: Recorded | EventHistory, problem: Problem, node_area: FloatArray | None) -> Numbers:
     """What friction takes at each node, per area where areas are known."""
     work, area = work_of_nodes(result), _areas_of(problem, node_area)
-    force, length = units_of(problem)
     if area is None:
-        return work, with_unit("friction work", work_unit(force, length))
-    per_length = f"{force}/{length}" if force and length else ""
-    return _over_areas(work, area), with_unit("friction work per area", per_length)
+        return work, with_unit("friction work", units_of(problem).work)
+    return _over_areas(work, area), with_unit("friction work per area", units_of(problem).stiffness)
 
 
 def _areas_of(problem: Problem, node_area: FloatArray | None) -> FloatArray | None:

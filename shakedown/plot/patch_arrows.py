@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import few
+from shakedown.ground.shown_values import few, sized
 from shakedown.joint.arguments import checked, real_array
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
@@ -66,7 +66,7 @@ def tractions_at(
     sizes = np.linalg.norm(q, axis=1)
     axes = _axes(places, ax)
     _by_state(axes, places, _scale(places, sizes) * places.seen(q), now.state[0])
-    return finished(axes, title=f"{title}, {_largest('|q|', sizes, units_of(problem)[0])}")
+    return finished(axes, title=f"{title}, {_largest('|q|', sizes, units_of(problem).force)}")
 
 
 @checked
@@ -144,7 +144,7 @@ def loads_over_patch(problem: Problem, *, load_factor: float = 1.0, ax: Axes | N
         LineCollection(list(ways.swapaxes(0, 1)), colors=RED, linewidths=0.9, label="q_w over a period")
     )
     numbered(axes, places)
-    return finished(axes, title=f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem)[0])}")
+    return finished(axes, title=f"λ = {load_factor:g}, {_largest('|q_w|', sizes, units_of(problem).force)}")
 
 
 @checked
@@ -198,7 +198,7 @@ def slips_over_patch(
         look = style_of(name, k, styles)
         _arrows(axes, places.points, scale * places.seen(each), look["color"], look["label"])
     numbered(axes, places)
-    return finished(axes, title=_largest(what, sizes, units_of(problem)[1]))
+    return finished(axes, title=_largest(what, sizes, units_of(problem).length))
 
 
 @checked
@@ -264,7 +264,7 @@ def _scale(places: Places, sizes: FloatArray) -> float:
 
 
 def _largest(what: str, sizes: FloatArray, unit: str) -> str:
-    return f"largest {what} = {few(float(np.nanmax(sizes, initial=0.0)), SHORT)} {unit}".rstrip()
+    return f"largest {what} = {sized(float(np.nanmax(sizes, initial=0.0)), unit, SHORT)}"
 
 
 def _by_state(axes: Axes, places: Places, arrows: FloatArray, state: NDArray[np.int64]) -> None:

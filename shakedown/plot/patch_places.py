@@ -146,7 +146,7 @@ def _circles(corners: FloatArray) -> FloatArray:
 def places_of(problem: Problem) -> Places:
     """Where the nodes of a joint with two tangential directions are drawn."""
     axes, place = np.tile(np.eye(2), (problem.n, 1, 1)), problem.x
-    unit = units_of(problem)[1]
+    unit = units_of(problem).length
     area = None if problem.node_area is None else float(problem.node_area.sum())
     tangents = problem.tangents
     same = tangents is None or bool(np.abs(tangents - tangents[0]).max() < NEAREST_AXIS)

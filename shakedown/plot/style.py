@@ -116,7 +116,7 @@ def positions(problem: Problem | None, n: int) -> tuple[FloatArray, str]:
     """Where the nodes are drawn, (n,), and the label of that axis."""
     if problem is None or problem.x is None:
         return np.arange(n, dtype=float), "node"
-    return problem.x, with_unit("position along the contact", units_of(problem)[1])
+    return problem.x, with_unit("position along the contact", units_of(problem).length)
 
 
 def flanks(x: FloatArray) -> Iterator[NDArray[np.intp]]:

@@ -1,10 +1,21 @@
-"""Results for readers: sentences, JSON documents, figures, the HTML report.
+"""Results for readers: sentences, JSON documents, tables and pictures, the HTML report.
 
-Reading order. Sentences: ``node_words``, ``assessment_words`` (what is certain), ``zone_words`` (open
-nodes), ``bound_words`` (what the bounds mean), ``run_words`` (a simulation), ``limit_words`` (coupling,
-guarantee curve, λ_T), ``friction_words``, ``sensitivity_words`` (which node limits), ``hint_words`` (the
-data), ``answer_words`` (one sentence), ``next_words`` (what decides, and what to do), ``design_words``.
-``json_documents``. Of the page: ``verification_figures``, ``cycle_figures`` and ``patch_figures``
-(pictures), ``data_page`` (the joint), ``page_tables`` (tables), ``first_page`` (what stands below the
-answer), ``conclusion`` (how far it holds), ``html`` with ``templates/``.
+From a result to what is read: a ``*_words`` module says a result in sentences; ``page_tables`` and its
+neighbours put its numbers in tables, the ``*_figures`` its pictures (drawn by ``shakedown.plot``);
+``json_documents`` has it for programs. The command prints these sentences and tables as wide as the terminal,
+``html`` puts the same ones on a page.
+
+What you see, and the module that writes it:
+
+- the answer in one sentence, and its margin: ``answer_words``
+- the three numbers, and what is certain: ``assessment_words``; what decides, what to do next: ``next_words``
+- what lies below, between and above the bounds: ``bound_words``; of a zone of open nodes: ``zone_words``
+- λ_T, the guarantee curve, the coupling ratio: ``limit_words``; which node limits: ``sensitivity_words``
+- friction thresholds, critical load factors: ``friction_words``
+- what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``
+- what the data leave open: ``hint_words``; nodes by number and label: ``node_words``
+- the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``
+  (the joint), ``page_tables`` and ``verification_figures`` (bounds, runs, nodes), ``period_figures`` (loops,
+  zones, slips), ``conclusion`` (how far it holds); ``html`` with ``templates/``
+- ``--json`` and the file beside a page: ``json_documents``
 """

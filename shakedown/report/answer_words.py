@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from shakedown.ground.shown_values import down, few, up
+from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
 from shakedown.report.assessment_words import admissible_in_words, at_load_factor, percent, proved_up_to
@@ -71,7 +71,7 @@ def _does(v: Verification) -> str:
     verb = "slips on and on" if run.outcome == Outcome.RATCHETTING else "slips"
     nodes = v.nodes
     most = int(nodes.slip_range.argmax())
-    size = f"{few(nodes.slip_range[most])} {units_of(v.problem)[1]}".rstrip()
+    size = sized(nodes.slip_range[most], units_of(v.problem).length)
     where = node_in_words(v.problem, most)
     return f"the joint {verb} in every cycle, with a slip range of up to {size} at {where}"
 

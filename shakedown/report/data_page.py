@@ -1,24 +1,21 @@
-"""The page about the joint itself: pictures, loads, what was checked, where the data come from."""
+"""The page about the joint itself: loads, what was checked, where the data come from."""
 
 import json
 from collections.abc import Mapping
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from shakedown import plot
+from shakedown.ground.shown_values import few, sized
 from shakedown.ground.tolerances import DEFAULT
+from shakedown.ground.visible_text import with_unit
 from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import zero_modes
-from shakedown.joint.units import loads_in_words, stress_unit, units_of
-from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report.limit_words import coupling_in_words
-from shakedown.report.patch_figures import load_pictures
 
-FEW = 3  # nodes up to which the loading of each one is drawn
 SOURCE = {
     "toolkit": "toolkit",
     "command": "command",
@@ -36,40 +33,12 @@ ROWS = {"contact": "contact boundary", "plane": "plane stress or strain", "mater
 BARE = ("kind", "type", "whole body")  # told without their name
 
 
-def problem_pictures(problem: Problem) -> list[Picture]:
-    """Nodes, normals and loads; the loads over the period."""
-    if problem.directions == 2:
-        return load_pictures(problem)
-    where = "as they are in the model" if problem.coordinates is not None else "side by side"
-    nodes = Drawing(
-        f"{problem.n} contact nodes, {where}, with their normals and arrows for the loads on them",
-        partial(plot.contact, problem),
-    )
-    few = problem.n <= FEW
-    if few:
-        alt = "Loading of each node in the plane of its reactions, with the friction cone"
-        loads = Drawing(alt, partial(plot.load_loop, problem, range(problem.n)))
-    else:
-        alt = "Mean and range of the normal and tangential welded reactions along the contact"
-        loads = Drawing(alt, partial(plot.loads_along, problem))
-    alt = "Sums of the welded reactions over one period"
-    time = Drawing(alt, partial(plot.loads_in_time, problem))
-    caption = (
-        f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
-        "(an arrow for the mean, a line for the way of its tail over a period)"
-        + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
-        + "; their sums over the period. Welded reactions are those with every contact displacement held."
-    )
-    return [picture(caption, nodes, loads, time)]
-
-
 def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, str, str]]:
     """(what was checked, what was found, what it means)."""
     whole, name = (problem.A, "A") if problem.C is None else (problem.kappa, "κ = [[A, Bᵀ], [B, C]]")
     values = np.linalg.eigvalsh(whole)
     free = zero_modes(whole)
-    force, length = units_of(problem)
-    unit = f" {force}/{length}" if force and length else ""
+    unit = units_of(problem).stiffness
     rows = [
         (
             "A and C symmetric" if problem.C is not None else "A symmetric",
@@ -78,7 +47,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
         ),
         (
             f"{name} positive semi-definite",
-            f"eigenvalues {values[0]:.4g} … {values[-1]:.4g}{unit}",
+            f"eigenvalues {few(values[0])} … {sized(values[-1], unit)}",
             f"passed; {free} free motion{'s' * (free != 1)}",
         ),
         ("friction coefficients", friction(problem), "passed: none is negative"),
@@ -86,7 +55,7 @@ def stiffness_rows(problem: Problem, coupling_ratio: float) -> list[tuple[str, s
     if problem.C is None:
         rows.append(("C, normal stiffness", "not given", "nodes cannot separate in the simulations"))
     if np.isfinite(coupling_ratio):
-        rows.append(("coupling ratio ρ*", f"{coupling_ratio:.4g}", coupling_in_words(coupling_ratio)))
+        rows.append(("coupling ratio ρ*", few(coupling_ratio), coupling_in_words(coupling_ratio)))
     if problem.normal is not None:
         rows.append(("normals", "unit vectors", "passed"))
     return rows
@@ -120,7 +89,7 @@ def loading_rows(problem: Problem) -> list[tuple[str, str]]:
 def source_rows(problem: Problem) -> list[tuple[str, str]]:
     """Where the data come from: command, bodies and files with their SHA-256, and the problem's own."""
     source: dict[str, Any] = json.loads(problem.source) if problem.source else {}
-    in_length = {"": units_of(problem)[1]}
+    in_length = {"": units_of(problem).length}
     rows = [
         (name, _in_words(source[key], in_length if key == "gap" else {}))
         for key, name in SOURCE.items()
@@ -147,18 +116,17 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
     """What a body is made of, held by and loaded with, each with its unit."""
     if not isinstance(body, dict):
         return []
-    force, length = units_of(problem)
-    stress = stress_unit(force, length)
-    units = {"young": stress, "thickness": length} | dict.fromkeys("xyz", length)
+    known = units_of(problem)
+    stress, lengths = known.stress, dict.fromkeys("xyz", known.length)
+    units = {"young": stress, "thickness": known.length} | lengths
     rows = []
     for key, value in body.items():
         if key == "loads" and isinstance(value, list):
             for k, load in enumerate(value, 1):
                 loaded = load if isinstance(load, dict) else {"kind": load}
-                density = f"{force}/{length}³" if force and length else ""
-                unit = {"BodyForce": density, "Force": force}.get(str(loaded.get("kind")), stress)
-                own = {"value": unit} | dict.fromkeys("xyz", length)
-                rows.append((f"load {k}", _in_words(loaded, own)))
+                of_kind = {"BodyForce": known.density, "Force": known.force}
+                unit = of_kind.get(str(loaded.get("kind")), stress)
+                rows.append((f"load {k}", _in_words(loaded, {"value": unit} | lengths)))
         elif value not in ([], {}):
             rows.append((ROWS.get(key, str(key)), _in_words(value, units | {"": units.get(key, "")})))
     return rows
@@ -166,8 +134,7 @@ def _body_rows(body: object, problem: Problem) -> list[tuple[str, str]]:
 
 def _bolt_rows(bolts: object, problem: Problem) -> list[tuple[str, str]]:
     """Patches, preload and stiffness of every bolt."""
-    force, length = units_of(problem)
-    own = {"preload": force, "stiffness": f"{force}/{length}" if force and length else ""}
+    own = {"preload": units_of(problem).force, "stiffness": units_of(problem).stiffness}
     told = bolts if isinstance(bolts, list) else []
     return [(f"bolt {k}", _in_words(bolt, own)) for k, bolt in enumerate(told, 1)]
 
@@ -220,19 +187,17 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
 
 def node_load_head(problem: Problem) -> list[str]:
     """The head of that table, with units."""
-    force, length = units_of(problem)
-    in_force, in_length = (f" [{unit}]" if unit else "" for unit in (force, length))
-    area = f"area [{length}²]" if length else "area"
+    units = units_of(problem)
     places = ["x", "y", "z"][: len(node_places(problem)[0])]
     tangential = ("q_w",) if problem.directions == 1 else ("q_w,x", "q_w,y")
     return [
         "node",
         *(["FE label"] if problem.label is not None else []),
-        *(name + in_length for name in places),
-        *([area] if problem.node_area is not None else []),
+        *(with_unit(name, units.length) for name in places),
+        *([with_unit("area", units.area)] if problem.node_area is not None else []),
         "f",
         *(
-            f"{name}{in_force}"
+            with_unit(name, units.force)
             for part in ("p_w", *tangential)
             for name in (f"{part} mean", f"{part} amplitude")
         ),

@@ -8,8 +8,8 @@ import numpy as np
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, few
-from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.ground.shown_values import down, sized
+from shakedown.joint.units import units_of
 from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.limit_words import digits_of_transient_limit
@@ -53,22 +53,21 @@ def _node_rows(v: Verification) -> list[list[str]]:
     nodes = v.nodes
     if not nodes.period:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
-    force, length = units_of(v.problem)
-    work = work_unit(force, length)
+    units = units_of(v.problem)
     no_slip, no_work = resolution(v.problem, 1.0)
     slip, path = (_clean(part, no_slip) for part in (nodes.slip_range, nodes.accumulated_slip))
     taken = _clean(nodes.work, no_work)
     rows = [
-        _largest(v, "largest slip range", slip, length, "farthest apart in contact"),
-        _largest(v, "largest slip per cycle", path, length, "accumulated, Σ|Δv|"),
-        _largest(v, "largest friction work per cycle", taken, work, "at one node"),
-        ["friction work per cycle, all nodes", _sized(few(float(taken.sum())), work), ""],
+        _largest(v, "largest slip range", slip, units.length, "farthest apart in contact"),
+        _largest(v, "largest slip per cycle", path, units.length, "accumulated, Σ|Δv|"),
+        _largest(v, "largest friction work per cycle", taken, units.work, "at one node"),
+        ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
     ]
     if np.isnan(nodes.area).all():
-        rows.insert(2, _largest(v, "largest normal force", nodes.p_max, force, "p"))
+        rows.insert(2, _largest(v, "largest normal force", nodes.p_max, units.force, "p"))
     else:
-        stress = stress_unit(force, length)
-        rows.insert(2, _largest(v, "largest pressure", nodes.pressure_max, stress, "p over the node's area"))
+        over = "p over the node's area"
+        rows.insert(2, _largest(v, "largest pressure", nodes.pressure_max, units.stress, over))
     counts = [(nodes.status.count(status), HOW[status]) for status in STATUSES]
     rows.append(["nodes", str(v.problem.n), ", ".join(f"{many} {how}" for many, how in counts if many)])
     return rows
@@ -84,13 +83,8 @@ def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: st
         return [name, "–", what]
     most = int(np.nanargmax(values))
     if not values[most] > 0:
-        return [name, _sized("0", unit), "at no node"]
-    return [name, _sized(few(values[most]), unit), f"{node_in_words(v.problem, most)}: {what}"]
-
-
-def _sized(number: str, unit: str) -> str:
-    """A number with its unit."""
-    return f"{number} {unit}".rstrip()
+        return [name, sized(0.0, unit), "at no node"]
+    return [name, sized(values[most], unit), f"{node_in_words(v.problem, most)}: {what}"]
 
 
 def _limit_rows(v: Verification) -> list[Sequence[str]]:
@@ -109,6 +103,6 @@ def _limit_rows(v: Verification) -> list[Sequence[str]]:
         rows.append(["first collapse", at_load_factor(problem, collapse.load_factor, down), what])
     small = v.slip_limit
     if small is not None and np.isfinite(small.load_factor):
-        what = f"every slip range stays below {_sized(few(small.below), units_of(problem)[1])}, simulated"
+        what = f"every slip range stays below {sized(small.below, units_of(problem).length)}, simulated"
         rows.append(["small slips", at_load_factor(problem, small.load_factor, down), what])
     return rows

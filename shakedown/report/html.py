@@ -25,14 +25,12 @@ from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import certain_in_words
 from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
 from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
-from shakedown.report.cycle_figures import no_pictures, state_pictures
 from shakedown.report.data_page import (
     configuration,
     friction,
     loading_rows,
     node_load_head,
     node_load_rows,
-    problem_pictures,
     source_rows,
     stiffness_rows,
 )
@@ -41,6 +39,7 @@ from shakedown.report.friction_words import critical_in_words
 from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.limit_words import transient_in_words
+from shakedown.report.load_figures import problem_pictures
 from shakedown.report.node_words import slip_limit_in_words
 from shakedown.report.page_tables import (
     PageTable,
@@ -51,7 +50,7 @@ from shakedown.report.page_tables import (
     runs_table,
     worst_table,
 )
-from shakedown.report.patch_figures import patch_pictures
+from shakedown.report.period_figures import no_pictures, state_pictures
 from shakedown.report.run_words import SEPARATION, as_given_in_words
 from shakedown.report.sensitivity_words import sensitivities_in_words
 from shakedown.report.verification_figures import (
@@ -167,7 +166,7 @@ def _context(v: Verification) -> dict[str, Any]:
         f"friction {friction(problem)}" + (f", units {shortened(problem.units)}" if problem.units else ""),
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
-        "headline": as_given_in_words(v.as_given, units_of(problem)[1], problem, v.limits.universal),
+        "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
         "margin": margin_in_words(v),
         "reservations": [
             *filter(None, [v.unfinished]),
@@ -205,7 +204,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "runs": runs_table(v),
         "runs_note": _runs_note(problem),
         "run_pictures": run_pictures(v),
-        "state_pictures": state_pictures(v) if problem.directions == 1 else patch_pictures(v),
+        "state_pictures": state_pictures(v),
         "no_pictures": no_pictures(v),
         "nodes": nodes_table(v),
         "worst": worst_table(v),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, few
+from shakedown.ground.shown_values import down, few, sized
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.problem import Problem
@@ -133,8 +133,8 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
     'From its initial state every slip range stays below 0.001 mm up to λ = 1.321457: the largest there is
     0.0009998 mm, at node 4 (FE 40/4) (30 load factors up to 1.506 simulated).'
     """
-    length = units_of(problem)[1]
-    below = f"{few(limit.below)} {length}".rstrip()
+    length = units_of(problem).length
+    below = sized(limit.below, length)
     scan = f"({len(limit.scanned)} load factors up to {few(limit.scanned[-1])} simulated)"
     if np.isnan(limit.load_factor):
         return f"From its initial state slip ranges stay below {below} at no load factor {scan}."
@@ -143,8 +143,8 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
         return f"{here} at every load factor simulated {scan}."
     largest = "nothing slips there"
     if limit.node >= 0:
-        size = f"{few(limit.largest)} {length}".rstrip()
-        largest = f"the largest there is {size}, at {node_in_words(problem, limit.node)}"
+        where = node_in_words(problem, limit.node)
+        largest = f"the largest there is {sized(limit.largest, length)}, at {where}"
     again = "" if limit.monotone else "; above it there are load factors at which it does again"
     return f"{here} up to λ = {down(limit.load_factor)}: {largest}{again} {scan}."
 

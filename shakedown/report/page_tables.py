@@ -17,7 +17,7 @@ from shakedown.ground.shown_values import DIGITS, down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
-from shakedown.joint.units import stress_unit, units_of, work_unit
+from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
@@ -131,10 +131,10 @@ def transient_is_proved(v: Verification) -> bool:
 
 def runs_table(v: Verification) -> PageTable:
     """Every simulation, with what was predicted for it."""
-    force, length = units_of(v.problem)
+    units = units_of(v.problem)
     head = [
         "λ", "region", "initial state", "predicted", "simulated", "agree", "cycles",
-        with_unit("slip per period", length), with_unit("dissipation per cycle", work_unit(force, length)),
+        with_unit("slip per period", units.length), with_unit("dissipation per cycle", units.work),
         "law residual", "time",
     ]  # fmt: skip
     return PageTable(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
@@ -173,8 +173,7 @@ def remarks(run: Simulation) -> str:
 
 def nodes_table(v: Verification) -> PageTable:
     """Node by node: slips of the bounds, limits reached, friction threshold, what it does at λ = 1."""
-    problem, limits = v.problem, v.limits
-    force, length = units_of(problem)
+    problem, limits, units = v.problem, v.limits, units_of(v.problem)
     run, none = v.as_given.simulation, resolution(problem, 1.0)
     slips = without_round_off(run.slip_per_cycle, none[0])
     works = without_round_off(run.period * run.settled.work_per_cycle, none[1])
@@ -183,14 +182,14 @@ def nodes_table(v: Verification) -> PageTable:
     safe = problem.layout.by_node(limits.upper.slip).T
     names = ("",) if problem.directions == 1 else (" x", " y")
     for name, part in zip(names, safe, strict=True):
-        columns[with_unit(f"safe slip{name} at λ_max", length)] = list(map(number, part))
+        columns[with_unit(f"safe slip{name} at λ_max", units.length)] = list(map(number, part))
     if isinstance(limits, JointLimits):
-        columns[with_unit("critical slip state at λ_1", length)] = list(map(number, limits.lower.slip))
+        columns[with_unit("critical slip state at λ_1", units.length)] = list(map(number, limits.lower.slip))
     columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
     if isinstance(limits, JointLimits) and not isinstance(limits.friction, Missing):  # it may be to come
         columns["friction threshold"] = [number(f, DIGITS) for f in limits.friction.single_node]
-    columns[with_unit("slip per period at λ = 1", length)] = [number(slip, 4) for slip in slips]
-    work = with_unit("friction work per period at λ = 1", work_unit(force, length))
+    columns[with_unit("slip per period at λ = 1", units.length)] = [number(slip, 4) for slip in slips]
+    work = with_unit("friction work per period at λ = 1", units.work)
     columns[work] = [number(each, 4) for each in works]
     words = [k for k, name in enumerate(columns) if name in ("FE label", "limits reached at λ_max")]
     return PageTable(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
@@ -229,22 +228,20 @@ def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
 
 def worst_table(v: Verification) -> PageTable:
     """What the worst nodes go through in the long run under the nominal load."""
-    problem, nodes = v.problem, v.nodes
-    force, length = units_of(problem)
+    problem, nodes, units = v.problem, v.nodes, units_of(v.problem)
     work = np.array(without_round_off(nodes.work, resolution(problem, 1.0)[1]))
     columns = {
-        "slip range": (length, _slip_without_round_off(v, nodes.slip_range)),
-        "accumulated slip per cycle": (length, _slip_without_round_off(v, nodes.accumulated_slip)),
-        "friction work per cycle": (work_unit(force, length), work),
-        "smallest p": (force, nodes.p_min),
-        "largest p": (force, nodes.p_max),
-        "largest |q|": (force, nodes.q_max),
+        "slip range": (units.length, _slip_without_round_off(v, nodes.slip_range)),
+        "accumulated slip per cycle": (units.length, _slip_without_round_off(v, nodes.accumulated_slip)),
+        "friction work per cycle": (units.work, work),
+        "smallest p": (units.force, nodes.p_min),
+        "largest p": (units.force, nodes.p_max),
+        "largest |q|": (units.force, nodes.q_max),
     }
     if not np.isnan(nodes.area).all():
-        stress, per_length = stress_unit(force, length), f"{force}/{length}" if force and length else ""
-        columns["largest pressure"] = stress, nodes.pressure_max
-        columns["largest shear"] = stress, nodes.shear_max
-        columns["τ δ (Ruiz)"] = per_length, nodes.tau_delta
+        columns["largest pressure"] = units.stress, nodes.pressure_max
+        columns["largest shear"] = units.stress, nodes.shear_max
+        columns["τ δ (Ruiz)"] = units.stiffness, nodes.tau_delta
     labels = [] if problem.label is None else ["FE label"]
     head = ["node", *labels, "status", *(with_unit(name, unit) for name, (unit, _) in columns.items())]
     rows = [

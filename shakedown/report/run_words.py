@@ -8,7 +8,7 @@ import numpy as np
 
 from shakedown.ground.shown_values import FEW_DIGITS, down
 from shakedown.ground.status import Outcome
-from shakedown.joint.units import units_of, work_unit
+from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import admissible_in_words, proved_up_to
 from shakedown.report.node_words import open_in_words, slipping_nodes
 
@@ -93,8 +93,8 @@ def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None)
         return "It keeps to a box of slips in which the limits of no node meet"
     if state.long_term is None or np.isinf(state.long_term.single_node_margin):
         return "From its state at rest it may be disturbed by any amount"
-    force, length = ("", unit) if problem is None else units_of(problem)
-    energy_unit = f"√({work_unit(force, length)})" if work_unit(force, length) else ""
+    work = units_of(problem).work
+    energy_unit = f"√({work})" if work else ""
     one, all_nodes = (
         f"{down(margin, FEW_DIGITS)} {name}".rstrip()
         for margin, name in (

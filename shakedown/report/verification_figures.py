@@ -14,14 +14,14 @@ from shakedown.assessment.runs import Run
 from shakedown.assessment.verify import Verification
 from shakedown.ground.evidence import present
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, at_lambda, few
+from shakedown.ground.shown_values import DIGITS, at_lambda, few, sized
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import scales
 from shakedown.plot.inline_svg import Drawing, Picture, picture
 from shakedown.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
+from shakedown.report.load_figures import patch_size
 from shakedown.report.node_words import open_in_words, resolution, without_round_off
 from shakedown.report.page_tables import limits_on_page, transient_is_proved
-from shakedown.report.patch_figures import final_slips
 
 COLOURS = {"zero": BLACK, "safe": GREEN, "witness": RED, "given": PURPLE, "random": BLUE, "ball": ORANGE}
 DASHES = ("-", "--", ":", "-.")
@@ -107,7 +107,7 @@ def guarantee_picture(v: Verification) -> Picture | None:
         else "Slip may lead out of such a box: either the coupling is too strong, or its middle is not safe "
         "at every smaller load factor."
     )
-    unit = f"{v.curve.unit:.4g} {units_of(v.problem)[1]}".rstrip()
+    unit = sized(v.curve.unit, units_of(v.problem).length)
     caption = (
         "First collapse when every other slip keeps within R of the safe slip; R = 1 is the largest safe "
         f"slip, {unit}. {stays}"
@@ -215,32 +215,39 @@ def _slip_space(v: Verification, group: Group, axes: Axes) -> None:
 
 def _final_slips_over_patch(v: Verification, groups: Sequence[Group]) -> list[Picture]:
     """Arrows of all runs of a panel, over many nodes of one; no panel where nothing has slipped."""
-    found: dict[str, tuple[dict[str, FloatArray], Group]] = {}
+    found: list[tuple[Group, dict[str, FloatArray]]] = []
     for group in groups:
-        runs = {name: run.simulation for name, run in group.runs.items()}
-        none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
-        slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+        slips, _ = _final_slips(v, group)
         farthest = max(slips, key=lambda name: float(np.abs(slips[name]).max()))
         if slips[farthest].any():
-            shown = {farthest: slips[farthest]} if v.problem.n > MANY else slips
-            found[group.title] = (shown, group)
+            found.append((group, {farthest: slips[farthest]} if v.problem.n > MANY else slips))
     if not found:
         return []
-    three = len(found) % 3 == 0
-    arrows = [final_slips(v, name, slips, group.styles, three) for name, (slips, group) in found.items()]
+    size = patch_size(v.problem, three=len(found) % 3 == 0)
+    drawn = partial(plot.slips_over_patch, problem=v.problem, what="final slip")
+    alt = "Final slip of every run over the patch"
+    arrows = [
+        Drawing(f"{alt}, {group.title}", partial(drawn, slips, styles=group.styles), group.title, size)
+        for group, slips in found
+    ]
     of = ALONE * (v.problem.n > MANY)
     caption = f"Slip at the end of each run{of}, at the load factors at which something has slipped."
     return [picture(caption, *arrows)]
 
 
 def _final_slip(v: Verification, group: Group, axes: Axes) -> None:
-    runs = {name: run.simulation for name, run in group.runs.items()}
-    none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
-    slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+    slips, none = _final_slips(v, group)
     plot.slip_along(slips, v.problem, what="final slip", styles=group.styles, ax=axes)
     if not any(slip.any() for slip in slips.values()):  # nothing to scale by but what slip would be safe
         safe = float(np.nanmax(np.abs(v.limits.upper.slip), initial=0.0))
-        reach = (
-            safe if safe > none else max(scales(v.problem, run.load_factor).length for run in runs.values())
-        )
+        factors = [run.simulation.load_factor for run in group.runs.values()]
+        reach = safe if safe > none else max(scales(v.problem, factor).length for factor in factors)
         axes.set_ylim(-reach, reach)
+
+
+def _final_slips(v: Verification, group: Group) -> tuple[dict[str, FloatArray], float]:
+    """Slips at the end of the runs of a panel, round-off as zero, and what counts as that."""
+    runs = {name: run.simulation for name, run in group.runs.items()}
+    none = max(resolution(v.problem, run.load_factor)[0] for run in runs.values())
+    slips = {name: np.array(without_round_off(run.final_slip, none)) for name, run in runs.items()}
+    return slips, none

@@ -16,10 +16,10 @@ from shakedown.assessment.verify import Verification
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.ground.shown_values import down, up
 from shakedown.report.conclusion import banner_class, limits_in_words, margin_in_words
-from shakedown.report.cycle_figures import as_given_state, cycling_state
 from shakedown.report.data_page import configuration, source_rows
 from shakedown.report.html import render
 from shakedown.report.page_tables import limits_on_page
+from shakedown.report.period_figures import as_given_state, cycling_state
 from shakedown.report.verification_figures import _by_load_factor, _final_slip, run_pictures
 from tests.altered import with_limits
 

@@ -9,7 +9,7 @@ import pytest
 import shakedown
 from shakedown.report.data_page import node_load_head, node_load_rows, node_places, source_rows
 from shakedown.report.html import render
-from shakedown.report.patch_figures import instants, patch_pictures
+from shakedown.report.period_figures import instants, state_pictures
 
 JOINT = shakedown.example("one-node-3d")
 
@@ -33,7 +33,7 @@ def test_the_page_has_orbits_and_zones_in_place_of_what_the_plane_has(verificati
 
 
 def test_panels_fill_the_page_two_or_three_side_by_side(verification, undrawn):
-    pictures = patch_pictures(verification)
+    pictures = state_pictures(verification)
     assert [len(each.panels) for each in pictures] == [2, 2, 3]
     assert "λ = 1.4, where it slips" in pictures[0].caption
 

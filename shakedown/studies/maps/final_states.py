@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from shakedown.ground.shown_values import few, sized
 from shakedown.ground.status import Outcome
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.studies.maps.limit_cycles import BORDER, STABLE, UNSTABLE, LimitCycle, same_slip
 from shakedown.studies.maps.slip_scatter import Scatter
+
+SHORT = 3  # digits of a difference
 
 
 class FinalStates(NamedTuple):
@@ -128,12 +131,12 @@ def _scattered(cycle: LimitCycle, problem: Problem) -> str:
 
 def _apart(scatter: Scatter, problem: Problem) -> str:
     share = 100.0 * scatter.spread / scatter.largest
-    largest = f"{share:.3g} % of the largest slip, {_length(scatter.largest, problem)}"
+    largest = f"{few(share, SHORT)} % of the largest slip, {_length(scatter.largest, problem)}"
     return f"differ by up to {_length(scatter.spread, problem)} ({largest})"
 
 
 def _length(value: float, problem: Problem) -> str:
-    return f"{value:.3g} {units_of(problem)[1]}".rstrip()
+    return sized(value, units_of(problem).length, SHORT)
 
 
 def _in_words(outcome: str) -> str:

@@ -1,0 +1,85 @@
+"""Pictures of the joint as it is given: its nodes, the loads on them, the loads over the period."""
+
+from functools import partial
+
+import numpy as np
+
+from shakedown import plot
+from shakedown.joint.problem import Problem
+from shakedown.plot.inline_svg import PANEL, SMALL, Drawing, Picture, picture
+from shakedown.plot.patch_arrows import MOST_LOOPS
+from shakedown.plot.patch_places import places_of
+
+FEW = 3  # nodes up to which each one has its own picture
+HALF, THIRD = PANEL[0], SMALL[0]  # inches: widths of two or three pictures that fill a page
+LEAST, MOST = 2.0, 3.6  # inches: heights of a long patch and a high one
+AROUND, BESIDE = 0.85, 1.8  # inches: what stands above and below a patch, and beside it
+WELDED = "Welded reactions are those with every contact displacement held."
+
+
+def problem_pictures(problem: Problem) -> list[Picture]:
+    """Nodes, normals and loads; the loads in the limits of a few nodes or of all; their sums."""
+    draw = _loads_along if problem.directions == 1 else _loads_over_patch
+    time = Drawing("Sums of the welded reactions over one period", partial(plot.loads_in_time, problem))
+    caption, nodes, loads = draw(problem, problem.n <= FEW)
+    return [picture(f"{caption} {WELDED}", nodes, loads, time)]
+
+
+def _loads_along(problem: Problem, few: bool) -> tuple[str, Drawing, Drawing]:
+    """Caption, nodes with arrows, and loads in the plane of their reactions or along the contact."""
+    where = "as they are in the model" if problem.coordinates is not None else "side by side"
+    nodes = Drawing(
+        f"{problem.n} contact nodes, {where}, with their normals and arrows for the loads on them",
+        partial(plot.contact, problem),
+    )
+    alt = "Mean and range of the normal and tangential welded reactions along the contact"
+    loads = Drawing(alt, partial(plot.loads_along, problem))
+    if few:
+        alt = "Loading of each node in the plane of its reactions, with the friction cone"
+        loads = Drawing(alt, partial(plot.load_loop, problem, range(problem.n)))
+    caption = (
+        f"Contact nodes {where}, the normals into the (first) body, and the welded reactions on it at λ = 1 "
+        "(an arrow for the mean, a line for the way of its tail over a period)"
+        + ("; the way of each node's reactions in the friction cone" if few else "; mean and range along")
+        + "; their sums over the period."
+    )
+    return caption, nodes, loads
+
+
+def _loads_over_patch(problem: Problem, few: bool) -> tuple[str, Drawing, Drawing]:
+    """Caption, loads over the patch, and these within the limits of nodes or the mean pressure."""
+    alt = "Tangential welded reactions over the patch: the mean as an arrow, the way of its tip over a period"
+    nodes = Drawing(alt, partial(plot.loads_over_patch, problem), size=patch_size(problem, three=True))
+    size = patch_size(problem, numbers=True, three=True)
+    draw = partial(plot.welded_pressure_over_patch, problem)
+    loads = Drawing("Mean normal welded reactions over the patch", draw, size=size)
+    if few:
+        alt = "Loading of each node within its limit, q_w over f p_w in x and y"
+        loads = Drawing(alt, partial(plot.load_orbits, problem, range(problem.n)))
+    some = f" (of {MOST_LOOPS} nodes)" if problem.n > MOST_LOOPS else ""
+    caption = (
+        f"{_where(problem)} The tangential welded reactions at λ = 1: an arrow for the mean, a line for the "
+        f"way of its tip over a period{some}; "
+        + ("the way of q_w within its limit f p_w" if few else "the mean normal welded reactions")
+        + "; the sums of all nodes over the period."
+    )
+    return caption, nodes, loads
+
+
+def _where(problem: Problem) -> str:
+    """Where the nodes of the pictures are."""
+    if not places_of(problem).in_a_row:
+        return f"{problem.n} contact nodes where they are in the model."
+    if problem.n == 1:
+        return "The one contact node."
+    where = "side by side: the problem does not say where they are" if problem.x is None else "along x"
+    return f"{problem.n} contact nodes, {where}."
+
+
+def patch_size(problem: Problem, *, numbers: bool = False, three: bool = False) -> tuple[float, float] | None:
+    """Of a picture of the patch, so high as the patch asks for; None where numbers stand over a row."""
+    places, width = places_of(problem), THIRD if three else HALF
+    if places.in_a_row:
+        return None if numbers else (width, LEAST)
+    wide, high = np.ptp(places.points, axis=0) + places.spacing
+    return width, float(np.clip((width - BESIDE) * high / wide + AROUND, LEAST, MOST))

@@ -1,0 +1,271 @@
+"""Pictures of the state of the joint: loops or orbits, reactions, zones, slips and friction work."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from shakedown import plot
+from shakedown.assessment.verify import Verification
+from shakedown.ground.shown_values import at_lambda, cycles_in_words, sized
+from shakedown.ground.status import Outcome
+from shakedown.joint.problem import Problem
+from shakedown.joint.units import units_of
+from shakedown.long_term.state import LongTermState
+from shakedown.motion.event_history import EventHistory
+from shakedown.motion.evolve import evolve
+from shakedown.plot.drawn_path import extreme_rows, time_in_words, work_of_nodes
+from shakedown.plot.inline_svg import Drawing, Picture, picture
+from shakedown.plot.patch_arrows import MOST_DISCS
+from shakedown.plot.style import node_name
+from shakedown.report.load_figures import FEW, patch_size
+
+MOST_NODES = 4  # with loops of their own
+NONE = 1e-6  # of the work of the node that dissipates most: what is no loop to see
+INSTANTS = {1: 4, 2: 3}  # of one period: lines of one picture, pictures side by side
+SHORTEST = 1e-6  # of a cycle: a node that touches its limit slips by round-off for less
+EARLY = (1, 9)  # cycles whose zones are shown beside those of the long-term state
+AT_ONE = {
+    Outcome.SHAKEDOWN: "nothing slips in the long term",
+    Outcome.SEPARATION: "nothing slips in contact in the long term",
+}
+MOVING = (Outcome.CYCLIC_SLIP, Outcome.RATCHETTING)
+
+
+@dataclass(frozen=True, eq=False)
+class Pictured:
+    """A long-term state that is drawn, and in words which one it is."""
+
+    state: LongTermState
+    which: str
+
+
+def as_given_state(v: Verification) -> Pictured | None:
+    """The long-term state at λ = 1; None where it was not followed from event to event."""
+    state = v.as_given.simulation.long_term
+    return None if state is None or len(state.history) < 2 else Pictured(state, "at λ = 1, the nominal load")
+
+
+def cycling_state(v: Verification) -> Pictured | None:
+    """A state in which nodes slip: that at λ = 1, or the nearest load factor above that was simulated."""
+    if v.as_given.simulation.outcome in MOVING:
+        return as_given_state(v)
+    runs = [run.simulation for run in v.runs if run.initial == v.as_given.initial]
+    moving = [run for run in runs if run.outcome in MOVING and run.load_factor > 1]
+    nearest = min(moving, key=lambda run: run.load_factor, default=None)
+    state = None if nearest is None else nearest.long_term
+    if state is None and v.transient is not None and v.transient.at_high is not None:
+        found = v.transient.at_high
+        state = found if found.outcome in MOVING and found.load_factor > 1 else None
+    if state is None or len(state.history) < 2:
+        return None
+    at_one = AT_ONE.get(v.as_given.simulation.outcome, "no slip in every cycle is known")
+    return Pictured(state, f"at λ = 1 {at_one}; shown at {at_lambda(state.load_factor)}, where it slips")
+
+
+def state_pictures(v: Verification) -> list[Picture]:
+    """Loops of the nodes that dissipate most, reactions, zones, slips and friction work of all nodes."""
+    problem, given, cycling = v.problem, as_given_state(v), cycling_state(v)
+    plane, many = problem.directions == 1, problem.n > FEW
+    elsewhere = cycling is not None and (given is None or cycling.state is not given.state)
+    pictures = [] if cycling is None else [_loops(cycling, problem)]
+    if given is not None and many:
+        pictures.append(_along(given, problem) if plane else _tractions(given, problem))
+    elif given is not None and (not plane or cycling is None or elsewhere):
+        pictures.append(_reactions(given, problem))
+    shown = [] if given is None else [given]
+    shown += [cycling] if cycling is not None and elsewhere else []
+    moving = shown if plane else [one for one in shown if one.state.history.state.any()]
+    if moving:
+        pictures.append(_zones(v, moving, problem) if plane else _zones_at_instants(moving, problem))
+    if cycling is not None and many:
+        pictures.append(_slips(cycling, problem))
+    return pictures
+
+
+def no_pictures(v: Verification) -> str:
+    """Why there is no picture of something, or nothing."""
+    if as_given_state(v) is None:
+        return "No state is drawn: the simulations did not go from event to event."
+    if cycling_state(v) is None:
+        loops = "hysteresis loops" if v.problem.directions == 1 else "slip orbits"
+        return f"There are no {loops} to draw: no simulated state from this start slips in every cycle."
+    return ""
+
+
+def _loops(pictured: Pictured, problem: Problem) -> Picture:
+    """The nodes that dissipate most: loops, or orbits of slips and reactions."""
+    state, work = pictured.state, work_of_nodes(pictured.state)
+    most = np.argsort(-work, kind="stable")[:MOST_NODES].tolist()
+    worst = [node for node in most if work[node] > NONE * work.max()] or [0]
+    names = [node_name(node, problem) for node in worst]
+    total = sized(state.dissipation_per_cycle, units_of(problem).work)
+    whole = f"the joint dissipates {total} per cycle. "
+    period = f"one period ({cycles_in_words(state.period)})"
+    if problem.directions == 1:
+        path = state.history
+        return picture(
+            f"Hysteresis loops of the nodes that dissipate most: {pictured.which}. The area of a loop is "
+            f"what friction dissipates at the node in {period}; {whole}Beside them the tangential reaction "
+            f"of {names[0]} between its limits.",
+            Drawing(
+                f"Hysteresis loops of {', '.join(names)}: tangential reaction against slip",
+                partial(plot.hysteresis, path, problem, nodes=worst),
+            ),
+            Drawing(
+                f"Tangential reaction of {names[0]} over time, between its friction limits",
+                partial(plot.reactions_in_time, path, problem, worst[0]),
+            ),
+        )
+    slips = partial(plot.slip_orbits, state, problem, nodes=worst)
+    reactions = partial(plot.reaction_orbits, state, problem, nodes=worst)
+    return picture(
+        f"Slip orbits of the nodes that dissipate most, over {period}: {pictured.which}. "
+        f"Each is drawn about its own middle, the circle is its beginning; {whole}Beside them the tangential "
+        "reactions over their limits: on the rim a node slips, or is about to.",
+        Drawing(f"Slip orbits of {', '.join(names)}", slips),
+        Drawing(f"Tangential reactions of {', '.join(names)} within their limits", reactions),
+    )
+
+
+def _reactions(pictured: Pictured, problem: Problem) -> Picture:
+    """Tangential reactions of a few nodes over time; in space also within their limits."""
+    path, nodes, plane = pictured.state.history, range(problem.n), problem.directions == 1
+    what, limit = ("Tangential reaction", "between its friction limits")
+    if not plane:
+        what, limit = ("Size of the tangential reaction", "below its friction limit")
+    drawings = [
+        Drawing(
+            f"{what} of node {node} over time, {limit}", partial(plot.reactions_in_time, path, problem, node)
+        )
+        for node in nodes
+    ]
+    rim = partial(plot.reaction_orbits, path, problem, nodes=nodes)
+    drawings += [] if plane else [Drawing("Tangential reactions of all nodes within their limits", rim)]
+    where = "between" if plane else "within"
+    return picture(f"Tangential reactions {where} their limits, {pictured.which}.", *drawings)
+
+
+def _along(pictured: Pictured, problem: Problem) -> Picture:
+    """Pressure and use of friction at instants of the period."""
+    path, instants = pictured.state.history, INSTANTS[problem.directions]
+    times = path.cycle[0] + np.arange(instants) / instants * (path.cycle[-1] - path.cycle[0])
+    at = path.at(times)
+    caption = (
+        f"Normal reactions and use of friction along the contact, {pictured.which}, at instants of the "
+        "period (t in cycles). At ±1 a node slips or is about to; open nodes use none and are left out."
+    )
+    drawings = [
+        Drawing(
+            f"{what} along the contact at instants of the period", partial(draw, at, problem, cycles=times)
+        )
+        for what, draw in (("Normal reactions", plot.pressure), ("Use of friction", plot.friction_use))
+    ]
+    return picture(caption, *drawings)
+
+
+def _tractions(pictured: Pictured, problem: Problem) -> Picture:
+    """Normal and tangential reactions when the total pressure is largest, and when it is smallest."""
+    path, rows = pictured.state.history, dict.fromkeys(extreme_rows(pictured.state.history))
+    drawn = (
+        ("Pressure", plot.pressure_over_patch, patch_size(problem, numbers=True, three=True)),
+        ("Tangential reactions", plot.tractions_at, patch_size(problem, three=True)),
+        ("Use of friction", plot.friction_use_at, patch_size(problem, three=True)),
+    )
+    drawings = [
+        Drawing(
+            f"{what} over the patch, {time_in_words(time)}", partial(draw, path, problem, time), size=size
+        )
+        for time in path.cycle[list(rows)].tolist()
+        for what, draw, size in drawn
+    ]
+    discs = " within a disc" * (problem.n <= MOST_DISCS)
+    smallest = ", and when it is smallest" * (len(rows) > 1)
+    caption = (
+        f"Normal reactions; tangential reactions as arrows; the same over their limits, q / f p{discs}: "
+        f"a node at 1 slips or is about to; {pictured.which}; when the total pressure is largest{smallest}."
+    )
+    return picture(caption, *drawings)
+
+
+def _zones(v: Verification, shown: Sequence[Pictured], problem: Problem) -> Picture:
+    """Stick, slip and open zones in the long term, and in early cycles at λ = 1 in which not all stick."""
+    maps = [(one.state.history, f"{at_lambda(one.state.load_factor)}, long term") for one in shown]
+    if shown[0].state is v.as_given.simulation.long_term:
+        early = _early(v, shown[0], problem).items()
+        maps = [(piece, f"λ = 1, cycle {cycle}") for cycle, piece in early if piece.state.any()] + maps
+    alt = "Map of stick, slip and open contact over position and time"
+    drawings = [Drawing(f"{alt}, {name}", partial(plot.zones, path, problem), name) for path, name in maps]
+    caption = (
+        f"Stick, slip and open zones over position and time, {'; '.join(one.which for one in shown)}: "
+        "early cycles with slip, and the period of the long-term state. Dots: a node that never slips is at "
+        "its limit."
+    )
+    return picture(caption, *drawings)
+
+
+def _early(v: Verification, given: Pictured, problem: Problem) -> dict[int, EventHistory]:
+    """Early cycles at λ = 1 that came to their end before the long-term state."""
+    simulation, end = v.as_given.simulation, float(given.state.history.cycle[0])
+    last = max(1, min(max(EARLY), simulation.cycles_simulated))  # the first one may not come to its end
+    path = evolve(problem, simulation.load_factor, simulation.initial_slip, cycles=last).history
+    pieces = {cycle: _cycle(path, cycle) for cycle in EARLY if cycle <= last and cycle < end + 1}
+    return {cycle: piece for cycle, piece in pieces.items() if piece is not None}
+
+
+def _cycle(path: EventHistory, number: int) -> EventHistory | None:
+    """The rows of one cycle, counted from one; None where it was not followed to its end."""
+    inside = np.flatnonzero((path.cycle >= number - 1) & (path.cycle <= number))
+    piece = path.rows(inside)
+    return piece if len(np.unique(piece.cycle)) > 1 else None
+
+
+def _zones_at_instants(shown: Sequence[Pictured], problem: Problem) -> Picture:
+    """What sticks, slips and is open at instants of the period."""
+    drawings = []
+    for one in shown:
+        path, name = one.state.history, at_lambda(one.state.load_factor)
+        for time in instants(path):
+            alt = f"Nodes that stick, slip and are open, {name}, {time_in_words(time)}"
+            draw = partial(plot.zones_at, path, problem, time)
+            drawings.append(Drawing(alt, draw, name, patch_size(problem, three=True)))
+    caption = (
+        "What sticks, slips and is open, when the fewest nodes stick in each third of the period: "
+        f"{'; '.join(one.which for one in shown)}."
+    )
+    return picture(caption, *drawings, one_legend=True)
+
+
+def instants(path: EventHistory) -> list[float]:
+    """Times at which the fewest nodes stick, one of each part of the period."""
+    from_on, first, last = path.cycle[:-1], max(float(path.cycle[0]), 0.0), float(path.cycle[-1])
+    middles = 0.5 * (from_on + path.cycle[1:])  # a state holds from its row on
+    lasting = np.diff(path.cycle) > SHORTEST
+    moving = np.where(lasting, (path.state[:-1] != 0).sum(axis=1), -1)
+    ends = np.linspace(first, last, INSTANTS[2] + 1)
+    times = []
+    for begin, end in pairwise(ends):
+        inside = np.flatnonzero((middles >= begin) & (middles < end))
+        times.append(float(middles[inside[moving[inside].argmax()]]) if inside.size else float(begin))
+    return times
+
+
+def _slips(pictured: Pictured, problem: Problem) -> Picture:
+    """How far each node slips, and what friction dissipates there."""
+    state, shape = pictured.state, dict[str, Any]()
+    how, slip, where = "back and forth in contact", "Slip range", "along the contact"
+    there, draw = " in one period", (plot.slip_range, plot.dissipation_along)
+    if problem.directions == 2:
+        how, slip, where = "in all in one period, in contact", "Accumulated slip", "over the patch"
+        there, draw = "", (plot.slip_over_patch, plot.work_over_patch)
+        shape = {"size": patch_size(problem, numbers=True)}
+    return picture(
+        f"How far each node slips {how}, and what friction dissipates there{there}: {pictured.which}.",
+        *(
+            Drawing(f"{what} {where}", partial(drawn, state, problem), **shape)
+            for what, drawn in zip((slip, "Friction work"), draw, strict=True)
+        ),
+    )
