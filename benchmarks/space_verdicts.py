@@ -15,7 +15,6 @@ import numpy as np
 import shakedown
 from shakedown import Outcome, Problem, ShakedownError
 from shakedown.joint.rigid_slips import can_drift
-from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
 from shakedown.report.node_words import table
 
@@ -29,9 +28,8 @@ BELOW, ABOVE = 1.0 - 1e-8, 1.0 + 1e-8  # round-off of the limits themselves
 CONTRADICTIONS = ("not at rest below λ_E", "at rest above λ_max", "drifts though held", "λ_T below λ_E")
 BEYOND = 10.0  # times λ_E: how far λ_T is looked for where the joint wedges and λ_max is unbounded
 PLAIN, EVERY = 20_000, 100  # cycles without leaps, and how often they are looked at
-SETTLED = (
-    1e-10  # of the slip of a cycle: what it changes where it repeats; of the length scale: slip that is none
-)
+# Of the slip of a cycle, what changes where it repeats; of the displacement of a node, slip that is none.
+SETTLED = 1e-10
 COUNTS = (
     "joints", "runs", *CONTRADICTIONS, "told by plain cycles", "unlike plain cycles", "stops", "undecided",
     "cycles", "most_cycles",
@@ -119,13 +117,15 @@ def _at_every_limit(problem: Problem, distances: tuple[float, ...], accuracy: fl
 def plainly(problem: Problem, load_factor: float) -> Outcome | None:
     """What cycle after cycle settles into; None where it does not within those allowed."""
     motion, before = Evolution(problem, load_factor), np.zeros(problem.layout.size)
-    none = SETTLED * scales(problem, load_factor).length
+    layout, farthest = problem.layout, np.zeros(problem.n)  # how far from zero each node has been
     while motion.done < PLAIN and motion.advance(EVERY) == EVERY:
         start, record = motion.state.u, motion.cycle()
         if record is None:
             return None
         change, slip = motion.state.u - start, float(record.slip.max())
-        if slip * np.max(np.diag(problem.A)) <= none * np.min(np.diag(problem.A)):
+        slips = layout.by_node(motion.state.u[layout.slips])
+        farthest = np.maximum(farthest, np.linalg.norm(slips, axis=1))
+        if (record.slip <= SETTLED * farthest).all():  # round-off of the path, node by node
             return Outcome.SHAKEDOWN
         if np.abs(change).max() <= SETTLED * slip:
             return Outcome.CYCLIC_SLIP
