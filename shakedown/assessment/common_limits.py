@@ -133,16 +133,12 @@ class CommonLimits(Result):
     def transient(self) -> "TransientLimit | Missing | None":
         """λ_T: up to where this history is found to shake down; None without a finite λ_max to scan up to."""
         from shakedown.assessment.transient_limit import scan_end, transient_limit  # loads compiled code
-        from shakedown.long_term.energy_proof import note_bound, note_largest
-        from shakedown.long_term.passage import Passage
 
-        end, problem, bound = scan_end(self.upper), self.problem, self.energy
+        end = scan_end(self.upper)
         if end is None:
             return None
         if not self.open_nodes:
-            note_largest(problem, self.upper.load_factor)
-            if self.distance == 0.0 and bound.status != Status.UNDECIDED:
-                note_bound(Passage(problem, 0.0, self.tolerances, bound.initial_slip, ()), bound)
+            self._note_what_is_known()
         return sought(
             transient_limit,
             self.problem,
@@ -151,6 +147,16 @@ class CommonLimits(Result):
             accuracy=self.accuracy,
             tolerances=self.tolerances,
         )
+
+    def _note_what_is_known(self) -> None:
+        """Keep λ_max and λ_E for the states that are followed."""
+        from shakedown.long_term.energy_proof import note_bound, note_largest  # loads compiled code
+        from shakedown.long_term.passage import Passage
+
+        problem, bound = self.problem, self.energy
+        note_largest(problem, self.upper.load_factor)
+        if self.distance == 0.0 and bound.status != Status.UNDECIDED:
+            note_bound(Passage(problem, 0.0, self.tolerances, bound.initial_slip, ()), bound)
 
     def slip(self, below: float) -> "SlipLimit | Missing":
         """Up to where every slip range of this history stays below a length."""

@@ -59,6 +59,14 @@ class JointLimits(CommonLimits):
         upper = None if isinstance(closed, Missing) else closed
         return box_bound(self.problem, self.initial_slip, upper=upper, tolerances=self.tolerances)
 
+    def _note_what_is_known(self) -> None:
+        """Keep λ_box besides."""
+        from shakedown.long_term.energy_proof import note_box  # loads compiled code
+        from shakedown.long_term.passage import Passage
+
+        super()._note_what_is_known()
+        note_box(Passage(self.problem, 0.0, self.tolerances, self.box.initial_slip, ()), self.box)
+
     @property
     def from_state(self) -> FromState:
         """The larger of λ_E and λ_box."""

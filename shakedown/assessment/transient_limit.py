@@ -19,7 +19,7 @@ from shakedown.joint.arguments import MANY, checked, checked_initial_slip, is_fi
 from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.energy_proof import BELOW as CERTAIN
-from shakedown.long_term.energy_proof import bound_of_start
+from shakedown.long_term.energy_proof import bound_of_start, box_of_start
 from shakedown.long_term.find_state import long_term_state
 from shakedown.long_term.passage import Passage
 from shakedown.long_term.state import LongTermState
@@ -190,11 +190,11 @@ class _Histories:
         )
 
     def certain(self, top: float) -> list[float]:
-        """The load factor up to which shakedown is proved from the start, where it lies within the scan."""
-        bound = bound_of_start(Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes))
-        if isinstance(bound, Missing) or not 0.0 < bound.load_factor < top:
-            return []
-        return [nextafter(CERTAIN * bound.load_factor, 0.0)]
+        """The load factors up to which λ_E and λ_box prove shakedown from the start, within the scan."""
+        begun = Passage(self.problem, 0.0, self.tolerances, self.start, self.open_nodes)
+        bounds = (bound_of_start(begun), box_of_start(begun))
+        ends = [bound.load_factor for bound in bounds if not isinstance(bound, Missing)]
+        return [nextafter(CERTAIN * end, 0.0) for end in ends if 0.0 < end < top]
 
     def limit(self, low: float, high: float) -> TransientLimit:
         """All that has been found, with a proof near ``low``."""

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
-from shakedown.bounds.collapse.box_bound import box_proves
+from shakedown.bounds.collapse.box_bound import BoxBound, box_bound, box_proves
 from shakedown.bounds.energy.energy_ball import EnergyBall, energy_ball
 from shakedown.bounds.energy.energy_bound import EnergyBound, energy_bound
 from shakedown.ground.blas_threads import on_one_thread
@@ -62,6 +62,7 @@ class Course(NamedTuple):
 
 NO_PROOF, WITHOUT_MARGIN = EnergyProof(False, nan, nan), EnergyProof(True, nan, nan)
 ABOVE = 1.0 + 1e-7  # of λ_max: more than it may be off
+NO_BOX = "boxes are of one tangential direction, all nodes closed"
 BELOW = 1.0 - 1e-9  # of a load factor up to which something is proved: round-off of the bound
 
 
@@ -196,6 +197,27 @@ def bound_of_start(begun: Passage) -> EnergyBound | Missing:
 def note_bound(begun: Passage, bound: EnergyBound) -> None:
     """Keep λ_E of a start that is known already."""
     _known_bounds(begun.problem).setdefault(_key(begun), bound)
+
+
+def box_of_start(begun: Passage) -> BoxBound | Missing:
+    """λ_box of the start, worked out once; Missing where nodes are open there, and in space."""
+    known, asked = _known_boxes(begun.problem), _key(begun)
+    if begun.open_nodes or begun.problem.directions > 1:
+        return Missing(NO_BOX)
+    if asked not in known:
+        known[asked] = box_bound(begun.problem, begun.start, tolerances=begun.tolerances)
+    return known[asked]
+
+
+def note_box(begun: Passage, box: BoxBound) -> None:
+    """Keep λ_box of a start that is known already."""
+    _known_boxes(begun.problem).setdefault(_key(begun), box)
+
+
+@once_per_problem
+def _known_boxes(problem: Problem) -> dict[object, BoxBound]:
+    """Boxes of one problem that are known already, by start, open nodes and tolerances."""
+    return {}
 
 
 def _key(begun: Passage) -> object:

@@ -87,7 +87,7 @@ def margin_in_words(v: Verification) -> str:
     >>> import shakedown
     >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
     No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_box = 0.7315934 (proved), λ_T = 0.7315932 (simulated,
+    λ_box = 0.7315934 (proved), λ_T = 0.7315934 (simulated,
     proved there).
     """
     shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN

@@ -238,6 +238,14 @@ def test_a_transient_limit_is_not_below_what_is_proved():
     assert limit.low >= limit.proved >= (1.0 - 1e-8) * proved
 
 
+@pytest.mark.parametrize("name", ["two-node", "press-fit", "block-33"])
+def test_nor_is_it_below_what_a_box_proves(name):
+    joint = shakedown.example(name)
+    proved = shakedown.box_bound(joint).load_factor
+    limit = shakedown.transient_limit(joint, steps=1, accuracy=0.1)
+    assert limit.low >= limit.proved >= (1.0 - 1e-8) * proved
+
+
 def test_only_what_no_stiffness_resists_can_drift():
     held, loose = one_slow_node(), shakedown.example("receding-block")
     assert not can_drift(held)
