@@ -17,6 +17,7 @@ from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, allowed, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.derived import once_per_problem
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.long_term.passage import Passage, Way
 from shakedown.motion.method import cycles_of
@@ -112,6 +113,29 @@ def proof_in(ball: EnergyBall, passage: Passage, course: Course) -> EnergyProof 
     """The proof by a given ball of the load factor; None where it proves nothing."""
     holds = ball.open_nodes == course.open_nodes and bool(ball.contains(course.final_slip))
     return _proof_of(ball, course, best=True) if holds and comes_into(ball, passage, course) else None
+
+
+def held_by_friction(problem: Problem, load_factor: float, slip: FloatArray) -> float:
+    """How far friction can hold any one node off from a slip at some load step, the others in place [length].
+
+    Off by e, with all nodes closed, the reactions of node i change by A_ii e and B_ii e: from one within
+    f p to another, |A_ii e| ≤ 2 f p + f |B_ii e|. inf where that is no bound.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> round(held_by_friction(shakedown.example("one-node"), 0.0, np.zeros(1)), 3)
+    2.667
+    """
+    n, d, law = problem.n, problem.directions, problem.law
+    own = np.arange(n)
+    least = np.linalg.svd(problem.A.reshape(n, d, n, d)[own, :, own], compute_uv=False)[:, -1]
+    coupled = np.linalg.norm(problem.B.reshape(n, n, d)[own, own], axis=1)
+    most = (loading(problem).at(load_factor)[1] + problem.B @ slip).max(axis=0)
+    resisted = least - law.limit(coupled)
+    if not resisted.min() > 0:
+        return inf
+    return float(np.max(2.0 * law.limit(np.maximum(most, 0.0)) / resisted))
 
 
 def _proof_of(ball: EnergyBall, course: Course, *, best: bool) -> EnergyProof:

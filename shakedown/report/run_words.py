@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shakedown.ground.shown_values import FEW_DIGITS, down
+from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import admissible_in_words, proved_up_to
@@ -89,20 +90,29 @@ def _certainty(
 
 def margin_at_rest(state: Simulation, unit: str, problem: Problem | None = None) -> str:
     """How far slips may be off from those at rest, one node at a time or all of them; without full stop."""
+    from shakedown.long_term.energy_proof import held_by_friction  # compiled code stands behind it
+
     if state.long_term is not None and np.isnan(state.long_term.single_node_margin):
         return "It keeps to a box of slips in which the limits of no node meet"
     if state.long_term is None or np.isinf(state.long_term.single_node_margin):
         return "From its state at rest it may be disturbed by any amount"
+    found = state.long_term
+    one, most = found.single_node_margin, inf
+    if not found.open_nodes:
+        most = held_by_friction(found.problem, found.load_factor, found.final_slip)
+    if one >= most:
+        held = f"{up(most, FEW_DIGITS)} {unit}".rstrip()
+        return (
+            f"This stays so wherever friction holds any one node, the others in place: at most {held} off "
+            "from its slip at rest"
+        )
     work = units_of(problem).work
     energy_unit = f"√({work})" if work else ""
-    one, all_nodes = (
+    one_node, all_nodes = (
         f"{down(margin, FEW_DIGITS)} {name}".rstrip()
-        for margin, name in (
-            (state.long_term.single_node_margin, unit),
-            (state.long_term.energy_margin, energy_unit),
-        )
+        for margin, name in ((one, unit), (found.energy_margin, energy_unit))
     )
     return (
-        f"This stays so if the slip of any one node is off from its slip at rest by {one}, the others in "
-        f"place, or slips of several nodes by {all_nodes} in the energy norm"
+        f"This stays so if the slip of any one node is off from its slip at rest by {one_node}, the others "
+        f"in place, or slips of several nodes by {all_nodes} in the energy norm"
     )

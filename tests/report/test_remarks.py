@@ -14,7 +14,7 @@ from shakedown.report.conclusion import banner_class, margin_in_words, roads_in_
 from shakedown.report.friction_words import critical_in_words
 from shakedown.report.limit_words import transient_in_words, transient_limit_as_text
 from shakedown.report.page_tables import remarks
-from shakedown.report.run_words import as_given_in_words
+from shakedown.report.run_words import as_given_in_words, margin_at_rest
 from shakedown.report.zone_words import zone_in_words
 from tests.altered import with_limits
 
@@ -85,6 +85,18 @@ def test_what_is_proved_from_every_state_is_said_of_the_loading_as_given() -> No
     assert "λ_U" in margin_in_words(wider)
     assert v.limits.from_state.symbol not in margin_in_words(wider)
     assert v.limits.from_state.symbol in margin_in_words(v)
+
+
+def test_a_margin_beyond_what_friction_holds_is_not_said_in_lengths_that_no_slip_has() -> None:
+    """The flange hardly couples its nodes: its ball has a radius of metres, friction holds micrometres."""
+    flange = shakedown.example("bolted-flange")
+    found = shakedown.simulate(flange, 1.0)
+    assert found.long_term.single_node_margin > 1000.0
+    stiffness, limits = flange.A.reshape(24, 2, 24, 2), flange.f * flange.p_w.max(axis=0)
+    own = [np.linalg.eigvalsh(stiffness[i, :, i])[0] for i in range(24)]
+    largest = max(2.0 * limit / least for limit, least in zip(limits, own, strict=True))
+    said = margin_at_rest(found, "mm", flange)
+    assert float(said.split("at most ")[1].split(" mm")[0]) == pytest.approx(largest, rel=1e-3)
 
 
 def half_load() -> shakedown.Problem:
