@@ -15,7 +15,7 @@ from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.bounds.uniqueness.in_contact import unique_in_contact
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip below the first collapse, by status of the guarantee"
 CYCLES = 400

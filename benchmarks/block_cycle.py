@@ -12,7 +12,7 @@ from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import scales
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Elastic blocks above the upper bound: one exact cycle against one Gauss–Seidel pass"
 CYCLES = 3  # before the timed one

@@ -20,7 +20,7 @@ from benchmarks.calculix_joints import JOINTS, SIZE, YOUNG, joint
 from shakedown import TransientLimit
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "CalculiX with contact and friction against the toolkit"
 QUARTERS = 4  # steps of CalculiX in one cycle

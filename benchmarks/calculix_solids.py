@@ -23,7 +23,7 @@ from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, con
 from shakedown.ground.float_array import FloatArray
 from shakedown.models.readers.calculix_reactions import read_calculix_output
 from shakedown.motion.implicit.implicit_step import ImplicitJoint
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 Places = list[tuple[float, float]]
 Forces = tuple[float, float]  # that presses the block on, and the radius of the circle

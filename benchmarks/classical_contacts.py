@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.bodies.classical import cylinder_on_flat, hertz, press_fit, press_fit_pressure
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Classical contacts: error against element size"
 CONTACTS = ("press fit", "cylinder on a flat")

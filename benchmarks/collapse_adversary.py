@@ -21,7 +21,7 @@ from benchmarks.adversary import scaled_to, symmetric
 from benchmarks.universal_adversary import loaded
 from shakedown.bounds.uniqueness.coupling import coupling
 from shakedown.joint.loading import loading
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip below the first collapse, and in the least box, for coupling ratios below 1"
 BANDS = {"to 0.6": (0.3, 0.6), "to 0.9": (0.6, 0.9), "to 0.99": (0.9, 0.99), "to 0.9999": (0.99, 0.9999)}

@@ -43,7 +43,7 @@ from shakedown.fem import Displacement, ElasticBody, Material, Support, Traction
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.contact_law import scales
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Complete contact: final states that follow from random transients"
 FRICTION = 0.3

@@ -18,7 +18,7 @@ from shakedown import EnergyBall, Outcome, Problem, energy_ball
 from shakedown.joint.constraints import constraints
 from shakedown.joint.loading import loading
 from shakedown.motion.integrator import Evolution
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "States inside the energy ball, and outside, that do not shake down"
 KINDS = ("below", "above", "floating")  # friction of single nodes against A_ii / |B_ii|

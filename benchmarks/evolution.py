@@ -17,7 +17,7 @@ from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import EvolutionResult, evolve
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Time integration: time per cycle against error of the path"
 CYCLES = 3

@@ -12,7 +12,7 @@ import numpy as np
 
 import shakedown
 from benchmarks.problems import random_problem
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Cost growth: time and peak memory, with fitted exponents"
 # (task, what grows, values short, values full, expected exponent of the time)

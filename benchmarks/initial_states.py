@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 import shakedown
 from shakedown import plot
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Maps of initial states: throughput, and interrupted runs against an undisturbed one"
 SEED = 0

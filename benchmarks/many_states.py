@@ -10,7 +10,7 @@ import shakedown
 from shakedown import Outcome
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
 from shakedown.motion.contact_law import scales
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Many long-term states: a batch against a loop, CPU time per state"
 SPREAD = 0.3  # half the width of the box of initial slips, in length scales of the joint

@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 import shakedown
 from shakedown import Outcome, Problem, UsageError
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Contact zones of joints that the mean load opens"
 KINDS = {  # tangential directions, fewest and most nodes

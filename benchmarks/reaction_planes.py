@@ -34,7 +34,7 @@ from shakedown.joint.constraints import Constraints, constraints
 from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
 from shakedown.plot.style import BLUE, GREEN, GREY, ORANGE, RED, units_of
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Chapters IV and V: planes of slips and reactions, wedging, slip in the tenth cycle"
 CYCLE = 9  # the tenth

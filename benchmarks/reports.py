@@ -18,7 +18,7 @@ import shakedown
 from benchmarks.bodies.dovetail import dovetail
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Verification with a report: time, memory, size of the page"
 LARGEST_PAGE = 2e6  # bytes

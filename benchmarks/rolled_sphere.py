@@ -19,7 +19,7 @@ from benchmarks.bodies.sphere import SKEW, rolling_limit, rolling_sphere
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.fixed_steps import FixedSteps
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "A sphere rolled to and fro: tangential force that friction holds"
 FRICTION = 0.5

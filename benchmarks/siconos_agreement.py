@@ -32,7 +32,7 @@ from shakedown.joint.loading import loading
 from shakedown.motion.contact_law import law_violation, reactions, scales
 from shakedown.motion.event_history import EventHistory
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Siconos against the event-driven path: agreements, and why the others differ"
 CYCLES = 2

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.timing import median_time
 from shakedown.motion.integrator import Evolution
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Slow approach to shakedown: the closed form against plain cycling"
 LOAD_FACTOR = 0.9

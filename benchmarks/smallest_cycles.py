@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 import shakedown
 from benchmarks.adversary import difficult_joint
 from shakedown.bounds.uniqueness.coupling import coupling
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "The smallest cycle found, beside what is proved from every state and the first collapse"
 NAMED = (

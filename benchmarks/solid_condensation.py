@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.ground.float_array import FloatArray
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Condensing large solids"
 SIDES = (28.0, 25.0, 28.0)

@@ -22,7 +22,7 @@ from benchmarks.solid_condensation import SIDES, UNIT
 from shakedown import Problem
 from shakedown.fem import ElasticBody, Force, Material, Support, brick_mesh, contact_problem
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "From a mesh to limits and a cycle: up to 700 contact pairs"
 SIZES = {  # elements of each case; of blocks along x, y, z of each

@@ -14,7 +14,7 @@ from numba import njit
 import shakedown
 from shakedown import Problem
 from shakedown.joint.loading import loading
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Cyclic slip in space below the load factor proved from every state"
 CYCLES, SUBSTEPS, SWEEPS = 600, 4, 3000

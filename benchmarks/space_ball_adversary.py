@@ -21,7 +21,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.integrator import Evolution
 from shakedown.programs.cone_rays import way_to_limits
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "States in space that are proved to shake down, followed from event to event"
 NODES = (1, 2, 3, 4, 5, 6)

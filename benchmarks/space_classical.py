@@ -19,7 +19,7 @@ from shakedown import Problem
 from shakedown.fem import mean_half_space_compliance
 from shakedown.ground.float_array import FloatArray
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "A sphere on a flat under tangential forces: error against mesh"
 FRICTION = 0.5

@@ -19,7 +19,7 @@ from shakedown.fem import ElasticBody, Material, Pressure, Traction, brick_mesh,
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.loading import loading
 from shakedown.motion.evolve import evolve
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "The energy ball in space: what the split gains, what it costs, and a second road"
 BUILT_IN = ("one-node-3d", "two-node-3d", "four-node-3d", "block-3x3")

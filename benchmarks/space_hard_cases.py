@@ -21,7 +21,7 @@ from benchmarks import hard_cases
 from benchmarks.hard_cases import HARD_CASES, VERDICTS, Answer, Reference, reference_upper
 from shakedown import Problem
 from shakedown.joint.loading import loading
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Hard cases with two directions: error of each method against exact answers of joints in the plane"
 

@@ -29,7 +29,7 @@ from shakedown.ground.float_array import FloatArray
 from shakedown.motion.contact_law import scales
 from shakedown.motion.implicit.implicit_step import ImplicitJoint, Steps, StepStatus
 from shakedown.motion.integrator import Evolution
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Joints in space: implicit steps, Siconos, and the path from event to event"
 BLOCKS = {"25": (5, 5), "100": (10, 10), "250": (25, 10)}

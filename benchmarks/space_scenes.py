@@ -13,7 +13,7 @@ from shakedown.motion.initial_state import beginning
 from shakedown.motion.integrator import Evolution
 from shakedown.motion.method import cycles_of
 from shakedown.motion.violation import path_violation
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Hard scenes in space: the path from event to event against implicit steps that grow shorter"
 SEEDS = 10  # of every kind

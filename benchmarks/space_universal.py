@@ -8,7 +8,7 @@ import shakedown
 from shakedown import Problem
 from shakedown.bounds.every_state.bound_from_every_state import least_pressure_bound
 from shakedown.joint.loading import loading
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Least pressures in space: without programs, and by a cone program per node"
 REPEATS = 3

@@ -12,7 +12,7 @@ from benchmarks.timing import in_turn
 from shakedown import Problem
 from shakedown.bounds.independent_solver import conic_upper_bound
 from shakedown.joint.constraints import constraints
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Upper bound in space: time and error against the number of nodes"
 ROADS = ("shakedown", "shakedown, enclosed", "Clarabel, v", "cvxpy + Clarabel, v")

@@ -34,7 +34,7 @@ from shakedown.motion.plane.active_set import factorize
 from shakedown.motion.plane.gauss_seidel import Stiffness, load_steps
 from shakedown.motion.plane.moving_state import begin, course, room_for
 from shakedown.motion.plane.run import run_along
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Hard cases of time integration: error against the path in rational arithmetic"
 METHODS = {

@@ -13,7 +13,7 @@ import numpy as np
 import shakedown
 from benchmarks.refinement import block_on_plane
 from shakedown.fem import ElasticBody, Material, Pressure, Traction, block_mesh, contact_problem
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Proved and simulated limits of finite-element joints"
 ACCURACY = 1e-5  # of the bisection, relative to λ_max

@@ -7,7 +7,7 @@ import numpy as np
 import shakedown
 from benchmarks.problems import chain, random_problem
 from shakedown.bounds.every_state.swing_bound import swing_bound
-from shakedown.report.node_words import table
+from shakedown.report.text_table import table
 
 TITLE = "Swing bound beside first collapse: time by turns, and what is proved"
 REPEATS = 3

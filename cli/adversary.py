@@ -15,12 +15,12 @@ from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.design_words import cycle_in_words
 from shakedown.report.hint_words import simulated_path_in_words
+from shakedown.report.node_words import by_direction
 
 from .claims import OutputFile, record_of
 from .options import json_option, problem_argument, quiet_option, resume_option
 from .output import (
     bound,
-    by_direction,
     echo_json,
     headline,
     listing,
@@ -120,7 +120,7 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     if found.state is not None:
         length = units_of(problem).length
         columns = {
-            **by_direction(problem, "initial", found.initial_slip),
+            **by_direction(problem, "initial slip", found.initial_slip),
             "slip per period": found.slip_per_cycle.tolist(),
         }
         shown = {with_unit(name, length): [number(x) for x in slips] for name, slips in columns.items()}

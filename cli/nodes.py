@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
-import numpy as np
 
 import shakedown
 from shakedown import Problem
@@ -14,7 +13,7 @@ from shakedown.files.vtk_points import series_paths
 from shakedown.ground.shown_values import sized
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
-from shakedown.report.node_words import resolution, without_round_off
+from shakedown.report.node_words import node_columns, resolution, without_round_off, worst_first
 
 from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
 from .initial import start_of
@@ -126,28 +125,17 @@ def _text(problem: Problem, found: NodeResults, initial: str) -> str:
 
 
 def _worst(problem: Problem, found: NodeResults) -> str:
-    """The nodes that move farthest, of these the ones that take most work first."""
-    none = resolution(problem, found.load_factor)
-    columns = {
-        "slip range": without_round_off(found.slip_range, none[0]),
-        "per cycle": without_round_off(found.accumulated_slip, none[0]),
-        "p max": found.p_max.tolist(),
-        "|q| max": found.q_max.tolist(),
-        "work": without_round_off(found.work, none[1]),
-    }
-    if not np.isnan(found.tau_delta).all():
-        columns["τ δ"] = found.tau_delta.tolist()
-    if not np.isnan(found.wear_depth).all():
-        columns["wear"] = found.wear_depth.tolist()
-    order = np.lexsort((-found.work, -np.array(columns["slip range"])))[:WORST]
+    """The nodes that move farthest."""
+    columns, worst = node_columns(found, problem), worst_first(found, problem)[:WORST]
     label = {} if problem.label is None else {"FE": [shortened(name, LONGEST_LABEL) for name in found.label]}
     shown = {"node": list(map(str, range(problem.n)))} | label | {"status": list(found.status)}
-    shown |= {name: [number(value, DIGITS) for value in values] for name, values in columns.items()}
-    text = table(list(shown), [[column[node] for column in shown.values()] for node in order])
+    for name, values in columns.items():
+        shown[name.replace("_", " ")] = [number(value, DIGITS) for value in values]
+    text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
     while max(map(len, text.splitlines())) > WIDTH:  # the last columns stand in the files
         shown.popitem()
-        text = table(list(shown), [[column[node] for column in shown.values()] for node in order])
-    return "\n".join([_heading(problem, len(order)), "", text])
+        text = table(list(shown), [[column[node] for column in shown.values()] for node in worst])
+    return "\n".join([_heading(problem, len(worst)), "", text])
 
 
 def _heading(problem: Problem, shown: int) -> str:
@@ -155,4 +143,4 @@ def _heading(problem: Problem, shown: int) -> str:
     known = units_of(problem)
     units = f" ({known.length}, {known.force}, {known.work})" if known.work else ""
     which = f"The {shown} nodes with the largest slip range" if shown < problem.n else "All nodes"
-    return paragraph(f"{which}; slip per cycle is Σ|Δv| in contact{units}:")
+    return paragraph(f"{which}; accumulated slip is Σ|Δv| in contact per cycle{units}:")

@@ -16,10 +16,9 @@ from shakedown.ground.visible_text import LONGEST_NAME, one_line, visible
 from shakedown.report.hint_words import loads_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.node_words import label_column
-from shakedown.report.node_words import table as table
+from shakedown.report.text_table import table as table
 
 if TYPE_CHECKING:  # it loads what computes
-    from shakedown.ground.float_array import FloatArray
     from shakedown.long_term.slip_criterion import SlipCriterion
 
 QUIET = "shakedown.quiet"  # key of the command's context
@@ -161,11 +160,3 @@ def progress(label: str, rest: int = 0) -> Iterator[Callable[[int, int], None] |
     finally:
         if bar is not None:
             bar.render_finish()
-
-
-def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
-    """A column of slips, or with two tangential directions one of each."""
-    parts = problem.layout.by_node(slips).T.tolist()
-    if len(parts) == 1:
-        return {f"{name} slip": parts[0]}
-    return {f"{name} {axis}": part for axis, part in zip("xy", parts, strict=True)}

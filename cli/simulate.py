@@ -13,7 +13,7 @@ from shakedown import Problem
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
-from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.node_words import by_direction, open_in_words, resolution, without_round_off
 from shakedown.report.run_words import SEPARATION, margin_at_rest, sliding_in_words
 
 from .claims import OutputFile, record_of
@@ -31,7 +31,6 @@ from .options import (
     start_option,
 )
 from .output import (
-    by_direction,
     echo_json,
     headline,
     listing,
@@ -187,8 +186,8 @@ def _node_lines(problem: Problem, run: shakedown.Simulation, per_period: list[fl
     """The table of the nodes; with two directions narrower, its unit below it."""
     plane, length = problem.directions == 1, units_of(problem).length
     columns = {
-        **by_direction(problem, "initial", run.initial_slip),
-        **by_direction(problem, "final", run.final_slip),
+        **by_direction(problem, "initial slip" if plane else "initial", run.initial_slip),
+        **by_direction(problem, "final slip" if plane else "final", run.final_slip),
         "slip per period" if plane else "Σ|Δv|": per_period,
     }
     if plane:

@@ -12,11 +12,12 @@ from shakedown import Problem
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.assessment_words import certain_in_words
-from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
+from shakedown.report.bound_words import bounds_in_words
+from shakedown.report.friction_words import friction_in_words
 from shakedown.report.hint_words import doubts_in_words, hints_in_words
 from shakedown.report.limit_words import transient_in_words
-from shakedown.report.node_words import resolution, slip_limit_in_words, without_round_off
-from shakedown.report.run_words import SEPARATION, as_given_in_words, start_in_words
+from shakedown.report.node_words import slip_limit_in_words
+from shakedown.report.run_words import SEPARATION, as_given_in_words
 
 from .claims import NODE_FILES, OutputFile, record_of, writes
 from .options import (
@@ -32,15 +33,14 @@ from .options import (
 from .output import (
     echo_json,
     headline,
-    number,
     paragraph,
     progress,
     say,
     table,
-    tiny,
 )
 
 MORE = "--details: every limit, and a table of the runs."
+HEAD = ["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"]  # narrower than on the page
 SUMMED = "slip per period of the node that slips most, to and fro added up."
 
 
@@ -155,7 +155,7 @@ def _written(output: Path, found: shakedown.Verification) -> None:
 
 def _text(problem: Problem, result: shakedown.Verification, details: bool) -> str:
     from shakedown.report.answer_words import answer_in_words, margin_of_answer  # loads compiled code
-    from shakedown.report.conclusion import agreement_in_words
+    from shakedown.report.conclusion import roads_in_words
 
     length = units_of(problem).length
     limits = result.limits
@@ -163,7 +163,7 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
     lines = [headline(problem), "", paragraph(" ".join(filter(None, answer))), ""]
     findings = [*result.disagreements, *result.open_questions]
     if findings:
-        lines += [_kind_of_findings(result)]
+        lines += [paragraph(roads_in_words(result))]
         lines += [paragraph(f"- {finding}", "  ") for finding in findings]
         lines += [""]
     sentences = [
@@ -176,54 +176,25 @@ def _text(problem: Problem, result: shakedown.Verification, details: bool) -> st
         sentences.append(slip_limit_in_words(result.slip_limit, problem))
     lines += [paragraph(sentence) for sentence in sentences]
     if not findings:
-        judged = sum(run.agrees is not None for run in result.runs)
-        lines += ["", paragraph(agreement_in_words(judged, len(result.runs)))]
+        lines += ["", paragraph(roads_in_words(result))]
     more = _details(problem, result) if details else [MORE]
     return "\n".join([*lines, *more])
 
 
 def _details(problem: Problem, result: shakedown.Verification) -> list[str]:
     """What is certain, every limit and every run."""
+    from shakedown.report.page_tables import runs_table  # loads compiled code
+
     limits = result.limits
     lines = ["", *(paragraph(sentence) for sentence in certain_in_words(limits))]
     lines += [paragraph(hint) for hint in hints_in_words(problem, limits.open_nodes)]
     lines += [paragraph(f"Note: {note}.") for note in result.notes]
-    lines += [paragraph(sentence) for sentence in limits_in_sentences(limits)]
-    lines += [paragraph(sentence) for sentence in thresholds_in_sentences(limits)]
-    marks = {True: "yes", False: "NO", None: "-"}
-    rows = [
-        [
-            number(run.simulation.load_factor, 5),
-            run.initial + start_in_words(run),
-            run.predicted,
-            str(run.simulation.outcome),
-            marks[run.agrees],
-            number(_largest_slip(problem, run.simulation), 4),
-            tiny(run.simulation.residual),
-        ]
-        for run in result.runs
-    ]
-    lines += ["", table(["λ", "initial", "predicted", "simulated", "agree", "Σ|Δv|", "residual"], rows)]
+    lines += [paragraph(sentence) for sentence in bounds_in_words(limits)]
+    lines += [paragraph(sentence) for sentence in friction_in_words(problem, limits.friction)]
+    lines += ["", table(HEAD, runs_table(result, brief=True).rows)]
     lines += ["", paragraph(f"{with_unit('Σ|Δv|', units_of(problem).length)}: {SUMMED}")]
     if any(run.case.after_transient for run in result.runs):
         lines += ["", "(after): locked in when the transient load steps are over."]
     if any(run.simulation.outcome == shakedown.Outcome.SEPARATION for run in result.runs):
         lines += ["", paragraph(SEPARATION)]
     return lines
-
-
-def _kind_of_findings(result: shakedown.Verification) -> str:
-    """What the findings are, in capitals; a body that slides away leaves nothing open."""
-    sliding = sum(run.simulation.slides_away for run in result.runs)
-    kinds = (
-        (len(result.disagreements), "DISAGREEMENT"),
-        (sliding, "SLIDES AWAY"),
-        (len(result.open_questions) - sliding, "OPEN"),
-    )
-    return ", ".join(name for number, name in kinds if number > 0)
-
-
-def _largest_slip(problem: Problem, run: shakedown.Simulation) -> float:
-    """The largest slip per period of a node, round-off shown as 0."""
-    slips = without_round_off(run.slip_per_cycle, resolution(problem, run.load_factor)[0])
-    return max(slips)

@@ -13,7 +13,8 @@ What you see, and the module that writes it:
 - λ_T, the guarantee curve, the coupling ratio: ``limit_words``; which node limits: ``sensitivity_words``
 - friction thresholds, critical load factors: ``friction_words``
 - what a simulation found: ``run_words``; a sweep, a smallest cycle: ``design_words``
-- what the data leave open: ``hint_words``; nodes by number and label: ``node_words``
+- what the data leave open: ``hint_words``; nodes by number and label: ``node_words``; tables as text:
+  ``text_table``
 - the page, from top to bottom: ``first_page`` (three numbers, one table), ``load_figures`` and ``data_page``
   (the joint), ``page_tables`` and ``verification_figures`` (bounds, runs, nodes), ``period_figures`` (loops,
   zones, slips), ``conclusion`` (how far it holds); ``html`` with ``templates/``

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.assessment.assess import ProvedLimit, proved_limit
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.status import Outcome
 from shakedown.joint.units import constant_loads_in_words, units_of, varying_loads_in_words
-from shakedown.report.assessment_words import admissible_in_words, at_load_factor, percent, proved_up_to
+from shakedown.report.assessment_words import admissible_in_words, at_load_factor, percent
 from shakedown.report.node_words import node_in_words, open_in_words
 from shakedown.report.run_words import sliding_in_words
 
@@ -41,7 +42,8 @@ def answer_in_words(v: Verification) -> str:
 
 def _what(v: Verification) -> str:
     """What the joint does, and how far that is proved."""
-    run, limit = v.as_given.simulation, proved_limit(v)
+    run, limit = v.as_given.simulation, proved_limit(v.assessment)
+    state = _of_state(v, limit)
     path = ", with the corners of the load domain in their order" * v.problem.is_domain
     if run.slides_away:
         return f"the joint does not hold: {sliding_in_words(run)}"
@@ -50,16 +52,16 @@ def _what(v: Verification) -> str:
     if run.outcome == Outcome.SHAKEDOWN:
         with_open = f" with {open_in_words(run.open_nodes, v.problem)} open" if run.open_nodes else ""
         if limit.load_factor > 1:
-            least = 0.0 if limit.state else v.limits.from_state.least_load_factor
+            least = 0.0 if limit.of_every_state else v.limits.from_state.least_load_factor
             begins = f" from λ = {up(least)} on" if least > 0 else ""
             until = up_to(v.problem, limit.load_factor)
-            return f"the joint shakes down{with_open}{begins} {until}, proved{limit.state}"
+            return f"the joint shakes down{with_open}{begins} {until}, proved{state}"
         how = "proved" if run.proved else f"simulated{path}, not proved"
         return f"the joint shakes down{with_open}, {how}"
     reduced = ""
     if 0 < limit.load_factor < 1:
         less = at_load_factor(v.problem, limit.load_factor, down)
-        reduced = f"; reduced to {less} it shakes down, proved{limit.state}"
+        reduced = f"; reduced to {less} it shakes down, proved{state}"
     return f"{_does(v)}, simulated{path}{reduced}"
 
 
@@ -76,25 +78,9 @@ def _does(v: Verification) -> str:
     return f"the joint {verb} in every cycle, with a slip range of up to {size} at {where}"
 
 
-class ProvedLimit(NamedTuple):
-    """Up to where shakedown is proved, and of which states besides the one asked about."""
-
-    load_factor: float
-    state: str
-
-
-def proved_limit(v: Verification) -> ProvedLimit:
-    """Up to where shakedown is proved from this state; 0 where it is not, or not at λ ≤ 1, or of a zone."""
-    limits = v.limits
-    here = limits.from_state.load_factor
-    if limits.energy.open_nodes or limits.from_state.least_load_factor > 1 or np.isnan(here):
-        here = 0.0
-    here, every = max(here, v.assessment.proved_from_this_state), proved_up_to(limits.universal)
-    if np.isnan(here) or limits.open_nodes:
-        here = 0.0
-    if every > here:
-        return ProvedLimit(every, f" from every state, {admissible_in_words(limits.universal)}")
-    return ProvedLimit(here, "")
+def _of_state(v: Verification, limit: ProvedLimit) -> str:
+    """Of which states a limit is proved besides the one asked about."""
+    return f" from every state, {admissible_in_words(v.limits.universal)}" * limit.of_every_state
 
 
 def up_to(problem: Problem, load_factor: float) -> str:
@@ -113,9 +99,9 @@ def margin_of_answer(v: Verification) -> str:
     >>> print(margin_of_answer(shakedown.verify(shakedown.example("block-9"), random_states=0)))
     Margin on the amplitude: 369.9 % proved, 370.2 % simulated.
     """
-    limit, known = proved_limit(v), []
+    limit, known = proved_limit(v.assessment), []
     if limit.load_factor > 0:
-        known.append((limit.load_factor, f"proved{limit.state}"))
+        known.append((limit.load_factor, f"proved{_of_state(v, limit)}"))
     if v.transient is not None and v.transient.monotone and v.transient.load_factor > 0:
         known.append((v.transient.load_factor, "simulated"))
     if v.as_given.simulation.outcome == Outcome.SHAKEDOWN:

@@ -1,15 +1,10 @@
-"""The answer for the nominal load: its colour, its margin, its limits of validity."""
-
-import numpy as np
+"""The answer for the nominal load: its colour, what agrees with it, its limits of validity."""
 
 from shakedown.assessment.verify import Verification
-from shakedown.ground.shown_values import down
 from shakedown.ground.status import Outcome
 from shakedown.joint.problem import Problem
 from shakedown.report.hint_words import LOAD_DOMAIN
-from shakedown.report.limit_words import transient_limit_as_text
 from shakedown.report.node_words import open_in_words
-from shakedown.report.page_tables import transient_is_proved
 
 ASSUMPTIONS = (
     "Assumed: loads change slowly (quasi-static); Coulomb friction, with one constant coefficient per node "
@@ -77,46 +72,6 @@ def count(number: int, noun: str) -> str:
     ('1 node', '2 nodes')
     """
     return f"{number} {noun}{'s' * (number != 1)}"
-
-
-def margin_in_words(v: Verification) -> str:
-    """How far the periodic load may grow, or must fall; empty where no limit is known.
-
-    Examples
-    --------
-    >>> import shakedown
-    >>> print(margin_in_words(shakedown.verify(shakedown.example("two-node"), random_states=0)))
-    No margin: from this state the joint shakes down with the periodic load reduced to
-    λ_box = 0.7315934 (proved), λ_T = 0.7315934 (simulated,
-    proved there).
-    """
-    shakes = v.as_given.simulation.outcome == Outcome.SHAKEDOWN
-    limits = []
-    here, known = v.limits.from_state, v.limits.universal.load_factor
-    if not v.limits.energy.open_nodes and here.least_load_factor <= 1:  # of a zone: from another state
-        limits.append((here.load_factor, here.symbol, "proved"))
-    if known > 0 and all(known > value for value, _, _ in limits):  # the larger of what is proved
-        state = "closed and admissible" + " after the transient" * v.limits.universal.after_transient
-        limits = [(known, "λ_U", f"proved from every state, {state}")]
-    if v.transient is not None and v.transient.monotone:
-        limits.append(
-            (
-                float(transient_limit_as_text(v.transient)),
-                "λ_T",
-                "simulated" + ", proved there" * transient_is_proved(v),
-            )
-        )
-    useful = [
-        f"{name} = {down(value)} ({how})" if np.isfinite(value) else f"any load factor ({how})"
-        for value, name, how in limits
-        if (value > 1 if shakes else 0 < value < 1)
-    ]
-    if not useful:
-        return ""
-    if shakes:
-        return f"Margin: the periodic load may grow to {', '.join(useful)}."
-    reduced = ", ".join(useful)
-    return f"No margin: from this state the joint shakes down with the periodic load reduced to {reduced}."
 
 
 def _paths_in_words(problem: Problem) -> str:

@@ -13,7 +13,7 @@ from shakedown.joint.units import units_of
 from shakedown.long_term.node_table import STATUSES
 from shakedown.report.assessment_words import at_load_factor, loads_of_numbers, numbers_in_words
 from shakedown.report.limit_words import digits_of_transient_limit
-from shakedown.report.node_words import node_in_words, resolution, without_round_off
+from shakedown.report.node_words import node_columns, node_in_words
 from shakedown.report.page_tables import PageTable, transient_is_proved
 
 HOW = {
@@ -54,11 +54,10 @@ def _node_rows(v: Verification) -> list[list[str]]:
     if not nodes.period:
         return [["results per node", "–", f"no long-term state at λ = 1: {nodes.reason}"]]
     units = units_of(v.problem)
-    no_slip, no_work = resolution(v.problem, 1.0)
-    slip, path = (_clean(part, no_slip) for part in (nodes.slip_range, nodes.accumulated_slip))
-    taken = _clean(nodes.work, no_work)
+    columns = node_columns(nodes, v.problem)
+    path, taken = columns["accumulated_slip"], columns["work"]
     rows = [
-        _largest(v, "largest slip range", slip, units.length, "farthest apart in contact"),
+        _largest(v, "largest slip range", columns["slip_range"], units.length, "farthest apart in contact"),
         _largest(v, "largest slip per cycle", path, units.length, "accumulated, Σ|Δv|"),
         _largest(v, "largest friction work per cycle", taken, units.work, "at one node"),
         ["friction work per cycle, all nodes", sized(float(taken.sum()), units.work), ""],
@@ -71,10 +70,6 @@ def _node_rows(v: Verification) -> list[list[str]]:
     counts = [(nodes.status.count(status), HOW[status]) for status in STATUSES]
     rows.append(["nodes", str(v.problem.n), ", ".join(f"{many} {how}" for many, how in counts if many)])
     return rows
-
-
-def _clean(values: FloatArray, none: float) -> FloatArray:
-    return np.array(without_round_off(values, none))
 
 
 def _largest(v: Verification, name: str, values: FloatArray, unit: str, what: str) -> list[str]:

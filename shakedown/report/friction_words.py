@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shakedown.ground.evidence import Missing
 from shakedown.ground.shown_values import down, up
 from shakedown.joint.rigid_slips import rigid_slips
 
@@ -16,11 +17,15 @@ if TYPE_CHECKING:
     from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds, Threshold
     from shakedown.joint.problem import Problem
 
+NO_THRESHOLDS = (
+    "Of friction thresholds (uniqueness, wedging) nothing is said: with two tangential directions they do "
+    "not follow from the signs of slips."
+)
 MANY = 10**15  # subsets, from here on only their order of magnitude is said
 
 
-def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]:
-    """Where the friction of a problem stands against its thresholds, and what follows.
+def friction_in_words(problem: Problem, limits: FrictionThresholds | Missing) -> list[str]:
+    """Where the friction of a problem stands against its thresholds, and what follows, or why there are none.
 
     Examples
     --------
@@ -29,6 +34,8 @@ def friction_in_words(problem: Problem, limits: FrictionThresholds) -> list[str]
     >>> friction_in_words(joint, shakedown.friction_thresholds(joint))[0]
     'The friction lies above the threshold of uniqueness (0.3556757): the evolution may have ...'
     """
+    if isinstance(limits, Missing):
+        return [NO_THRESHOLDS]
     friction = 1.0 if limits.factor else float(problem.f.max())
     closed, opened = limits.uniqueness_in_contact, limits.uniqueness
     if opened is None:

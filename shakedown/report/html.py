@@ -23,8 +23,8 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import certain_in_words
-from shakedown.report.bound_words import limits_in_sentences, thresholds_in_sentences
-from shakedown.report.conclusion import banner_class, count, limits_in_words, margin_in_words, roads_in_words
+from shakedown.report.bound_words import bounds_in_words
+from shakedown.report.conclusion import banner_class, count, limits_in_words, roads_in_words
 from shakedown.report.data_page import (
     configuration,
     friction,
@@ -35,7 +35,7 @@ from shakedown.report.data_page import (
     stiffness_rows,
 )
 from shakedown.report.first_page import large_numbers, rest_table
-from shakedown.report.friction_words import critical_in_words
+from shakedown.report.friction_words import critical_in_words, friction_in_words
 from shakedown.report.hint_words import hints_in_words
 from shakedown.report.json_documents import as_text
 from shakedown.report.limit_words import transient_in_words
@@ -167,7 +167,6 @@ def _context(v: Verification) -> dict[str, Any]:
         "answer": answer_in_words(v),
         "margin_of_answer": margin_of_answer(v),
         "headline": as_given_in_words(v.as_given, units_of(problem).length, problem, v.limits.universal),
-        "margin": margin_in_words(v),
         "reservations": [
             *filter(None, [v.unfinished]),
             *(f"Warning: {warning}." for warning in problem.warnings),
@@ -192,7 +191,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "bounds": bounds_table(v),
         "meaning": [
             certain,
-            *limits_in_sentences(v.limits),
+            *bounds_in_words(v.limits),
             *([] if v.transient is None else [transient_in_words(v.transient, problem, _proved_below(v))]),
             *([] if v.slip_limit is None else [slip_limit_in_words(v.slip_limit, problem)]),
         ],
@@ -200,7 +199,7 @@ def _context(v: Verification) -> dict[str, Any]:
         "slips": slip_picture(v),
         "limited": sensitivities_in_words(v.limits),
         "sensitivity": sensitivity_picture(v),
-        "friction": thresholds_in_sentences(v.limits),
+        "friction": friction_in_words(problem, v.limits.friction),
         "runs": runs_table(v),
         "runs_note": _runs_note(problem),
         "run_pictures": run_pictures(v),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -11,17 +11,26 @@ import numpy as np
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.shown_values import down, few, sized
 from shakedown.ground.tolerances import DEFAULT, Tolerances
-from shakedown.ground.visible_text import shortened
+from shakedown.ground.visible_text import shortened, with_unit
+from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.motion.contact_law import path_resolution, scales
 
 if TYPE_CHECKING:
     from shakedown.assessment.slip_limit import SlipLimit
+    from shakedown.bounds.collapse.lower import LowerBound
+    from shakedown.bounds.uniqueness.friction_thresholds import FrictionThresholds
+    from shakedown.bounds.upper import UpperBound
+    from shakedown.long_term.node_table import NodeResults
 
 MOST_LABELS = 4  # that are listed beside the numbers
 LONGEST_LABEL = 16  # characters of a label in a table
-LONGEST_LISTING = 40  # rows
+COLUMNS = (  # of a table of what nodes go through, those first that stand where it is narrow
+    "slip_range", "accumulated_slip", "work", "p_max", "q_max", "p_min",
+    "pressure_max", "shear_max", "tau_delta", "wear_depth",
+)  # fmt: skip
+LONGEST_RANGES = 24  # characters of a column
 
 
 def node_in_words(problem: Problem | None, node: int) -> str:
@@ -49,11 +58,7 @@ def open_in_words(nodes: tuple[int, ...], problem: Problem | None = None) -> str
     """
     if len(nodes) == 1:
         return node_in_words(problem, nodes[0])
-    runs = [
-        [node for _, node in run] for _, run in groupby(enumerate(nodes), key=lambda pair: pair[1] - pair[0])
-    ]
-    listed = [f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs]
-    text, labels = f"nodes {', '.join(listed)}", None if problem is None else problem.label
+    text, labels = f"nodes {_ranges(nodes)}", None if problem is None else problem.label
     if labels is None or len(nodes) > MOST_LABELS:
         return text
     return f"{text} (FE {', '.join(labels[i] for i in nodes)})"
@@ -121,6 +126,22 @@ def resolution(problem: Problem, load_factor: float, tolerances: Tolerances = DE
     return share * scale.length, share * scale.length * scale.force
 
 
+def node_columns(nodes: NodeResults, problem: Problem) -> dict[str, FloatArray]:
+    """What nodes go through, round-off as 0, by the words of a file; without columns that nobody knows."""
+    none = resolution(problem, nodes.load_factor)
+    resolved = {"slip_range": none[0], "accumulated_slip": none[0], "work": none[1]}
+    columns = {
+        word: np.array(without_round_off(getattr(nodes, word), resolved.get(word, 0.0))) for word in COLUMNS
+    }
+    return {word: values for word, values in columns.items() if not np.isnan(values).all()}
+
+
+def worst_first(nodes: NodeResults, problem: Problem) -> list[int]:
+    """The nodes in the order of their slip ranges, of equal ones those first that are pressed hardest."""
+    slip = without_round_off(nodes.slip_range, resolution(problem, nodes.load_factor)[0])
+    return np.lexsort([-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, np.array(slip))]).tolist()
+
+
 def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str:
     """Up to where slips stay below a length, and what was simulated to say so.
 
@@ -149,19 +170,56 @@ def slip_limit_in_words(limit: SlipLimit, problem: Problem | None = None) -> str
     return f"{here} up to λ = {down(limit.load_factor)}: {largest}{again} {scan}."
 
 
-def table(
-    headers: Sequence[str], rows: Sequence[Sequence[str]], indent: str = "  ", longest: int = LONGEST_LISTING
-) -> str:
-    """Right-aligned columns under their headers; long tables show their ends."""
-    cut = len(rows) > longest
-    half = longest // 2
-    shown = [*rows[:half], *rows[-half:]] if cut else list(rows)
-    widths = [max(map(len, column)) for column in zip(headers, *shown, strict=True)]
-    lines = [_line(row, widths, indent) for row in [headers, *shown]]
-    if cut:
-        lines.insert(1 + half, f"{indent}… {len(rows) - 2 * half} rows more; --json has all …")
-    return "\n".join(lines)
+def by_direction(problem: Problem, name: str, slips: FloatArray) -> dict[str, list[float]]:
+    """A column of slips, or with two tangential directions one of each.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> by_direction(shakedown.example("one-node-3d"), "slip", np.array([1.0, 2.0]))
+    {'slip x': [1.0], 'slip y': [2.0]}
+    """
+    names = [name] if problem.directions == 1 else [f"{name} {axis}" for axis in "xy"]
+    return dict(zip(names, problem.layout.by_node(slips).T.tolist(), strict=True))
 
 
-def _line(cells: Sequence[str], widths: Sequence[int], indent: str) -> str:
-    return (indent + "  ".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))).rstrip()
+def bound_columns(
+    problem: Problem,
+    upper: UpperBound,
+    shown: Callable[[float], str],
+    lower: LowerBound | None = None,
+    friction: FrictionThresholds | None = None,
+) -> dict[str, list[str]]:
+    """Columns of a table of nodes: the slips of the bounds, limits reached at λ_max, friction thresholds.
+
+    ``shown`` writes a number, and NaN as what is none.
+    """
+    slips = by_direction(problem, "safe slip", upper.slip)
+    slips |= {} if lower is None else {"critical": lower.slip.tolist()}
+    unit = units_of(problem).length
+    columns = {with_unit(name, unit): list(map(shown, values)) for name, values in slips.items()}
+    reached = [_reached(problem, upper, node) for node in range(problem.n)]
+    columns["reached at λ_max"] = [text or shown(np.nan) for text in reached]
+    if friction is not None:
+        columns["f threshold"] = list(map(shown, friction.single_node))
+    return columns
+
+
+def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
+    """Which limits of a node are reached at λ_max: sides, or with two directions load steps."""
+    reached = [where for at, where in upper.active if at == node]
+    if node in upper.open_nodes:
+        return "open; gap closes" if reached else "open"
+    if problem.directions == 1:
+        return "+".join(SIDE_NAMES[side] for side in reached)
+    said = _ranges(sorted(reached))
+    return said if len(said) <= LONGEST_RANGES else f"{len(reached)} load steps"
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Numbers in order, neighbours as ``first–last``."""
+    runs = [
+        [number for _, number in run]
+        for _, run in groupby(enumerate(numbers), key=lambda pair: pair[1] - pair[0])
+    ]
+    return ", ".join(f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)

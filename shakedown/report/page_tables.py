@@ -5,22 +5,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shakedown.assessment.every_limit import JointLimits
 from shakedown.assessment.runs import Run
 from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.collapse.lower import LowerBound
-from shakedown.bounds.upper import UpperBound
-from shakedown.ground.evidence import Missing
-from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import DIGITS, down, up
+from shakedown.ground.evidence import present
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.visible_text import with_unit
-from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.problem import Problem
 from shakedown.joint.units import units_of
 from shakedown.long_term.simulation import Simulation
 from shakedown.report.limit_words import transient_limit_as_text
-from shakedown.report.node_words import open_in_words, resolution, without_round_off
+from shakedown.report.node_words import (
+    bound_columns,
+    node_columns,
+    open_in_words,
+    resolution,
+    without_round_off,
+    worst_first,
+)
 from shakedown.report.run_words import start_in_words
 
 WORST = 10  # nodes that the page shows of many
@@ -129,15 +132,18 @@ def transient_is_proved(v: Verification) -> bool:
     return v.transient is not None and v.transient.proved == v.transient.load_factor
 
 
-def runs_table(v: Verification) -> PageTable:
-    """Every simulation, with what was predicted for it."""
+def runs_table(v: Verification, *, brief: bool = False) -> PageTable:
+    """Every simulation, with what was predicted for it; in brief what fits a terminal."""
     units = units_of(v.problem)
-    head = [
-        "λ", "region", "initial state", "predicted", "simulated", "agree", "cycles",
-        with_unit("slip per period", units.length), with_unit("dissipation per cycle", units.work),
-        "law residual", "time",
-    ]  # fmt: skip
-    return PageTable(head, [_run_row(v.problem, run) for run in v.runs], words=(1, 2, 3, 4, 5))
+    rows = [_run_row(v.problem, run) for run in v.runs]
+    slip, work = with_unit("slip per period", units.length), with_unit("dissipation per cycle", units.work)
+    head = ["λ", "region", "initial state", "predicted", "simulated", "", "agree", "cycles", slip, work]
+    table = [[*head, "law residual", "time"], *rows]
+    if brief:
+        chosen = [[row[k] for k in (0, 2, 3, 4, 6, 8, 10)] for row in table]
+    else:  # remarks stand behind the outcome
+        chosen = [[*row[:4], row[4] + row[5], *row[6:]] for row in table]
+    return PageTable(chosen[0], chosen[1:], words=(1, 2, 3, 4, 5))
 
 
 def _run_row(problem: Problem, run: Run) -> list[str]:
@@ -148,11 +154,12 @@ def _run_row(problem: Problem, run: Run) -> list[str]:
         run.region,
         run.initial + start_in_words(run),
         run.predicted,
-        s.outcome + remarks(s),
+        str(s.outcome),
+        remarks(s),
         {True: "yes", False: "NO", None: "–"}[run.agrees],
         str(s.cycles_simulated),
-        number(max(without_round_off(s.slip_per_cycle, slip)), 4),
-        number(without_round_off([s.dissipation_per_cycle], work)[0], 4),
+        number(max(without_round_off(s.slip_per_cycle, slip)), FEW_DIGITS),
+        number(without_round_off([s.dissipation_per_cycle], work)[0], FEW_DIGITS),
         "–" if np.isnan(s.residual) else f"{s.residual:.0e}",
         f"{1e3 * run.seconds:.1f} ms",
     ]
@@ -162,7 +169,7 @@ def remarks(run: Simulation) -> str:
     """Period, jumps and open nodes of a long-term state, where there is something to say."""
     found = [f"period {run.period}"] if run.period > 1 else []
     if run.jumps_per_cycle > 0:
-        lost = number(run.jump_dissipation_per_cycle, 4)
+        lost = number(run.jump_dissipation_per_cycle, FEW_DIGITS)
         found.append(f"jumps per cycle: {run.jumps_per_cycle:g}, damping dissipates {lost}")
     if run.open_nodes:
         found.append(f"open throughout: {open_in_words(run.open_nodes)}")
@@ -179,34 +186,15 @@ def nodes_table(v: Verification) -> PageTable:
     works = without_round_off(run.period * run.settled.work_per_cycle, none[1])
     columns: dict[str, Sequence[str]] = {"node": list(map(str, range(problem.n)))}
     columns |= {} if problem.label is None else {"FE label": problem.label}
-    safe = problem.layout.by_node(limits.upper.slip).T
-    names = ("",) if problem.directions == 1 else (" x", " y")
-    for name, part in zip(names, safe, strict=True):
-        columns[with_unit(f"safe slip{name} at λ_max", units.length)] = list(map(number, part))
-    if isinstance(limits, JointLimits):
-        columns[with_unit("critical slip state at λ_1", units.length)] = list(map(number, limits.lower.slip))
-    columns["limits reached at λ_max"] = _limits_reached(problem, limits.upper)
-    if isinstance(limits, JointLimits) and not isinstance(limits.friction, Missing):  # it may be to come
-        columns["friction threshold"] = [number(f, DIGITS) for f in limits.friction.single_node]
-    columns[with_unit("slip per period at λ = 1", units.length)] = [number(slip, 4) for slip in slips]
+    evidence = present(limits.lower), present(limits.friction)
+    columns |= bound_columns(problem, limits.upper, number, *evidence)
+    columns[with_unit("slip per period at λ = 1", units.length)] = [
+        number(slip, FEW_DIGITS) for slip in slips
+    ]
     work = with_unit("friction work per period at λ = 1", units.work)
-    columns[work] = [number(each, 4) for each in works]
-    words = [k for k, name in enumerate(columns) if name in ("FE label", "limits reached at λ_max")]
+    columns[work] = [number(each, FEW_DIGITS) for each in works]
+    words = [k for k, name in enumerate(columns) if name in ("FE label", "reached at λ_max")]
     return PageTable(list(columns), list(zip(*columns.values(), strict=True)), tuple(words), printed_nodes(v))
-
-
-def _limits_reached(problem: Problem, upper: UpperBound) -> list[str]:
-    """Sides of every node, or with two directions load steps; of open nodes whether the gap closes."""
-    return [_reached(problem, upper, node) for node in range(problem.n)]
-
-
-def _reached(problem: Problem, upper: UpperBound, node: int) -> str:
-    where = [at for each, at in upper.active if each == node]
-    if node in upper.open_nodes:
-        return "open; gap closes" if where else "open"
-    if problem.directions == 1:
-        return " and ".join(SIDE_NAMES[side] for side in where) or "–"
-    return f"load step{'s' * (len(where) > 1)} {', '.join(map(str, where))}" if where else "–"
 
 
 def printed_nodes(v: Verification) -> frozenset[int] | None:
@@ -216,44 +204,19 @@ def printed_nodes(v: Verification) -> frozenset[int] | None:
 
 def worst_nodes(v: Verification) -> list[int]:
     """The nodes that slip most in the long run under the nominal load, then those pressed hardest."""
-    nodes = v.nodes
-    slip = _slip_without_round_off(v, nodes.slip_range)
-    keys = (-np.nan_to_num(part, nan=-1.0) for part in (nodes.p_max, slip))
-    return np.lexsort([*keys])[:WORST].tolist()
-
-
-def _slip_without_round_off(v: Verification, slip: FloatArray) -> FloatArray:
-    return np.array(without_round_off(slip, resolution(v.problem, 1.0)[0]))
+    return worst_first(v.nodes, v.problem)[:WORST]
 
 
 def worst_table(v: Verification) -> PageTable:
     """What the worst nodes go through in the long run under the nominal load."""
-    problem, nodes, units = v.problem, v.nodes, units_of(v.problem)
-    work = np.array(without_round_off(nodes.work, resolution(problem, 1.0)[1]))
-    columns = {
-        "slip range": (units.length, _slip_without_round_off(v, nodes.slip_range)),
-        "accumulated slip per cycle": (units.length, _slip_without_round_off(v, nodes.accumulated_slip)),
-        "friction work per cycle": (units.work, work),
-        "smallest p": (units.force, nodes.p_min),
-        "largest p": (units.force, nodes.p_max),
-        "largest |q|": (units.force, nodes.q_max),
-    }
-    if not np.isnan(nodes.area).all():
-        columns["largest pressure"] = units.stress, nodes.pressure_max
-        columns["largest shear"] = units.stress, nodes.shear_max
-        columns["τ δ (Ruiz)"] = units.stiffness, nodes.tau_delta
-    labels = [] if problem.label is None else ["FE label"]
-    head = ["node", *labels, "status", *(with_unit(name, unit) for name, (unit, _) in columns.items())]
-    rows = [
-        [
-            str(j),
-            *([] if problem.label is None else [problem.label[j]]),
-            nodes.status[j],
-            *(number(values[j]) for _, values in columns.values()),
-        ]
-        for j in worst_nodes(v)
-    ]
-    return PageTable(head, rows, words=tuple(range(1, 2 + len(labels))))
+    problem, nodes = v.problem, v.nodes
+    labels = {} if problem.label is None else {"FE label": problem.label}
+    columns = node_columns(nodes, problem)
+    names = {word: with_unit(word.replace("_", " "), nodes.units[word]) for word in columns}
+    shown = {"node": [str(j) for j in range(problem.n)], **labels, "status": nodes.status}
+    shown |= {names[word]: [number(value) for value in values] for word, values in columns.items()}
+    rows = [[column[j] for column in shown.values()] for j in worst_nodes(v)]
+    return PageTable(list(shown), rows, words=tuple(range(1, 2 + len(labels))))
 
 
 def nodes_note(v: Verification) -> str:

@@ -8,7 +8,7 @@ from command import document, run
 from partly_open import partly_open
 
 import shakedown
-from shakedown.report.page_tables import _limits_reached
+from shakedown.report.node_words import bound_columns
 
 
 def test_solve_finds_a_zone_where_the_joint_opens():
@@ -36,12 +36,12 @@ def test_the_table_says_which_nodes_are_open_and_which_gaps_close(d, tmp_path):
     out = run("solve", str(tmp_path / "joint.npz"), "--details")[1]
     upper = shakedown.upper_bound(joint, open_nodes="auto")
     closing = {node for node, _ in upper.active} & {*upper.open_nodes}
-    rows = [line for line in out.partition("active at λ_max")[2].splitlines() if re.match(r" +\d+ ", line)]
+    rows = [line for line in out.partition("reached at λ_max")[2].splitlines() if re.match(r" +\d+ ", line)]
     assert len(rows) == joint.n
     assert {i for i, row in enumerate(rows) if "open" in row} == {*upper.open_nodes}
     assert {i for i, row in enumerate(rows) if "open; gap closes" in row} == closing
     assert "open: throughout; under safe slip stands the displacement" in out
-    reached = _limits_reached(joint, upper)
+    reached = bound_columns(joint, upper, str)["reached at λ_max"]
     assert {i for i, words in enumerate(reached) if words == "open; gap closes"} == closing
     assert {i for i, words in enumerate(reached) if words.startswith("open")} == {*upper.open_nodes}
     assert closing

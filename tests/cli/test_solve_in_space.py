@@ -27,7 +27,7 @@ def test_text_begins_with_the_three_numbers_and_ends_with_both_slips_of_every_no
         "there is no first collapse λ_1: it needs the two opposite limits of a node, and in space the limit"
         in said
     )
-    (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  active at λ_max" in line)
+    (head,) = (k for k, line in enumerate(lines) if "safe slip x  safe slip y  reached at λ_max" in line)
     safe = shakedown.upper_bound(shakedown.example(BLOCK)).slip
     for node, line in enumerate(lines[head + 1 : head + 10]):
         number, x, y, *steps = line.split()

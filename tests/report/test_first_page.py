@@ -9,9 +9,10 @@ import pytest
 
 import shakedown
 from shakedown import Problem
+from shakedown.assessment.assess import proved_limit
 from shakedown.assessment.verify import Verification
 from shakedown.ground.shown_values import FEW_DIGITS, down, few, up
-from shakedown.report.answer_words import answer_in_words, margin_of_answer, proved_limit
+from shakedown.report.answer_words import answer_in_words, margin_of_answer
 from shakedown.report.assessment_words import beside_one
 from shakedown.report.first_page import large_numbers, rest_table
 from shakedown.report.html import render, write_report
@@ -217,7 +218,7 @@ def test_of_a_load_domain_what_is_simulated_is_said_to_be_one_path():
 def test_a_proof_of_another_zone_is_no_margin():
     v = verified(shakedown.example("receding-block"))
     assert v.limits.open_nodes
-    assert proved_limit(v).load_factor == 0
+    assert proved_limit(v.assessment).load_factor == 0
     assert "proved" not in margin_of_answer(v)
 
 
