@@ -24,11 +24,11 @@ from .bounds.every_state.guarantee_curve import GuaranteeCurve as GuaranteeCurve
 from .bounds.every_state.guarantee_curve import guarantee_curve as guarantee_curve
 from .bounds.every_state.universal_bound import UniversalBound as UniversalBound
 from .bounds.every_state.universal_bound import universal_bound as universal_bound
-from .bounds.safe_slip import SafeSlip as SafeSlip
+from .bounds.results import SafeSlip as SafeSlip
+from .bounds.results import UpperBound as UpperBound
 from .bounds.safe_slip import safe_slip as safe_slip
 from .bounds.uniqueness.friction_thresholds import FrictionThresholds as FrictionThresholds
 from .bounds.uniqueness.friction_thresholds import friction_thresholds as friction_thresholds
-from .bounds.upper import UpperBound as UpperBound
 from .bounds.upper import upper_bound as upper_bound
 from .files.examples import example as example
 from .files.examples import example_names as example_names

@@ -7,28 +7,21 @@ from math import inf
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.discs.zone_limits import limits_left, wishes, zone_limit
+from shakedown.bounds.methods import methods_of
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
-from shakedown.bounds.row_programs import contradiction, load_factor_program
+from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.errors import UsageError
-from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.arguments import require_problem
-from shakedown.joint.constraints import Constraints, by_side
 from shakedown.joint.contact_zone import Zone, contact_zone
 from shakedown.joint.problem import Problem
-from shakedown.programs.solver import solve
 
 SURELY_MORE = 1e-9  # relative: by how much a zone must be better, so that a search cannot go in circles
 NEIGHBOURS = 8  # changes tried per round, those that promise most first
-MOST_ZONES = 100  # with two tangential directions: then the best one so far is the answer
-FEW = 16  # nodes: of so few all zones that differ in one are compared, and climbs begin in every start
-NEAREST = 4  # of more: nodes next to opening or closing that are tried where no row asks for more
+NEAREST = 4  # of more than 16: nodes next to opening or closing that are tried where no row asks for more
+FEW = 16  # nodes: of so few a climb that ends tries all that differ in one node
 EVERY_ZONE_UP_TO = 6  # nodes: of so few every zone is tried
-SEVERAL = (8, 4, 2)  # so many changes at once
 
 
 @dataclass(frozen=True)
@@ -58,32 +51,31 @@ class ZoneSearch:
 
 @dataclass(frozen=True)
 class _Visit:
-    """One zone with its λ_max (−inf without a safe slip), where it is reached, and what holds it there.
-
-    ``margin`` tells zones without a safe slip apart: by how much (negative) its rows
-    contradict each other.
-    """
+    """One zone, None where all nodes are open or nothing holds the open ones, with its λ_max."""
 
     nodes: tuple[int, ...]
     zone: Zone | None
-    load_factor: float
-    slip: FloatArray
-    multipliers: FloatArray
-    margin: float = 0.0
+    found: ZoneLimit
+
+    @property
+    def load_factor(self) -> float:
+        """λ_max; −inf without a safe slip."""
+        return self.found.load_factor
 
     @property
     def rank(self) -> tuple[float, float]:
         """The better zone has the larger one."""
-        return self.load_factor, self.margin
+        return self.load_factor, self.found.margin
 
     def surpasses(self, other: "_Visit") -> bool:
         """Whether this zone is better by more than round-off."""
         if other.load_factor == -inf:  # which no relative margin can be added to
-            less = self.margin - other.margin
-            return self.load_factor > -inf or less > SURELY_MORE * abs(other.margin)
+            (_, margin), (_, least) = self.rank, other.rank
+            return self.load_factor > -inf or margin - least > SURELY_MORE * abs(least)
         return self.load_factor > other.load_factor + SURELY_MORE * abs(other.load_factor)
 
 
+NOTHING = ZoneLimit(-inf, np.zeros(0), np.zeros(0), -inf)
 Visitor = Callable[[tuple[int, ...]], _Visit]
 
 
@@ -115,14 +107,14 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
     (0, 1, 2, 3, 4, 28, 29, 30, 31, 32)
     """
     require_problem(problem)
-    visited: dict[tuple[int, ...], _Visit] = {}
+    methods, visited = methods_of(problem), dict[tuple[int, ...], _Visit]()
 
     def visit(nodes: tuple[int, ...]) -> _Visit:
         if nodes in visited:
             return visited[nodes]
-        if problem.directions > 1 and len(visited) >= MOST_ZONES:  # as good as nothing: the search ends
-            return _Visit(nodes, None, -inf, np.zeros(0), np.zeros(0), -inf)
-        climbing = problem.directions == 1 or all(one.load_factor == -inf for one in visited.values())
+        if len(visited) >= methods.MOST_ZONES:  # as good as nothing: the search ends
+            return _Visit(nodes, None, NOTHING)
+        climbing = all(one.load_factor == -inf for one in visited.values())
         visited[nodes] = _visit(problem, nodes, climbing, tolerances)
         return visited[nodes]
 
@@ -136,7 +128,7 @@ def best_zone(problem: Problem, *, tolerances: Tolerances = DEFAULT) -> ZoneSear
             found = [visit(nodes) for nodes in chain([best.nodes], *sizes)]
         else:  # in space a climb takes many cone programs: of large joints only from the best start
             starts.sort(key=lambda nodes: visit(nodes).rank, reverse=True)
-            several = problem.directions == 1 or problem.n <= FEW
+            several = problem.n <= methods.ALL_COMPARED_UP_TO
             found = [_climb(visit, start, tolerances) for start in (starts if several else starts[:1])]
         best = max(found, key=lambda each: each.rank)
     zone = contact_zone(problem, ()) if best.zone is None else best.zone
@@ -165,7 +157,8 @@ def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]])
     Of large joints with two tangential directions, where zones cost much, the first one that is better.
     """
     tried = map(visit, neighbours)
-    if best.zone is None or best.zone.problem.directions == 1 or best.zone.problem.n <= FEW:
+    zone = best.zone
+    if zone is None or zone.problem.n <= methods_of(zone.problem).ALL_COMPARED_UP_TO:
         better = max(tried, key=lambda one: one.rank, default=best)
         return better if better.surpasses(best) else best
     return next((one for one in tried if one.surpasses(best)), best)
@@ -173,22 +166,11 @@ def _better(visit: Visitor, best: _Visit, neighbours: Iterator[tuple[int, ...]])
 
 def _visit(problem: Problem, nodes: tuple[int, ...], compared: bool, tolerances: Tolerances) -> _Visit:
     """One zone; ``compared``: with others without a safe slip, if it has none itself."""
-    nothing = np.zeros(0)
     try:
         zone = contact_zone(problem, nodes, tolerances=tolerances)
     except UsageError:  # all nodes open, or open nodes that nothing holds
-        return _Visit(nodes, None, -inf, nothing, nothing, -inf)
-    if problem.directions > 1:
-        found = zone_limit(zone_rows(zone), compared, tolerances)
-        return _Visit(nodes, zone, found.load_factor, found.x, found.multipliers, found.margin)
-    rows = zone.constraints
-    end = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
-    if end.status == "unbounded":
-        return _Visit(nodes, zone, inf, nothing, nothing)
-    if end.optimal:
-        return _Visit(nodes, zone, float(end.x[-1]), rows.slips(end.x[:-1]), end.multipliers)
-    against = contradiction(rows, tolerances)
-    return _Visit(nodes, zone, -inf, nothing, against.multipliers, against.margin)
+        return _Visit(nodes, None, NOTHING)
+    return _Visit(nodes, zone, methods_of(problem).zone_limit(zone, compared, tolerances))
 
 
 def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...]]:
@@ -199,55 +181,26 @@ def _asked_for(visit: _Visit, tolerances: Tolerances) -> Iterator[tuple[int, ...
     if visit.zone is None:  # what nothing holds open is closed again
         yield from (tuple(sorted(set(visit.nodes) - {node})) for node in visit.nodes[:NEIGHBOURS])
         return
-    if len(visit.multipliers) == 0:  # unbounded: there is no better one
+    if len(visit.found.multipliers) == 0:  # unbounded: there is no better one
         return
-    of_plane = visit.zone.problem.directions == 1
-    wish = (
-        _wishes(visit, visit.zone, tolerances)
-        if of_plane
-        else wishes(zone_rows(visit.zone), visit.slip, visit.load_factor, visit.multipliers, tolerances)
-    )
+    methods = methods_of(visit.zone.problem)
+    wish = methods.wishes(visit.zone, visit.found, tolerances)
     asked = sorted(wish, key=wish.__getitem__, reverse=True)[:NEIGHBOURS]
-    if not of_plane:
-        counts = [count for count in SEVERAL if count <= len(asked)]
-        yield from (tuple(sorted(set(visit.nodes) ^ set(asked[:count]))) for count in counts)
+    counts = [count for count in methods.SEVERAL if count <= len(asked)]
+    yield from (tuple(sorted(set(visit.nodes) ^ set(asked[:count]))) for count in counts)
     yield from (tuple(sorted(set(visit.nodes) ^ {node})) for node in asked)
 
 
 def _nearest(visit: _Visit) -> Iterator[tuple[int, ...]]:
     """Zones that differ from a safe one in the node next to opening or closing: in its least limit or gap."""
-    if visit.zone is None or len(visit.slip) == 0:
+    if visit.zone is None or len(visit.found.x) == 0:
         return
-    if visit.zone.problem.directions == 1:
-        rows = visit.zone.constraints
-        nodes, room = rows.node, -rows.relative_excess(visit.slip, visit.load_factor)
-    else:
-        nodes, room = limits_left(zone_rows(visit.zone), visit.slip, visit.load_factor)
+    nodes, room = methods_of(visit.zone.problem).limits_left(visit.zone, visit.found)
     least = np.full(visit.zone.problem.n, inf)
     np.minimum.at(least, nodes, room)
     nearest = np.argsort(least, kind="stable").tolist()
     count = NEAREST if visit.zone.problem.n > FEW else None
     yield from (tuple(sorted(set(visit.nodes) ^ {node})) for node in nearest[:count])
-
-
-def _wishes(visit: _Visit, zone: Zone, tolerances: Tolerances) -> dict[int, float]:
-    """How strongly the rows of the plane ask for a node to be opened or closed."""
-    rows, pressing = zone.constraints, visit.multipliers
-    weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
-    sided = rows.sided
-    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
-    by_node, nodes = by_side(weight[sided]), by_side(rows.node[sided])[:, 0]
-    lifting = by_node.min(axis=1) > 0 if len(visit.slip) == 0 else _at_the_apex(visit, rows, tolerances)
-    lifting &= zone.problem.f[nodes] > 0  # without friction the pressure has a row of its own
-    for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
-        wish[int(node)] = float(share)
-    return wish
-
-
-def _at_the_apex(visit: _Visit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:
-    """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
-    tight = np.abs(rows.relative_excess(visit.slip, visit.load_factor)) <= tolerances.feasibility
-    return np.asarray(by_side(tight[rows.sided]).all(axis=1))
 
 
 def chosen_zone(

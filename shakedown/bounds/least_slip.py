@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from shakedown.bounds.methods import methods_of
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
-from shakedown.joint.constraints import CONE, Constraints
+from shakedown.joint.contact_zone import Zone
 from shakedown.programs.program import Program
 from shakedown.programs.solver import solve
 
@@ -13,28 +14,20 @@ LARGEST = 300  # closed nodes: with more the program takes longer than all other
 WITHIN = 0.5  # of what counts as safe: so far it may be outside, as safe slips at λ_max may have no inside
 
 
-def least_slip(
-    rows: Constraints, directions: int, load_factor: float, known: FloatArray, tolerances: Tolerances
-) -> FloatArray:
+def least_slip(zone: Zone, load_factor: float, known: FloatArray, tolerances: Tolerances) -> FloatArray:
     """The safe slip whose largest slip of a node is least (k,); ``known``, a safe one, where none is found.
 
     Where no more than its open nodes hold a body safe slips may be far away, and many: the program of λ_max
     ends in any of them. This one minimises t, |v_i| ≤ t at every node, v in every row.
     """
+    if len(zone.closed_nodes) > LARGEST:
+        return known
+    rows = zone.constraints
     G, room, slips = rows.coefficients, rows.g - load_factor * rows.d, rows.n
     terms = np.maximum(np.abs(room), np.abs(G) @ np.abs(known))
     room[rows.heads] += WITHIN * tolerances.feasibility * np.maximum.reduceat(terms, rows.heads)
     limited, v = np.column_stack([G, np.zeros(len(G))]), rows.slips(np.eye(slips)).T
-    if slips > LARGEST * directions:
-        return known
-    if directions == 1:
-        own = np.column_stack([np.vstack([v, -v]), -np.ones(2 * slips)])
-        cones: tuple[int, ...] = ()
-    else:
-        own = np.zeros((slips // 2, CONE, slips + 1))
-        own[:, 0, -1] = -1.0
-        own[:, 1:, :-1] = -v.reshape(-1, 2, slips)
-        own, cones = own.reshape(-1, slips + 1), (*rows.cones.tolist(), *[CONE] * (slips // 2))
+    own, cones = methods_of(zone.problem).slip_limits(rows, v)
     program = Program(
         np.vstack([limited, own]),
         np.append(room, np.zeros(len(own))),

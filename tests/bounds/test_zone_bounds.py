@@ -10,8 +10,8 @@ import shakedown
 from benchmarks.bodies.lap_joint import lap_joint
 from shakedown import UsageError, safe_slip, upper_bound
 from shakedown.bounds.best_zone import best_zone
+from shakedown.bounds.compared_discs import wishes, zone_limit
 from shakedown.bounds.discs.disc_rows import zone_rows
-from shakedown.bounds.discs.zone_limits import wishes, zone_limit
 from shakedown.bounds.opened_by_mean_load import opened_by_mean_load
 from shakedown.ground.contact_status import OPEN
 from shakedown.ground.tolerances import DEFAULT

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from shakedown.bounds.collapse.collapse_programs import collapse_in_box, collapse_limits
 from shakedown.bounds.collapse.least_box import Box, BoxMap
 from shakedown.bounds.collapse.lift_off import lift_off_bound
+from shakedown.bounds.results import UpperBound
 from shakedown.bounds.row_programs import load_factor_program
 from shakedown.bounds.uniqueness.coupling import coupling
-from shakedown.bounds.upper import UpperBound, upper_bound
+from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray

@@ -23,8 +23,9 @@ from shakedown.bounds.collapse.collapse_programs import (
     mean_load_is_safe,
 )
 from shakedown.bounds.collapse.proof_status import Evidence, GuaranteeStatus, guarantee_status
+from shakedown.bounds.results import UNSAFE_MEAN, UpperBound
 from shakedown.bounds.row_programs import load_factor_program
-from shakedown.bounds.upper import UNSAFE_MEAN, UpperBound, upper_bound
+from shakedown.bounds.upper import upper_bound
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Guarantee, Status

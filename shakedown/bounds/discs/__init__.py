@@ -3,7 +3,6 @@
 Reading order: ``disc_rows`` (the limits, node by node), ``scaled_discs`` (the program in numbers near 1),
 ``polish`` (its end: interior points, Newton's method on the active discs), ``frictionless`` (nodes without
 a limit), ``safest_slip`` (the slip with most room, the mean load), ``rounded_once`` (what proofs are computed
-with),
-``safe_proof`` (safe slips, proved), ``enclosure`` (two load factors with λ_max between them, proved),
-``disc_limits`` (the largest load factor, its status), ``zone_limits`` (zones compared).
+with), ``safe_proof`` (safe slips, proved), ``enclosure`` (two load factors with λ_max between them, proved),
+``disc_limits`` (the largest load factor, its status).
 """

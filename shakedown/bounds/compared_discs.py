@@ -1,6 +1,5 @@
 """Zones of a joint in space compared: their λ_max, and which of their nodes want to open or to close."""
 
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -8,34 +7,13 @@ import numpy as np
 from shakedown.bounds.discs.disc_limits import largest_load_factor
 from shakedown.bounds.discs.disc_rows import DiscRows, Indices
 from shakedown.bounds.discs.safest_slip import safest
+from shakedown.bounds.results import ZoneLimit
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
 
 CARRIES = 1e-9  # share of the largest multiplier from where on a disc is said to determine an end
 INSIDE = 1.05  # σ over |y| from where on multipliers point well inside their cone
-
-
-@dataclass(frozen=True, eq=False)
-class ZoneLimit:
-    """λ_max of a zone that is compared with others.
-
-    Attributes
-    ----------
-    load_factor
-        −inf where the zone has no safe slip, inf where nothing limits it.
-    x : (k,)
-        Where it is reached, at the unknowns of programs; empty without a limit.
-    multipliers : (3j + o,)
-        Of discs and gaps; empty where nothing limits it.
-    margin
-        By how much (negative) its limits exclude every slip under the mean load [length]; else 0.
-    """
-
-    load_factor: float
-    x: FloatArray
-    multipliers: FloatArray
-    margin: float = 0.0
 
 
 def zone_limit(rows: DiscRows, compared: bool, tolerances: Tolerances) -> ZoneLimit:

@@ -1,0 +1,80 @@
+"""Which methods answer for a joint: rows and linear programs in the plane, discs and cone programs in space.
+
+This is the one place that asks. Zones, statuses, certificates and words around the methods are written once.
+"""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.results import SafeSlip, UpperBound, ZoneLimit
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import Constraints
+from shakedown.joint.contact_zone import Zone
+from shakedown.joint.problem import Problem
+
+
+class Methods(Protocol):
+    """What a family of methods has: a module with these functions, and what it leaves out.
+
+    Attributes
+    ----------
+    ABSENT
+        Why a limit does not exist for joints of this kind, by its word in documents.
+    MOST_ZONES
+        Contact zones that a search solves: then the best one so far is the answer.
+    ALL_COMPARED_UP_TO
+        Nodes up to which all zones that differ in one node are compared, and searches begin in every start.
+    SEVERAL
+        So many nodes are changed at once first.
+    """
+
+    @property
+    def ABSENT(self) -> Mapping[str, str]: ...
+    @property
+    def MOST_ZONES(self) -> float: ...
+    @property
+    def ALL_COMPARED_UP_TO(self) -> float: ...
+    @property
+    def SEVERAL(self) -> tuple[int, ...]: ...
+
+    def upper(self, zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+        """λ_max of the closed nodes of a zone."""
+
+    def safe_slip(self, zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+        """The slip of a zone farthest from slipping."""
+
+    def slip_limits(self, rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+        """That no slip v(x) of a node is larger than t, in (x, t), and the sizes of the cones of all rows."""
+
+    def zone_limit(self, zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
+        """λ_max of a zone among others; ``compared``: with its margin where it has no safe slip."""
+
+    def wishes(self, zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+        """How strongly the limits of a zone ask for a node to be opened or closed."""
+
+    def limits_left(self, zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
+        """How near nodes are to opening or closing: nodes (k,), and the room left, relative."""
+
+
+def methods_of(problem: Problem) -> Methods:
+    """The methods of a joint; those of the other kind are not loaded.
+
+    Examples
+    --------
+    >>> import shakedown
+    >>> sorted(methods_of(shakedown.example("two-node")).ABSENT)
+    []
+    >>> sorted(methods_of(shakedown.example("one-node-3d")).ABSENT)
+    ['box', 'friction', 'guarantee_curve', 'lower', 'sensitivities']
+    """
+    if problem.directions > 1:
+        from shakedown.bounds import space_methods
+
+        return space_methods
+    from shakedown.bounds import plane_methods
+
+    return plane_methods

@@ -1,0 +1,111 @@
+"""How safe slips are sought in the plane: linear programs over the two opposite limits of every node."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
+from shakedown.bounds.results import MOVED, SafeSlip, UpperBound, ZoneLimit
+from shakedown.bounds.row_limits import limit_of_rows
+from shakedown.bounds.row_programs import contradiction, load_factor_program
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.constraints import Constraints, by_side, constraints, rows_named
+from shakedown.joint.contact_zone import Zone
+from shakedown.programs.margin import widest
+from shakedown.programs.solver import solve
+
+ABSENT: Mapping[str, str] = {}
+MOST_ZONES = ALL_COMPARED_UP_TO = inf
+SEVERAL: tuple[int, ...] = ()
+
+
+def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+    """λ_max of the closed nodes."""
+    problem, rows = zone.problem, zone.rows(transient)
+    if zone.open_nodes:
+        return limit_of_rows(problem, rows, False, tolerances)
+    if rows is not constraints(problem):
+        found = limit_of_rows(problem, rows, False, tolerances)
+        return replace(found, reason=MOVED) if found.status == Status.INFEASIBLE else found
+    certify = problem.n <= UPPER_CERTIFIED_UP_TO if certify is None else certify
+    return limit_of_rows(problem, rows, certify, tolerances)
+
+
+def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+    """The slip with the largest margin to every row."""
+    rows = zone.rows(transient)
+    room = rows.g - load_factor * rows.d
+    norms = np.linalg.norm(rows.G, axis=1)
+    cap = _typical_distance(rows, load_factor, norms)
+    found = widest(rows.coefficients, norms, room, cap=cap, tolerances=tolerances)
+    slip = rows.slips(found.x)
+    residual = float(rows.relative_excess(slip, load_factor).max())
+    active = rows_named(rows, np.flatnonzero(found.multipliers))
+    status, margin = Status.OPTIMAL, found.margin
+    if residual > tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(rows.n, nan)
+    elif margin > 0.75 * cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    reduced = found.reduced_accuracy
+    return SafeSlip(
+        status, load_factor, zone.slips(slip), margin, active, residual, reduced, zone.open_nodes, zone.pinned
+    )
+
+
+def _typical_distance(rows: Constraints, load_factor: float, norms: FloatArray) -> float:
+    """Twice the largest margin that a bounded margin can have [length].
+
+    The multipliers y of the largest margin t give t = yᵀ room with yᵀ norms = 1.
+    """
+    reach = np.abs(rows.g) + np.abs(load_factor * rows.d)
+    steep = norms > 0
+    distance = np.max(reach[steep] / norms[steep], initial=0.0)
+    return 2.0 * float(distance) if distance > 0 else 1.0
+
+
+def slip_limits(rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+    """Rows |v_i| ≤ t in (x, t), of slips v = v(x) of all nodes, and the sizes of the cones of all rows."""
+    return np.column_stack([np.vstack([v, -v]), -np.ones(2 * len(v))]), ()
+
+
+def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
+    """λ_max of a zone."""
+    nothing, rows = np.zeros(0), zone.constraints
+    end = solve(load_factor_program(rows, towards=-1.0, tolerances=tolerances))
+    if end.status == "unbounded":
+        return ZoneLimit(inf, nothing, nothing)
+    if end.optimal:
+        return ZoneLimit(float(end.x[-1]), rows.slips(end.x[:-1]), end.multipliers)
+    against = contradiction(rows, tolerances)
+    return ZoneLimit(-inf, nothing, against.multipliers, against.margin)
+
+
+def wishes(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+    """How strongly rows ask for a node to be opened or closed."""
+    rows, pressing = zone.constraints, found.multipliers
+    weight = pressing * np.maximum(np.abs(rows.G).max(axis=1), np.abs(rows.d))
+    sided = rows.sided
+    wish = {int(rows.node[i]): float(weight[i]) for i in np.flatnonzero(~sided & (weight > 0))}
+    by_node, nodes = by_side(weight[sided]), by_side(rows.node[sided])[:, 0]
+    lifting = by_node.min(axis=1) > 0 if len(found.x) == 0 else _at_the_apex(found, rows, tolerances)
+    lifting &= zone.problem.f[nodes] > 0  # without friction the pressure has a row of its own
+    for node, share in zip(nodes[lifting], by_node[lifting].sum(axis=1), strict=True):
+        wish[int(node)] = float(share)
+    return wish
+
+
+def _at_the_apex(found: ZoneLimit, rows: Constraints, tolerances: Tolerances) -> NDArray[np.bool_]:
+    """Closed nodes with both limits active: neither pressure nor shear is left at their extreme steps."""
+    tight = np.abs(rows.relative_excess(found.x, found.load_factor)) <= tolerances.feasibility
+    return np.asarray(by_side(tight[rows.sided]).all(axis=1))
+
+
+def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
+    """How near nodes are to opening or closing: nodes (k,), and the room left at their rows, relative."""
+    rows = zone.constraints
+    return rows.node, -rows.relative_excess(found.x, found.load_factor)

@@ -1,0 +1,128 @@
+"""How safe slips are sought in space: cone programs over the disc of every node and load step."""
+
+from collections.abc import Mapping
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shakedown.bounds import compared_discs
+from shakedown.bounds.discs.disc_limits import largest_load_factor, relieving
+from shakedown.bounds.discs.disc_rows import DiscRows, disc_rows, zone_rows
+from shakedown.bounds.discs.safest_slip import safest
+from shakedown.bounds.results import (
+    MOVED,
+    NO_SAFE_STATE,
+    RELIEVING,
+    WEDGING,
+    ZERO_AMPLITUDE,
+    SafeSlip,
+    UpperBound,
+    ZoneLimit,
+)
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.arguments import NO_SIDES, NO_SIGNS, in_the_plane_only
+from shakedown.joint.constraints import CONE, Constraints
+from shakedown.joint.contact_zone import Zone
+
+ABSENT: Mapping[str, str] = {
+    "lower": in_the_plane_only("first collapse", NO_SIDES),
+    "box": in_the_plane_only("box bound", NO_SIDES),
+    "friction": in_the_plane_only("friction thresholds", NO_SIGNS),
+    "sensitivities": in_the_plane_only("sensitivities"),
+    "guarantee_curve": in_the_plane_only("guarantee curve", NO_SIDES),
+}
+CERTIFIED_UP_TO = 1000  # nodes: as long as the bound itself
+MOST_ZONES = 100  # each takes a cone program
+ALL_COMPARED_UP_TO = 16  # nodes
+SEVERAL = (8, 4, 2)  # changes at once
+
+
+def upper(zone: Zone, transient: bool, certify: bool | None, tolerances: Tolerances) -> UpperBound:
+    """λ_max over the discs of all closed nodes."""
+    if transient:
+        zone.check_transient()
+    problem, rows = zone.problem, zone_rows(zone, transient)
+    plain = not zone.open_nodes and len(rows.c) == len(disc_rows(problem).c)
+    certify = (problem.n <= CERTIFIED_UP_TO if certify is None else certify) and plain
+    balanced = plain and problem.q_mean is None and problem.p_mean is None
+    found = largest_load_factor(rows, problem if certify else None, balanced, tolerances)
+    slips, optimal = rows.half_spaces.slips(found.x), found.status == Status.OPTIMAL
+    nowhere = np.full(len(slips), nan)
+    direction = slips if found.status == Status.UNBOUNDED else nowhere
+    return UpperBound(
+        status=found.status,
+        load_factor=found.load_factor,
+        slip=slips if optimal else nowhere,
+        active=rows.named(*found.carrying),
+        multipliers=found.multipliers,
+        direction=direction,
+        reason=_reason(found.status, rows, transient),
+        residual=found.residual,
+        least_load_factor=found.least_load_factor,
+        certified=found.certified,
+        exact=found.exact,
+        uncertified=found.uncertified,
+        missing=found.missing,
+        reduced_accuracy=found.reduced_accuracy,
+        pinned=rows.half_spaces.pinned,
+        in_floats=np.append(slips, found.load_factor) if optimal else np.full(len(slips) + 1, nan),
+    )
+
+
+def _reason(status: Status, rows: DiscRows, transient: bool) -> str:
+    if status == Status.INFEASIBLE:
+        return MOVED if transient else NO_SAFE_STATE
+    if status == Status.OPTIMAL:
+        return ""
+    if not relieving(rows):
+        return WEDGING
+    return RELIEVING if rows.e.any() or rows.half_spaces.d.any() else ZERO_AMPLITUDE
+
+
+def safe_slip(zone: Zone, load_factor: float, transient: bool, tolerances: Tolerances) -> SafeSlip:
+    """The slip with the largest ball of safe slips around it, over the discs of all closed nodes."""
+    if transient:
+        zone.check_transient()
+    rows = zone_rows(zone, transient)
+    found = safest(rows, load_factor)
+    residual = rows.relative_excess(found.x, load_factor)
+    status, margin, active, slip = (
+        Status.OPTIMAL,
+        found.margin,
+        rows.named(*found.carrying),
+        rows.half_spaces.slips(found.x),
+    )
+    if not residual <= tolerances.feasibility:
+        status, slip = Status.INFEASIBLE, np.full(len(slip), nan)
+    elif margin > 0.75 * found.cap:
+        status, margin, active = Status.UNBOUNDED, inf, ()
+    slip, reduced = zone.slips(slip) if zone.open_nodes else slip, found.reduced_accuracy
+    pinned = zone.pinned if zone.open_nodes else rows.half_spaces.pinned
+    return SafeSlip(status, load_factor, slip, margin, active, residual, reduced, zone.open_nodes, pinned)
+
+
+def slip_limits(rows: Constraints, v: FloatArray) -> tuple[FloatArray, tuple[int, ...]]:
+    """Cones |v_i| ≤ t in (x, t), of slips v = v(x) of all nodes, and the sizes of the cones of all rows."""
+    slips = len(v)
+    own = np.zeros((slips // 2, CONE, slips + 1))
+    own[:, 0, -1] = -1.0
+    own[:, 1:, :-1] = -v.reshape(-1, 2, slips)
+    return own.reshape(-1, slips + 1), (*rows.cones.tolist(), *[CONE] * (slips // 2))
+
+
+def zone_limit(zone: Zone, compared: bool, tolerances: Tolerances) -> ZoneLimit:
+    """λ_max of a zone; ``compared``: with its margin where it has no safe slip."""
+    return compared_discs.zone_limit(zone_rows(zone), compared, tolerances)
+
+
+def wishes(zone: Zone, found: ZoneLimit, tolerances: Tolerances) -> dict[int, float]:
+    """How strongly discs and gaps ask for a node to be opened or closed."""
+    return compared_discs.wishes(zone_rows(zone), found.x, found.load_factor, found.multipliers, tolerances)
+
+
+def limits_left(zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
+    """How near nodes are to opening or closing."""
+    return compared_discs.limits_left(zone_rows(zone), found.x, found.load_factor)
