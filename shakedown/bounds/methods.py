@@ -9,7 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from shakedown.bounds.energy.energy_results import EnergyBall, EnergyBound, Inner
 from shakedown.bounds.results import SafeSlip, UpperBound, ZoneLimit
+from shakedown.ground.evidence import Missing
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.tolerances import Tolerances
 from shakedown.joint.constraints import Constraints
@@ -58,6 +60,26 @@ class Methods(Protocol):
 
     def limits_left(self, zone: Zone, found: ZoneLimit) -> tuple[NDArray[np.intp], FloatArray]:
         """How near nodes are to opening or closing: nodes (k,), and the room left, relative."""
+
+    def energy_bound(
+        self, zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
+    ) -> EnergyBound:
+        """λ_E of the closed nodes of a zone, from slips (dk,) of these."""
+
+    def strictly_inside(self, zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> Inner | Missing:
+        """Where all conditions of a bound have the largest margins, with all nodes closed."""
+
+    def energy_ball(
+        self,
+        zone: Zone,
+        load_factor: float,
+        state: FloatArray | None,
+        tolerances: Tolerances,
+        *,
+        transient: bool,
+        split: bool,
+    ) -> EnergyBall:
+        """The largest ball of the closed nodes, or the one that holds a state (dk,) of these best."""
 
 
 def methods_of(problem: Problem) -> Methods:

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shakedown.bounds.certificate import UPPER_CERTIFIED_UP_TO
+from shakedown.bounds.energy.row_ball import energy_ball as energy_ball
+from shakedown.bounds.energy.row_bound import energy_bound as energy_bound
+from shakedown.bounds.energy.row_bound import strictly_inside as strictly_inside
 from shakedown.bounds.results import MOVED, SafeSlip, UpperBound, ZoneLimit
 from shakedown.bounds.row_limits import limit_of_rows
 from shakedown.bounds.row_programs import contradiction, load_factor_program

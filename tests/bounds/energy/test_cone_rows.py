@@ -7,9 +7,9 @@ import pytest
 from bounds.energy.joints import strong_joint
 
 from shakedown.bounds.energy.cone_rows import cone_rows
-from shakedown.bounds.energy.energy_ball import largest_ball
-from shakedown.bounds.energy.energy_bound import farthest_load_factor
 from shakedown.bounds.energy.energy_rows import EnergyRows, energy_rows
+from shakedown.bounds.energy.row_ball import largest_ball
+from shakedown.bounds.energy.row_bound import farthest_load_factor
 from shakedown.ground.tolerances import DEFAULT
 
 

@@ -1,17 +1,22 @@
-"""The largest ball at a load factor, and the ball that holds a state best, and what confirms them."""
+"""The energy balls of a joint in space: cone programs over its discs, and what confirms them."""
 
 from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
 
-from shakedown.bounds.energy.ball_limits import DiscLimits, without_margin
+from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
 from shakedown.bounds.energy.centre_and_shares import full_share, holding, largest, widest
+from shakedown.bounds.energy.closed_ball import closed_radius
+from shakedown.bounds.energy.energy_results import EnergyBall
 from shakedown.bounds.energy.reasons import ALL_ADMISSIBLE, NO_ROOM, NO_SAFE_SLIP, NOT_HELD, WEDGED
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.contact_zone import Zone
+
+JUST_LESS = 1.0 - 1e-12  # of a radius that must be smaller than that
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,51 @@ class BestBall:
     residual: float
     share: FloatArray
     shortfall: float = nan
+
+
+def energy_ball(
+    zone: Zone,
+    load_factor: float,
+    state: FloatArray | None,
+    tolerances: Tolerances,
+    *,
+    transient: bool,
+    split: bool,
+) -> EnergyBall:
+    """The largest ball of the closed nodes, or the one that holds a state best."""
+    limits = disc_limits(zone, transient=transient, tolerances=tolerances)
+    found = best_ball(limits, load_factor, state, tolerances, split=split)
+    radius = found.radius * limits.metric.unit
+    if found.share.any():  # no node may open in a jump
+        most = closed_radius(zone.joint, limits.metric, found.slip, (load_factor,)) / limits.metric.unit
+        if found.radius >= most:
+            simple = best_ball(limits, load_factor, state, tolerances, split=False)
+            capped = replace(found, status=Status.OPTIMAL, reason="", radius=most * JUST_LESS)
+            found = max(simple, capped, key=lambda ball: _room_for(limits, ball, state))
+        radius = found.radius * limits.metric.unit
+    return EnergyBall(
+        status=found.status,
+        load_factor=load_factor,
+        radius=radius,
+        slip=found.slip,
+        active=found.active,
+        residual=found.residual,
+        reason=found.reason,
+        metric=limits.metric,
+        inner_radius=radius * (1.0 - tolerances.feasibility),
+        share=found.share,
+        shortfall=found.shortfall * limits.metric.unit,
+    )
+
+
+def _room_for(limits: DiscLimits, ball: BestBall, state: FloatArray | None) -> float:
+    """The radius of a ball, or how far a state may be disturbed in it; −inf without one."""
+    if not ball.radius > 0:
+        return -inf
+    if state is None:
+        return ball.radius
+    away = float(limits.metric.norm(limits.rigid.relative(state) - ball.slip)) / limits.metric.unit
+    return ball.radius - away if ball.radius > away else -inf
 
 
 def best_ball(

@@ -1,37 +1,60 @@
-"""The load factor up to which a ball holds a given state, with how far it is confirmed."""
+"""The energy bound of a joint in space: cone programs over its discs, with how far it is confirmed."""
 
-from dataclasses import dataclass, field, replace
-from math import inf, nan
+from dataclasses import replace
+from math import inf
 
 import numpy as np
 
-from shakedown.bounds.energy.ball_limits import DiscLimits, without_margin
-from shakedown.bounds.energy.best_ball import check_resolved, leaves_margins
+from shakedown.bounds.energy.ball_limits import DiscLimits, disc_limits, without_margin
 from shakedown.bounds.energy.centre_and_shares import farthest, least_load, room_about
+from shakedown.bounds.energy.closed_ball import closed_radius, holds_without_load
+from shakedown.bounds.energy.disc_ball import check_resolved, leaves_margins
+from shakedown.bounds.energy.energy_metric import EnergyMetric
+from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.exact_discs import ExactDiscs
 from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
 from shakedown.ground.evidence import Missing, sought
 from shakedown.ground.float_array import FloatArray
 from shakedown.ground.status import Status
 from shakedown.ground.tolerances import Tolerances
+from shakedown.joint.contact_zone import Zone
 from shakedown.joint.problem import Problem
 from shakedown.programs.scaling import power_of_two
 
+NOT_CLEARLY = "as stored A without the pinned slips is not clearly positive definite"
 
-@dataclass(frozen=True)
-class BestBound:
-    """The bound of the closed nodes; see :class:`EnergyBound`."""
 
-    status: Status
-    reason: str
-    share: FloatArray
-    slip: FloatArray
-    load_factor: float = nan
-    least_load_factor: float = nan
-    radius: float = nan
-    active: tuple[tuple[int, int], ...] = ()
-    multipliers: FloatArray = field(default_factory=lambda: np.zeros(0))
-    residual: float = nan
-    gap: float = nan
+def energy_bound(
+    zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
+) -> EnergyBound:
+    """λ_E of the closed nodes of a zone."""
+    limits = disc_limits(zone, tolerances=tolerances)
+    start = limits.rigid.relative(given)
+    found = best_bound(zone.joint, limits, start, distance, tolerances, split=split)
+    if found.share.any() and not _without_jumps_that_open(zone.joint, limits.metric, found):
+        found = best_bound(zone.joint, limits, start, distance, tolerances, split=False)
+    return replace(found, pinned=limits.rigid.pinned)  # without the rows of all load steps at once
+
+
+def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> Inner | Missing:
+    """Where all conditions of a bound have the largest margins, with all nodes closed."""
+    limits = disc_limits(zone, tolerances=tolerances).shared(bound.share)
+    exact = ExactDiscs(zone.joint, bound.share)
+    if not exact.regular:
+        return Missing(limits.rigid.doubt or NOT_CLEARLY)
+    room = room_about(limits, bound.initial_slip, bound.distance)
+    return Inner(exact, room.slip, room.load_factor)
+
+
+def _without_jumps_that_open(joint: Problem, metric: EnergyMetric, found: EnergyBound) -> bool:
+    """Whether the proof with shares is complete: no node opens in a jump, at any load factor from 0 on."""
+    if found.status != Status.OPTIMAL:
+        return found.status != Status.UNBOUNDED
+    between = (0.0, found.load_factor)
+    return found.radius < closed_radius(joint, metric, found.slip, between) and (
+        (joint.q_mean is None and joint.p_mean is None)
+        or holds_without_load(joint, metric, found.share, found.slip, found.radius)
+    )
 
 
 def best_bound(
@@ -42,7 +65,7 @@ def best_bound(
     tolerances: Tolerances,
     *,
     split: bool,
-) -> BestBound:
+) -> EnergyBound:
     """The largest load factor at which a ball holds a slip of a joint, and a distance around it.
 
     Found with a periodic part about as large as the constant one: of a small one nothing is lost beside it.
@@ -73,16 +96,15 @@ def _best_bound(
     tolerances: Tolerances,
     *,
     split: bool,
-) -> BestBound:
-    nowhere = np.full(limits.n, nan)
-    reason = without_margin(limits)
-    if reason:
-        return BestBound(Status.INFEASIBLE, reason, limits.share, nowhere)
+) -> EnergyBound:
+    nothing = replace(no_bound(start, distance, TOO_FAR), share=limits.share)
+    if reason := without_margin(limits):
+        return replace(nothing, reason=reason)
     check_resolved(limits, start, distance, tolerances)
     found = sought(farthest, limits, start, distance, tolerances, split=split)
     if isinstance(found, Missing):
-        return BestBound(Status.UNDECIDED, found.reason, limits.share, nowhere)
-    nothing = BestBound(Status.INFEASIBLE, TOO_FAR, found.limits.share, nowhere)
+        return replace(nothing, status=Status.UNDECIDED, reason=found.reason)
+    nothing = replace(nothing, share=found.limits.share)
     if found.status == Status.INFEASIBLE:
         left = found.contradiction()
         if left > tolerances.feasibility:
@@ -102,11 +124,11 @@ def _best_bound(
     least = 0.0 if centred else least_load(limits, start, distance)
     if not leaves_margins(limits, found.slip, 0.5 * (least + load_factor), tolerances):
         return replace(nothing, reason=NO_ROOM)
-    return BestBound(
+    return EnergyBound(
         status=Status.OPTIMAL,
-        reason="",
-        share=limits.share,
         slip=found.slip,
+        initial_slip=start,
+        distance=distance,
         load_factor=load_factor,
         least_load_factor=least,
         radius=found.radius * limits.metric.unit,
@@ -114,4 +136,7 @@ def _best_bound(
         multipliers=found.multipliers,
         residual=found.excess(load_factor),
         gap=found.gap,
+        certificate=None,
+        reason="",
+        share=limits.share,
     )

@@ -1,0 +1,120 @@
+"""The energy bound of a joint in the plane: a cone program over the rows of its zone, and what checks it."""
+
+from dataclasses import replace
+from math import inf, nan
+
+import numpy as np
+
+from shakedown.bounds.energy.cone_rows import ConeRows, cone_rows
+from shakedown.bounds.energy.energy_results import EnergyBound, Inner, no_bound
+from shakedown.bounds.energy.energy_rows import EnergyRows, check_resolved, without_margin
+from shakedown.bounds.energy.exact_check import ExactBall
+from shakedown.bounds.energy.farthest import Farthest, contradiction, end_of, widest_room
+from shakedown.bounds.energy.reasons import NO_ROOM, TOO_FAR, UNLIMITED
+from shakedown.bounds.energy.zone_rows import zone_rows
+from shakedown.ground.evidence import Missing, sought
+from shakedown.ground.float_array import FloatArray
+from shakedown.ground.status import Status
+from shakedown.ground.tolerances import DEFAULT, Tolerances
+from shakedown.joint.contact_zone import Zone
+
+NOT_REGULAR = "to the last stored digit A is not positive semi-definite, or B reaches outside its range"
+
+
+def energy_bound(
+    zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances, *, split: bool
+) -> EnergyBound:
+    """λ_E of the closed nodes of a zone; what a node determines of its pressure is always split off."""
+    found = _bound(zone, given, distance, tolerances)
+    return replace(found, pinned=zone.pinned)
+
+
+def _bound(zone: Zone, given: FloatArray, distance: float, tolerances: Tolerances) -> EnergyBound:
+    rows = zone_rows(zone, tolerances=tolerances)
+    start = rows.rigid.relative(given)
+    if reason := without_margin(zone.problem, rows):
+        return no_bound(start, distance, reason)
+    check_resolved(rows, start, distance, tolerances)
+    found = sought(farthest_load_factor, rows, start, distance, tolerances)
+    if isinstance(found, Missing):
+        return no_bound(start, distance, found.reason, Status.UNDECIDED)
+    return found
+
+
+def strictly_inside(zone: Zone, bound: EnergyBound, tolerances: Tolerances) -> Inner | Missing:
+    """Where all conditions of a bound have the largest margins, with all nodes closed."""
+    rows, exact = zone_rows(zone, tolerances=tolerances), ExactBall(zone.problem, transient=True)
+    if not exact.regular:
+        return Missing(rows.rigid.doubt or NOT_REGULAR)
+    about = cone_rows(rows, bound.initial_slip, bound.distance)
+    room = widest_room(about)
+    slip = bound.initial_slip + rows.metric.inverse @ room.y * about.length
+    return Inner(exact, slip, room.load_factor)
+
+
+def farthest_load_factor(
+    rows: EnergyRows, start: FloatArray, distance: float, tolerances: Tolerances = DEFAULT
+) -> EnergyBound:
+    """The energy bound of rows of whatever kind."""
+    about = cone_rows(rows, start, distance)
+    end = end_of(about, tolerances)
+    if end.status == Status.INFEASIBLE:
+        nothing = no_bound(start, distance, TOO_FAR)
+        return replace(
+            nothing, active=rows.names(about.carrying(end.multipliers)), residual=contradiction(about, end)
+        )
+    if end.status == Status.UNBOUNDED and not widest_room(about).margin > tolerances.feasibility:
+        return no_bound(start, distance, TOO_FAR)  # a direction of growth, but nothing to start from
+    least = _least_load_factor(about, tolerances)  # required: without it nobody knows where the proof begins
+    if end.status == Status.UNBOUNDED:
+        nothing = no_bound(start, distance, UNLIMITED)
+        return replace(nothing, status=Status.UNBOUNDED, load_factor=inf, least_load_factor=least)
+    if _without_room(about, end, tolerances):
+        return no_bound(start, distance, NO_ROOM)
+    return _optimal(rows, about, end, start, least)
+
+
+def _least_load_factor(about: ConeRows, tolerances: Tolerances) -> float:
+    if np.all(about.d[:-1] >= 0):  # what holds at one load factor holds at every smaller one
+        return 0.0
+    end = end_of(about.reversed(), tolerances)
+    return abs(end.load_factor) if end.status == Status.OPTIMAL else nan
+
+
+def _without_room(about: ConeRows, end: Farthest, tolerances: Tolerances) -> bool:
+    """Whether some row has no margin at any slip: neither here nor at any smaller load factor."""
+    reach = float(np.linalg.norm(end.y)) + about.offset
+    margins = -about.excess(end.y, end.load_factor)[:-1]
+    needs = reach * about.s[:-1] / np.where(about.sizes[:-1] > 0, about.sizes[:-1], 1.0)
+    doubtful = (margins <= tolerances.feasibility) & (needs <= tolerances.feasibility) & (about.d[:-1] <= 0)
+    return bool(doubtful.any()) and widest_room(about).margin <= tolerances.feasibility
+
+
+def _optimal(
+    rows: EnergyRows, about: ConeRows, end: Farthest, start: FloatArray, least: float
+) -> EnergyBound:
+    slip = start + rows.metric.inverse @ end.y * about.length
+    relative = (float(np.linalg.norm(end.y)) + about.offset) * about.length
+    load_factor, proved = max(end.load_factor, 0.0), about.proved(end.multipliers)
+    excess = -rows.room(slip, load_factor, relative) / rows.sizes(slip, load_factor, relative)
+    return EnergyBound(
+        status=Status.OPTIMAL,
+        load_factor=load_factor,
+        least_load_factor=least,
+        slip=slip,
+        radius=relative * rows.metric.unit,
+        initial_slip=start,
+        distance=about.offset * about.length * rows.metric.unit,
+        active=rows.names(about.carrying(end.multipliers)),
+        residual=float(excess.max()),
+        gap=proved / load_factor - 1.0 if load_factor > 0 else proved,
+        certificate=None,
+        reason="",
+        multipliers=_of_rows(rows, end.multipliers[:-1]),
+    )
+
+
+def _of_rows(rows: EnergyRows, multipliers: FloatArray) -> FloatArray:
+    """Multipliers of the dimensionless rows in the units of the rows; zero where λ = 0 decides."""
+    pull = float(rows.d @ multipliers)
+    return multipliers / pull if pull > 0 else np.zeros_like(multipliers)
