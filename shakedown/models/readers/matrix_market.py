@@ -14,6 +14,11 @@ from shakedown.models.readers.text import integers, number, numbers, quoted, rea
 _Line = tuple[str, list[str]]
 
 
+def is_matrix_market(lines: list[str]) -> bool:
+    """Whether the lines of a file, as far as they are not blank, begin as this format does."""
+    return lines[0].lower().startswith("%%matrixmarket")
+
+
 def read_matrix_market(path: str | os.PathLike[str], rows: Rows = None) -> Stiffness:
     """Read a real Matrix Market matrix; a symmetric one is mirrored.
 

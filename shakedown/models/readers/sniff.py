@@ -2,6 +2,8 @@
 
 import os
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from shakedown.ground.errors import ProblemError
@@ -11,7 +13,7 @@ from shakedown.models.readers.calculix_reactions import HEADINGS
 from shakedown.models.readers.calculix_storage import read_calculix_storage
 from shakedown.models.readers.deck import is_deck
 from shakedown.models.readers.harwell_boeing import is_harwell_boeing, read_harwell_boeing
-from shakedown.models.readers.matrix_market import read_matrix_market
+from shakedown.models.readers.matrix_market import is_matrix_market, read_matrix_market
 from shakedown.models.readers.nastran_bulk import is_bulk_data
 from shakedown.models.readers.nastran_dmig import read_nastran_dmig
 from shakedown.models.readers.nastran_op4 import is_op4, read_nastran_op4
@@ -23,7 +25,65 @@ from shakedown.models.readers.text import open_regular, quoted, read_lines
 _REAL = r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?"
 _LABELLED = re.compile(rf"^\s*-?\d+\s*,\s*\d+\s*,\s*-?\d+\s*,\s*\d+\s*,\s*{_REAL}\s*,?\s*$")
 _NUMBERED = re.compile(rf"^\s*\d+\s+\d+\s+{_REAL}\s*$")
-_MAPPED = ("matrix-market", "op4", "numbered", "harwell-boeing")  # formats without labels of their own
+_ELEMENT = re.compile(r"\s*\*USER ELEMENT\b", re.IGNORECASE)
+_DMIG = re.compile(r"DMIG\b", re.IGNORECASE)
+_HEAD = 1000  # lines that tell what a deck is
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format of stiffness files; a new one is an entry of ``FORMATS``.
+
+    Attributes
+    ----------
+    name, title
+        What it is called in results and in messages.
+    read
+        What reads a file of it.
+    takes
+        What of the arguments of :func:`read_stiffness` its reader takes: ``rows`` (the map), ``matrix``,
+        ``superelement``.
+    by_bytes, by_lines, by_line
+        What knows it: the first bytes of a file, all lines that are not blank, or any one line.
+    unless
+        What else a file with such a line may be, by its first lines.
+    """
+
+    name: str
+    title: str
+    read: Callable[..., Stiffness]
+    takes: tuple[str, ...] = ()
+    by_bytes: Callable[[bytes], bool] | None = None
+    by_lines: Callable[[list[str]], bool] | None = None
+    by_line: re.Pattern[str] | None = None
+    unless: Callable[[list[str]], bool] | None = None
+
+    def has(self, line: str, lines: list[str]) -> bool:
+        """Whether a line of a file is one of this format."""
+        known = self.by_line is not None and self.by_line.match(line)
+        return bool(known) and not (self.unless is not None and self.unless(lines[:_HEAD]))
+
+
+def _refuse(path: str | os.PathLike[str]) -> Stiffness:
+    raise ProblemError(
+        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
+        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
+    )
+
+
+FORMATS = (  # in the order in which they are tried
+    Format("op4", "Nastran OUTPUT4", read_nastran_op4, ("rows", "matrix"), by_bytes=is_op4),
+    Format("matrix-market", "Matrix Market", read_matrix_market, ("rows",), by_lines=is_matrix_market),
+    Format("harwell-boeing", "Harwell-Boeing", read_harwell_boeing, ("rows",), by_lines=is_harwell_boeing),
+    Format("reactions", "reactions", _refuse, by_lines=is_reactions_table, by_line=HEADINGS["reactions"]),
+    Format("substructure", "Abaqus substructure", read_abaqus_substructure, by_line=_ELEMENT),
+    Format("dmig", "Nastran DMIG", read_nastran_dmig, ("matrix", "superelement"), by_line=_DMIG),
+    Format("abaqus-matrix", "Abaqus MATRIX INPUT", read_abaqus_matrix, by_line=_LABELLED),
+    Format(
+        "numbered", "Abaqus COORDINATE, CalculiX .sti", read_calculix_storage, ("rows",),
+        by_line=_NUMBERED, unless=is_bulk_data,
+    ),
+)  # fmt: skip
 
 
 def stiffness_format(path: str | os.PathLike[str]) -> str:
@@ -49,36 +109,26 @@ def stiffness_format(path: str | os.PathLike[str]) -> str:
     >>> stiffness_format(path)
     'abaqus-matrix'
     """
-    if is_op4(_beginning(path)):
-        return "op4"
+    first = _beginning(path)
+    for each in FORMATS:
+        if each.by_bytes is not None and each.by_bytes(first):
+            return each.name
     lines = [line for line in read_lines(path) if line.strip()]
-    if lines[0].lower().startswith("%%matrixmarket"):
-        return "matrix-market"
-    if is_harwell_boeing(lines):
-        return "harwell-boeing"
-    if is_reactions_table(lines):
-        return "reactions"
+    for each in FORMATS:
+        if each.by_lines is not None and each.by_lines(lines):
+            return each.name
     for line in [] if is_deck(lines) else lines:
-        if re.match(r"\s*\*USER ELEMENT\b", line, re.IGNORECASE):
-            return "substructure"
-        if re.match(r"DMIG\b", line, re.IGNORECASE):
-            return "dmig"
-        if HEADINGS["reactions"].match(line):
-            return "reactions"
-        if line.lstrip().startswith(("*", "$")):
-            continue
-        if _LABELLED.match(line):
-            return "abaqus-matrix"
-        if _NUMBERED.match(line) and not is_bulk_data(lines[:1000]):
-            return "numbered"
+        for each in FORMATS:
+            if each.has(line, lines):
+                return each.name
     what = quoted(lines[0])
     if is_bulk_data(lines):
         what = "Nastran bulk data without a DMIG matrix (it may be the 'map' of an OUTPUT4 file)"
     elif is_deck(lines):
         what = "an input deck (it may be the 'map' of a matrix, or the file of [model])"
     raise ProblemError(
-        f"{os.fspath(path)}: expected a stiffness matrix (Abaqus MATRIX INPUT, COORDINATE or substructure, "
-        f"CalculiX .sti, reactions, Matrix Market, Harwell-Boeing, Nastran DMIG or OUTPUT4), found {what}"
+        f"{os.fspath(path)}: expected a stiffness matrix ({', '.join(each.title for each in FORMATS)}), "
+        f"found {what}"
     )
 
 
@@ -126,41 +176,21 @@ def read_stiffness(
     array([[2., 1.],
            [1., 3.]])
     """
-    found = stiffness_format(path)
-    if dof_map is not None and found not in _MAPPED:
+    name = stiffness_format(path)
+    found = next(each for each in FORMATS if each.name == name)
+    asked = {"rows": dof_map, "matrix": matrix, "superelement": superelement}
+    if dof_map is not None and "rows" not in found.takes:
         raise ProblemError(
-            f"{os.fspath(path)}: expected no map file, because a {found} file has its own labels"
+            f"{os.fspath(path)}: expected no map file, because a {name} file has its own labels"
         )
-    if matrix is not None and found not in ("dmig", "op4"):
+    if matrix is not None and "matrix" not in found.takes:
         raise ProblemError(
-            f"{os.fspath(path)}: expected no matrix name, because a {found} file holds one matrix, found "
+            f"{os.fspath(path)}: expected no matrix name, because a {name} file holds one matrix, found "
             f"{quoted(matrix)}"
         )
-    if superelement is not None and found not in ("dmig", "op4"):
+    if superelement is not None and "matrix" not in found.takes:
         raise ProblemError(
-            f"{os.fspath(path)}: expected no superelement, because a {found} file is not Nastran's, found "
+            f"{os.fspath(path)}: expected no superelement, because a {name} file is not Nastran's, found "
             f"{superelement}"
         )
-    if found == "dmig":
-        return read_nastran_dmig(path, matrix, superelement)
-    return _read(found, path, dof_map, matrix)
-
-
-def _read(found: str, path: str | os.PathLike[str], rows: Rows, matrix: str | None) -> Stiffness:
-    match found:
-        case "matrix-market":
-            return read_matrix_market(path, rows)
-        case "harwell-boeing":
-            return read_harwell_boeing(path, rows)
-        case "op4":
-            return read_nastran_op4(path, rows, matrix)
-        case "substructure":
-            return read_abaqus_substructure(path)
-        case "abaqus-matrix":
-            return read_abaqus_matrix(path)
-        case "numbered":
-            return read_calculix_storage(path, rows)
-    raise ProblemError(
-        f"{os.fspath(path)}: expected a matrix, found reactions; they make a stiffness only with the list of "
-        f"contact nodes that were moved (import {Path(path).name} with a configuration)"
-    )
+    return found.read(path, **{word: asked[word] for word in found.takes})
