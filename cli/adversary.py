@@ -9,7 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.shown_values import up
+from shakedown.ground.shown_values import at_lambda, up
 from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.units import units_of
@@ -114,7 +114,7 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
         ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
         ("dissipation per cycle", number(found.dissipation_per_cycle), units_of(problem).work),
         ("least that counts", number(found.least_dissipation, 2), "less is round-off: no cycle"),
-        ("simulations", str(found.tries), f"up to λ = {found.tried_up_to:.7g}, seed {found.seed}"),
+        ("simulations", str(found.tries), f"up to {at_lambda(found.tried_up_to)}, seed {found.seed}"),
     ]
     lines += [listing(facts)]
     if found.state is not None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import shakedown
+from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import shortened
 from shakedown.joint.units import units_of
 
@@ -56,7 +57,9 @@ def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
     pairs, patches = made.evidence.pairs, int(made.evidence.patches.max()) + 1
     if pairs is not None:
         parts = (("along", pairs.along, pairs.off), ("across", np.abs(pairs.across), pairs.apart))
-        told = [f"{_largest(*part)} {way} the surface (mean {part[0].mean():.3g})" for way, *part in parts]
+        told = [
+            f"{_largest(*part)} {way} the surface (mean {few(part[0].mean(), 3)})" for way, *part in parts
+        ]
         yield f"pairs lie apart by at most {' and '.join(told)}{f', in {unit}' if unit else ''}"
     if patches > 1:
         sizes = np.bincount(made.evidence.patches).tolist()
@@ -68,7 +71,7 @@ def _pairs(made: shakedown.Import, unit: str) -> Iterator[str]:
 def _largest(distance: FloatArray, share: FloatArray) -> str:
     """The largest distance, and the largest in terms of the spacing."""
     known = distance.any() and np.isfinite(share).any()
-    return f"{distance.max():.3g}{f', {np.nanmax(share):.2g} of the spacing,' if known else ''}"
+    return f"{few(distance.max(), 3)}{f', {few(np.nanmax(share), 2)} of the spacing,' if known else ''}"
 
 
 def _echo_loads(made: shakedown.Import) -> None:
@@ -79,7 +82,7 @@ def _echo_loads(made: shakedown.Import) -> None:
     unit, middle, extent = units.force, "", None
     if places is not None and not np.isnan(made.loads[0].parts[0].moment).all():
         unit = ", ".join(filter(None, (units.force, units.work)))
-        middle = ", ".join(f"{x:.4g}" for x in places.mean(axis=0).tolist())
+        middle = ", ".join(few(x) for x in places.mean(axis=0).tolist())
         middle, extent = (
             f"; moments about the middle of the contact, ({middle})",
             np.ptp(places, axis=0).max(),
@@ -129,7 +132,7 @@ def _echo_nodes(made: shakedown.Import, length: str) -> None:
         columns |= _numbers([f"{a} [{length}]" if length else a for a in "xyz"], contact.coordinates, ".6g")
     directions = {"normal": reduced.frame.normals, **({"tangent": made.tangents[0]} if made.tangents else {})}
     for name, vectors in directions.items():
-        shown = [" ".join(f"{x:.4g}" for x in vector) for vector in (vectors.round(4) + 0.0).tolist()]
+        shown = [" ".join(few(x) for x in vector) for vector in (vectors.round(4) + 0.0).tolist()]
         if len(set(shown)) == 1:
             say(f"{name} of every node: {shown[0]}")
         else:

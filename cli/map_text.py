@@ -8,7 +8,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
-from shakedown.ground.shown_values import sized
+from shakedown.ground.shown_values import at_lambda, sized
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
@@ -48,7 +48,7 @@ def map_text(problem: Problem, found: InitialStateMap | InitialStateMaps) -> str
     for one in found.missing:
         rows.insert(one.place, [number(one.load_factor), "no energy ball", *[""] * (len(heads) - 2)])
     lines += ["", table(*_without_idle(heads, rows, idle=("separate", "undecided")))]
-    notes = [_why_undecided(one, f"λ = {one.load_factor:.7g}: ") for one in found.maps if one.undecided]
+    notes = [_why_undecided(one, f"{at_lambda(one.load_factor)}: ") for one in found.maps if one.undecided]
     reasons = dict.fromkeys(one.reason for one in found.missing)
     notes += [paragraph(f"No energy ball: {reason}.") for reason in reasons]
     return "\n".join([*lines, *([""] if notes else []), *notes])

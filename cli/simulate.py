@@ -10,6 +10,7 @@ import numpy as np
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.shown_values import few
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
 from shakedown.report.hint_words import simulated_path_in_words
@@ -173,7 +174,7 @@ def _text(problem: Problem, run: shakedown.Simulation, initial: str) -> str:
         ("method", run.method, f"{run.events} events" if run.events is not None else ""),
     ]
     facts += [
-        (f"jump at {jump.cycle:.4g} cycles", number(jump.energy_released), f"{work} released".strip())
+        (f"jump at {few(jump.cycle)} cycles", number(jump.energy_released), f"{work} released".strip())
         for jump in run.jumps
     ]
     lines.append(listing(facts))

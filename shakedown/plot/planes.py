@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shakedown.bounds.upper import upper_bound
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import at_lambda
+from shakedown.ground.shown_values import at_lambda, few
 from shakedown.ground.status import Status
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked, require_plane
@@ -226,7 +226,7 @@ def reaction_space(result: Recorded, problem: Problem, node: int = 0, *, ax: Axe
     for colour, v in zip(LINES, stuck[:: max(1, len(stuck) // SECTORS)][:SECTORS], strict=False):
         apex = np.array([-problem.A[node, node] * v, -problem.B[node, node] * v])
         corners = apex + reach * np.array([[0.0, 0.0], [problem.f[node], 1.0], [-problem.f[node], 1.0]])
-        axes.add_patch(Polygon(corners, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {v:.4g}"))
+        axes.add_patch(Polygon(corners, closed=True, fc=colour, ec=colour, alpha=0.18, label=f"v = {few(v)}"))
         axes.plot(*apex, "^", color=colour, ms=6, zorder=2)
     unit, _ = units_of(problem)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))

@@ -10,7 +10,7 @@ import numpy as np
 
 from shakedown.assessment.from_state import box_proves_more
 from shakedown.ground.evidence import present
-from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
+from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, few, up
 from shakedown.ground.status import Said, Status
 from shakedown.joint.units import varying_loads_in_words
 from shakedown.report.hint_words import LOAD_DOMAIN, last_digit_in_words
@@ -202,7 +202,7 @@ def _proved_from_here(energy: EnergyBound, box: BoxBound | None, problem: Proble
     closed = np.delete(energy.initial_slip, problem.layout.slips_of(energy.open_nodes))
     start = "the given slip" if np.any(closed) else "slip zero"
     if energy.distance > 0:
-        start = f"every state within the energy distance {energy.distance:.4g} of {start}"
+        start = f"every state within the energy distance {few(energy.distance)} of {start}"
     if energy.open_nodes:
         start += f", with {open_in_words(energy.open_nodes, problem)} open and in equilibrium,"
     if box_proves_more(box, energy):

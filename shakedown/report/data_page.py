@@ -16,6 +16,7 @@ from shakedown.joint.rigid_slips import zero_modes
 from shakedown.joint.units import loads_in_words, units_of
 from shakedown.report.limit_words import coupling_in_words
 
+SHOWN = 5  # digits of places and loads
 SOURCE = {
     "toolkit": "toolkit",
     "command": "command",
@@ -177,9 +178,9 @@ def node_load_rows(problem: Problem) -> list[list[str]]:
             str(j),
             *([problem.label[j]] if problem.label is not None else []),
             *place[j],
-            *([f"{problem.node_area[j]:.5g}"] if problem.node_area is not None else []),
+            *([few(problem.node_area[j], SHOWN)] if problem.node_area is not None else []),
             f"{problem.f[j]:g}",
-            *(f"{value:.5g}" for value in (mean.p0[j], swing_p[j], *tangential[j])),
+            *(few(value, SHOWN) for value in (mean.p0[j], swing_p[j], *tangential[j])),
         ]
         for j in range(problem.n)
     ]
@@ -207,7 +208,7 @@ def node_load_head(problem: Problem) -> list[str]:
 def node_places(problem: Problem) -> list[list[str]]:
     """Coordinates of each node: of the model, along the contact, or none."""
     if problem.coordinates is not None:
-        return [[f"{value:.5g}" for value in place] for place in problem.coordinates]
+        return [[few(value, SHOWN) for value in place] for place in problem.coordinates]
     if problem.x is not None:
-        return [[f"{value:.5g}" for value in np.atleast_1d(place)] for place in problem.x]
+        return [[few(value, SHOWN) for value in np.atleast_1d(place)] for place in problem.x]
     return [[] for _ in range(problem.n)]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from shakedown.ground.shown_values import cycles_in_words, down, up
+from shakedown.ground.shown_values import at_lambda, cycles_in_words, down, few, up
 
 if TYPE_CHECKING:
     from shakedown.joint.problem import Problem
@@ -29,6 +29,7 @@ SAID = {
 }
 FROM_HERE = {"energy": "λ_E", "box": "λ_box"}  # proved from this state: the larger of them
 TIED = 1e-7  # of the largest limit: the digits that are shown
+SHOWN = 6  # digits of a parameter
 LISTED = 3  # values in a row; more are counted
 SAME = 1e-4  # of λ_1: a cycle this near begins at it
 SEPARATES = "nodes open and close in every period, or contact is lost, without slip in contact,"
@@ -109,7 +110,7 @@ def _places(sweep: "Sweep", chosen: NDArray[np.bool_]) -> str:
 
 def _valued(sweep: "Sweep", axis: int, places: Sequence[int]) -> str:
     """A parameter with some of its values; × where they are factors."""
-    *most, last = (f"{sweep.values[axis][k]:.6g}" for k in places)
+    *most, last = (few(sweep.values[axis][k], SHOWN) for k in places)
     values = f"{', '.join(most)} and {last}" if most else last
     if sweep.is_factor(axis):
         return f"{sweep.meanings[axis]} × {values}"
@@ -120,7 +121,7 @@ def _counted(sweep: "Sweep", run: NDArray[np.intp]) -> str:
     """Neighbouring values of the one parameter: how many, from where to where."""
     values = sweep.values[0][run]
     what = f"factors on {sweep.meanings[0]}" if sweep.is_factor(0) else f"values of {sweep.parameters[0]}"
-    return f"{len(values)} {what} from {values[0]:.6g} to {values[-1]:.6g}"
+    return f"{len(values)} {what} from {few(values[0], SHOWN)} to {few(values[-1], SHOWN)}"
 
 
 def cycle_in_words(found: "SmallestCycle", problem: "Problem | None" = None) -> list[str]:
@@ -158,7 +159,7 @@ def _none_found(found: "SmallestCycle") -> str:
     open_ones = f", {found.undecided} of them undecided," if found.undecided else ""
     return (
         f"No cycle was found: {found.tries} simulations{open_ones} at load factors up to "
-        f"λ = {found.tried_up_to:.7g}. What dissipates less than {found.least_dissipation:.1e} per cycle "
+        f"{at_lambda(found.tried_up_to)}. What dissipates less than {found.least_dissipation:.1e} per cycle "
         "is no more than round-off of the data, and is called none."
     )
 

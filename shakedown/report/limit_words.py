@@ -38,7 +38,7 @@ def curve_in_words(curve: GuaranteeCurve, problem: Problem | None = None) -> str
     over = " when the transient is over" * (problem is not None and problem.q_transient is not None)
     return (
         f"For initial states within R of the safe slip{over} the first collapse lies at λ_1(R) = {points}; "
-        f"R is in multiples of {curve.unit:.4g}, the largest safe slip."
+        f"R is in multiples of {few(curve.unit)}, the largest safe slip."
     )
 
 

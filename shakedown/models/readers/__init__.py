@@ -13,5 +13,6 @@ with labels ``abaqus_matrix``, ``abaqus_substructure``, ``nastran_dmig`` (``nast
 ``calculix_reactions``, ``calculix_frd`` and ``reactions_table``;
 ``mesh`` (with ``face_shares``) from ``deck``, ``nastran_bulk`` or ``coordinates``;
 ``circumference`` (axisymmetric models); ``sniff`` chooses: a new format of stiffness files is a module
-and an entry of its ``FORMATS``. Configurations, and the files that they name: ``toml_table``, ``input_files``.
+and an entry of its ``FORMATS``. Configurations, and the files that they name: ``toml_table``,
+``input_files``.
 """

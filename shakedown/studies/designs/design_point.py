@@ -13,7 +13,7 @@ from shakedown.bounds.upper import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
-from shakedown.ground.shown_values import down, nodes_in_words, up
+from shakedown.ground.shown_values import down, few, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
 from shakedown.joint.problem import Problem
@@ -37,6 +37,7 @@ OF_SPACE = (
 )  # what a joint with two tangential directions has of them
 FROM_HERE = ("energy", "box")  # shakedown is proved from the state asked about, below the larger of them
 RESTS_ON = {"lower": {"universal"}, "upper": {"energy", "transient"}}  # what cannot be found without it
+ALL = 9  # digits, so that what contradicts is seen to
 QUICK_ACCURACY, ACCURACY = 1e-3, 1e-6  # of λ_T
 
 
@@ -298,7 +299,7 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
         if small in known.limits and large in known.limits:
             a, b = known.limits[small].load_factor, known.limits[large].load_factor
             if a * sure > b:
-                yield f"{SYMBOLS[small]} = {a:.9g} exceeds {SYMBOLS[large]} = {b:.9g}"
+                yield f"{SYMBOLS[small]} = {few(a, ALL)} exceeds {SYMBOLS[large]} = {few(b, ALL)}"
     if known.history is None or known.open_nodes:
         return
     proofs = list(FROM_HERE)
@@ -312,5 +313,5 @@ def _contradictions(known: _Known, tolerances: Tolerances) -> Iterator[str]:
     for name in proofs:
         limit = known.limits.get(name)
         if limit is not None and slipping and limit.load_factor * sure > slipping[0]:
-            proved = f"{SYMBOLS[name]} = {limit.load_factor:.9g}"
-            yield f"slip goes on for ever at λ = {slipping[0]:.9g}, below {proved}"
+            proved = f"{SYMBOLS[name]} = {few(limit.load_factor, ALL)}"
+            yield f"slip goes on for ever at λ = {few(slipping[0], ALL)}, below {proved}"

@@ -119,7 +119,7 @@ def _scattered(cycle: LimitCycle, problem: Problem) -> str:
     spread = f"final slips differ by up to {_length(cycle.spread, problem)}"
     if cycle.outcome == Outcome.SEPARATION:
         return f"the slips locked in under separation: {spread}"
-    low, high = (f"{value:.6g}" for value in cycle.dissipation)
+    low, high = (few(value, 6) for value in cycle.dissipation)
     dissipation = f"dissipation {low}" + (f" to {high}" if high != low else "")
     one = (
         "the slip locked in selects one of a continuum"
