@@ -9,6 +9,7 @@ import click
 
 import shakedown
 from shakedown import Problem
+from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import at_lambda, up
 from shakedown.ground.status import Search
 from shakedown.ground.visible_text import with_unit
@@ -18,7 +19,7 @@ from shakedown.report.hint_words import simulated_path_in_words
 from shakedown.report.node_words import by_direction
 
 from .claims import OutputFile, record_of
-from .options import json_option, problem_argument, quiet_option, resume_option
+from .options import output_options, problem_argument, resume_option
 from .output import (
     bound,
     echo_json,
@@ -46,8 +47,7 @@ from .output import (
     "-o", "--output", type=OutputFile(), help="Write the slip that cycles here (NPY), for simulate --initial."
 )
 @resume_option
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def adversary(
     context: click.Context,
@@ -105,13 +105,13 @@ def _text(problem: Problem, found: shakedown.SmallestCycle) -> str:
     lower, upper, universal = limits.lower, limits.upper, limits.universal
     first = []
     if lower:
-        first = [("first collapse λ_1", bound(lower.load_factor), f"guarantee: {lower.guarantee}")]
+        first = [(named("λ_1"), bound(lower.load_factor), f"guarantee: {lower.guarantee}")]
     facts = [
-        ("from every state λ_U", bound(universal.load_factor), universal.argument),
+        (named("λ_U"), bound(universal.load_factor), universal.argument),
         *first,
-        ("smallest cycle λ_cycle", up(found.load_factor), _period(found)),
+        ("λ_cycle, smallest cycle", up(found.load_factor), _period(found)),
         ("smallest separation", up(found.separation_load_factor), _separation(found)),
-        ("upper bound λ_max", bound(upper.load_factor, rounded=up), str(upper.status)),
+        (named("λ_max"), bound(upper.load_factor, rounded=up), str(upper.status)),
         ("dissipation per cycle", number(found.dissipation_per_cycle), units_of(problem).work),
         ("least that counts", number(found.least_dissipation, 2), "less is round-off: no cycle"),
         ("simulations", str(found.tries), f"up to {at_lambda(found.tried_up_to)}, seed {found.seed}"),

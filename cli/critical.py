@@ -11,7 +11,7 @@ from shakedown.joint.constraints import SIDE_NAMES
 from shakedown.joint.units import units_of
 from shakedown.report.friction_words import critical_in_words
 
-from .options import json_option, problem_argument, quiet_option
+from .options import output_options, problem_argument
 from .output import (
     echo_json,
     headline,
@@ -38,8 +38,7 @@ from .output import (
     help="Refuse to work through more subsets than this.",
 )
 @click.option("--all", "list_all", is_flag=True, help="List every critical load factor, sorted.")
-@json_option
-@quiet_option
+@output_options
 def critical(problem: Problem, budget: int, list_all: bool, as_json: bool) -> None:
     """All critical load factors of FILE: (n+1)-subsets of the 2n constraints."""
     if problem.directions == 1:

@@ -9,7 +9,7 @@ import click
 import shakedown
 
 from .claims import OutputFile
-from .options import json_option, quiet_option
+from .options import output_options
 from .output import echo_json, headline, say
 
 
@@ -18,8 +18,7 @@ from .output import echo_json, headline, say
 )
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=OutputFile(), help="Write the problem file here.")
-@json_option
-@quiet_option
+@output_options
 def example(name: str | None, output: Path | None, as_json: bool) -> None:
     """List the built-in problems, or write one to a file."""
     if name is None:

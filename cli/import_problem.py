@@ -13,7 +13,7 @@ from shakedown.models.importing.templates import import_template, import_templat
 
 from .claims import PICTURES, OutputFile, reads
 from .import_sheet import echo_sheet, go_or_not
-from .options import json_option, quiet_option
+from .options import output_options
 from .output import echo_json, headline, number, paragraph, remark, say
 
 EXAMPLE = "example"
@@ -36,8 +36,7 @@ WORDS = (
     type=click.Choice([*import_template_names(), EXAMPLE]),
     help="Show a commented CONFIG.toml to start from (-o writes it); 'example' writes a new folder.",
 )
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def import_problem_command(
     context: click.Context,

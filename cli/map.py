@@ -16,9 +16,8 @@ from .claims import PICTURES, OutputFile, record_of
 from .map_text import SAMPLED, map_text
 from .options import (
     cycles_option,
-    json_option,
+    output_options,
     problem_argument,
-    quiet_option,
     resume_option,
     scheduler_option,
     slip_below_option,
@@ -113,8 +112,7 @@ class GridSlip(click.ParamType):
 )
 @scheduler_option
 @click.option("--picture", type=OutputFile(PICTURES), help="Draw it here (PNG, PDF or SVG).")
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def map_command(
     context: click.Context,

@@ -19,11 +19,10 @@ from .claims import NODE_FILES, SERIES_FILES, OutputFile, writes_whole
 from .initial import start_of
 from .options import (
     cycles_option,
-    json_option,
     load_factor_option,
     open_at_start_option,
+    output_options,
     problem_argument,
-    quiet_option,
     start_option,
 )
 from .output import echo_json, headline, load_factor_in_words, number, paragraph, say, table
@@ -62,8 +61,7 @@ LONGEST_LABEL, WIDTH = 11, 80
     type=click.IntRange(1, 500),
     help="With -o NAME.vtp or .vtu: also the nodes at so many instants, NAME_000.vtp … and NAME.pvd.",
 )
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def nodes(
     context: click.Context,

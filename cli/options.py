@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
@@ -15,6 +16,8 @@ from shakedown.ground.visible_text import shortened
 
 from .claims import name_of, reads
 from .output import QUIET
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 class ProblemFile(click.ParamType):
@@ -61,22 +64,28 @@ def _keep_quiet(context: click.Context, _: click.Parameter, value: bool) -> None
         log.setLevel(logging.ERROR)
 
 
+def output_options(command: F) -> F:
+    """What every command takes: ``--json`` and ``--quiet``."""
+    quiet = click.option(
+        "-q",
+        "--quiet",
+        is_flag=True,
+        expose_value=False,
+        is_eager=True,
+        callback=_keep_quiet,
+        help="No progress and no remarks on stderr.",
+    )
+    return click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")(
+        quiet(command)
+    )
+
+
 problem_argument = click.argument("problem", metavar="FILE", type=ProblemFile())
-json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 resume_option = click.option(
     "--resume", is_flag=True, help="Go on with what a run that was stopped left in OUTPUT.partial."
 )
 scheduler_option = click.option(
     "--scheduler", metavar="ADDRESS", help="Work on the dask cluster of this scheduler instead."
-)
-quiet_option = click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    expose_value=False,
-    is_eager=True,
-    callback=_keep_quiet,
-    help="No progress and no remarks on stderr.",
 )
 open_option = click.option(
     "--open",

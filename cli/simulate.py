@@ -21,12 +21,11 @@ from .claims import OutputFile, record_of
 from .initial import moved_by_transient, start_of
 from .options import (
     cycles_option,
-    json_option,
     load_factor_option,
     method_option,
     open_at_start_option,
+    output_options,
     problem_argument,
-    quiet_option,
     resume_option,
     slip_below_option,
     start_option,
@@ -69,8 +68,7 @@ IN_SPACE = "x, y: the two tangential directions of a node; Σ|Δv|: its slip per
     help="Film of the first three cycles (GIF): the slip of two nodes, else the load of the node "
     "that slips most.",
 )
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def simulate(
     context: click.Context,

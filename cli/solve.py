@@ -15,7 +15,7 @@ from shakedown.ground.visible_text import shortened
 from shakedown.report.json_documents import assessment_document, quick_document
 
 from .initial import initial_state
-from .options import json_option, open_option, problem_argument, quiet_option
+from .options import open_option, output_options, problem_argument
 from .output import echo_json, say
 from .solve_text import details_text, quick_text, solve_text
 
@@ -92,8 +92,7 @@ def load_factor_of(text: str) -> float | None:
     "proved-from-every-state=X. May be given twice.",
 )
 @open_option
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def solve(
     context: click.Context,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import shakedown
 from shakedown import Problem
 from shakedown.ground.evidence import Missing, present
+from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import FEW_DIGITS, down, up
 from shakedown.report.assessment_words import (
     certain_in_words,
@@ -103,8 +104,8 @@ def _facts(limits: JointLimits | SpaceLimits) -> list[Fact]:
     box, lower = present(limits.box), present(limits.lower)
     facts = [_from_here(limits.energy)]
     if box is not None:
-        facts.append(("from this state, box", bound(box.load_factor), box.limited_by or box.status))
-    facts.append(("from every state λ_U", bound(limits.universal.load_factor), limits.universal.argument))
+        facts.append((named("λ_box"), bound(box.load_factor), box.limited_by or box.status))
+    facts.append((named("λ_U"), bound(limits.universal.load_factor), limits.universal.argument))
     facts += [] if lower is None else _of_first_collapse(lower)
     return [*facts, _least(limits.upper), _largest(limits.upper, "certified" if lower is None else "exact")]
 
@@ -117,7 +118,7 @@ def _of_first_collapse(lower: shakedown.LowerBound) -> list[Fact]:
         collapse = node_in_words(lower.problem, lower.node) if labelled else f"collapse of node {lower.node}"
     ratio = lower.coupling_ratio
     return [
-        ("lower bound λ_1", bound(lower.load_factor), f"{collapse}{_certified(lower.certified, 'exact')}"),
+        (named("λ_1"), bound(lower.load_factor), f"{collapse}{_certified(lower.certified, 'exact')}"),
         ("  guarantee", lower.guarantee, ""),
         ("  single-node bound", bound(lower.single_node_bound), "no node cycles alone below"),
         ("  coupling ratio ρ*", number(ratio, FEW_DIGITS), coupling_in_words(ratio).partition(":")[0]),
@@ -128,14 +129,14 @@ def _from_here(energy: shakedown.EnergyBound) -> Fact:
     """λ_E, with what exact arithmetic confirms."""
     exactly = energy.certified
     certified = "" if exactly is None else f", certified to {1 - exactly / energy.load_factor:.0e}"
-    return ("from this state λ_E", bound(energy.load_factor), f"{energy.status}{certified}")
+    return (named("λ_E"), bound(energy.load_factor), f"{energy.status}{certified}")
 
 
 def _least(upper: shakedown.UpperBound) -> Fact:
     """λ_lo where there is one, rounded up."""
     least = upper.least_load_factor
     begins = bound(least, rounded=up) if least else "-"
-    return ("least load factor λ_lo", begins, "safe slips exist from here on")
+    return ("λ_lo, least load factor", begins, "safe slips exist from here on")
 
 
 def _largest(upper: shakedown.UpperBound, how: str) -> Fact:
@@ -143,7 +144,7 @@ def _largest(upper: shakedown.UpperBound, how: str) -> Fact:
     remark = f"{upper.status}{_certified(upper.certified, how)}"
     if upper.open_nodes:
         remark += f", with {open_in_words(upper.open_nodes)} open"
-    name = "λ_max of the zone" if upper.open_nodes else "upper bound λ_max"
+    name = "λ_max of the zone" if upper.open_nodes else named("λ_max")
     return (name, bound(upper.load_factor, rounded=down if upper.open_nodes else up), remark)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import shakedown
 from shakedown import Problem
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.limit_names import SYMBOLS
 from shakedown.ground.shown_values import down, sized, up
 from shakedown.ground.visible_text import shortened, with_unit
 from shakedown.joint.units import units_of
@@ -21,23 +22,15 @@ from .claims import PICTURES, OutputFile, name_of, reads, record_of
 from .initial import initial_state
 from .options import (
     ProblemFile,
-    json_option,
-    quiet_option,
+    output_options,
     resume_option,
     scheduler_option,
     slip_below_option,
 )
 from .output import echo_json, headline, number, paragraph, progress, say, table
 
-BOUNDS = ("lower", "universal", "energy", "box", "transient", "upper")
-COLUMNS = {
-    "universal": "λ_U",
-    "energy": "λ_E",
-    "box": "λ_box",
-    "lower": "λ_1",
-    "transient": "λ_T",
-    "upper": "λ_max",
-}
+BOUNDS = tuple(SYMBOLS)
+COLUMNS = {name: SYMBOLS[name] for name in ("universal", "energy", "box", "lower", "transient", "upper")}
 LARGER = "λ_E,box"  # the larger of both, where a table would be too wide
 MOST_VALUES = 1_000_000
 LONGEST_HEADING = {1: 14, 2: 11}  # characters, by the number of parameters
@@ -165,8 +158,7 @@ class TableFile(OutputFile):
 @click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 @scheduler_option
 @resume_option
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def sweep(
     context: click.Context,

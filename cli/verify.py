@@ -22,11 +22,10 @@ from shakedown.report.run_words import SEPARATION, as_given_in_words
 from .claims import NODE_FILES, OutputFile, record_of, writes
 from .options import (
     cycles_option,
-    json_option,
     method_option,
     open_option,
+    output_options,
     problem_argument,
-    quiet_option,
     resume_option,
     slip_below_option,
 )
@@ -80,8 +79,7 @@ SUMMED = "slip per period of the node that slips most, to and fro added up."
     help="Write what every node goes through at λ = 1 here (.csv, .vtu or .vtp).",
 )
 @click.option("--details", is_flag=True, help="Also every limit, and a table of the runs.")
-@json_option
-@quiet_option
+@output_options
 @click.pass_context
 def verify(
     context: click.Context,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.limit_names import named
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.arguments import check_load_factor, checked
 from shakedown.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes_for
@@ -25,11 +26,11 @@ EVERY, THIS, DEPENDS, NEVER = (
 )
 COLOURS = {EVERY: GREEN, THIS: SKY, DEPENDS: ORANGE, NEVER: RED}
 LINES = {
-    "universal": ("λ_U, from every state", GREEN, "-"),
-    "lower": ("λ_1, first collapse", BLACK, "--"),
-    "energy": ("λ_E, from this state", BLUE, "-"),
-    "box": ("λ_box, from this state", BLUE, "-."),
-    "transient": ("λ_T, simulated from this state", PURPLE, ":"),
+    "universal": (named("λ_U"), GREEN, "-"),
+    "lower": (named("λ_1"), BLACK, "--"),
+    "energy": (named("λ_E"), BLUE, "-"),
+    "box": (named("λ_box"), BLUE, "-."),
+    "transient": (named("λ_T"), PURPLE, ":"),
     "upper": ("λ_max", RED, "-"),
 }
 MARKS = {"shakedown": ("shakes down", "o"), "cyclic-slip": ("slips for ever", "x")}

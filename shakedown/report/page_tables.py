@@ -10,6 +10,7 @@ from shakedown.assessment.verify import Verification
 from shakedown.bounds.collapse.box_bound import BoxBound
 from shakedown.bounds.collapse.lower import LowerBound
 from shakedown.ground.evidence import present
+from shakedown.ground.limit_names import named
 from shakedown.ground.shown_values import DIGITS, FEW_DIGITS, down, up
 from shakedown.ground.visible_text import with_unit
 from shakedown.joint.problem import Problem
@@ -49,16 +50,13 @@ def bounds_table(v: Verification) -> PageTable:
     pairs = [(_name_of_largest(v), upper, v.second.upper.load_factor)]
     lower, again = v.limits.lower, v.second.lower
     if isinstance(lower, LowerBound) and again is not None:
-        pairs.insert(0, ("λ_1, lower bound: first collapse", lower.load_factor, again.load_factor))
+        pairs.insert(0, (named("λ_1"), lower.load_factor, again.load_factor))
     proved = [
-        (
-            "λ_U, proved whatever slip is locked in, all nodes closed" + _over(v),
-            _bound(v.limits.universal.load_factor),
-        ),
-        (f"λ_E, proved from this state{least}", _bound(v.limits.energy.load_factor)),
+        (f"{named('λ_U')}, all nodes closed{_over(v)}", _bound(v.limits.universal.load_factor)),
+        (f"{named('λ_E')}{least}", _bound(v.limits.energy.load_factor)),
         *_box_row(v),
         (
-            "λ_T, from this state, simulated" + ", proved there" * transient_is_proved(v),
+            named("λ_T") + ", proved there" * transient_is_proved(v),
             "–" if transient is None else _bound(float(transient_limit_as_text(transient))),
         ),
     ]
@@ -72,11 +70,7 @@ def bounds_table(v: Verification) -> PageTable:
 def _box_row(v: Verification) -> list[tuple[str, str]]:
     """λ_box, where there is one."""
     box = v.limits.box
-    return (
-        [("λ_box, proved from this state by a box", _bound(box.load_factor))]
-        if isinstance(box, BoxBound)
-        else []
-    )
+    return [(named("λ_box"), _bound(box.load_factor))] if isinstance(box, BoxBound) else []
 
 
 def _over(v: Verification) -> str:
@@ -93,7 +87,7 @@ def _name_of_largest(v: Verification) -> str:
     opened = v.limits.upper.open_nodes
     if opened:
         return f"λ_max of the zone: a safe slip exists with {open_in_words(opened, v.problem)} open"
-    return "λ_max, upper bound: a safe slip exists"
+    return named("λ_max")
 
 
 def _difference(one: float, two: float, scale: float) -> str:

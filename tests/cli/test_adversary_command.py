@@ -58,8 +58,8 @@ def test_separation_is_said_apart_from_the_cycle(tmp_path, monkeypatch):
     assert "nodes open and close in every period, or contact is lost, without slip in contact" in said
     assert f"The smallest cycle was found at λ_cycle = {words.up(cycle)}." in said
     assert f"smallest separation {words.up(apart)}" in said
-    assert f"smallest cycle λ_cycle {words.up(cycle)}" in said
-    assert f"from every state λ_U {words.down(found['universal']['load_factor'])}" in said
+    assert f"λ_cycle, smallest cycle {words.up(cycle)}" in said
+    assert f"λ_U, from every state {words.down(found['universal']['load_factor'])}" in said
 
 
 def test_the_table_has_units_and_the_labels_of_the_model():

@@ -13,6 +13,7 @@ from shakedown.bounds.upper import UpperBound
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.evidence import Missing, allowed
 from shakedown.ground.float_array import FloatArray
+from shakedown.ground.limit_names import SYMBOLS
 from shakedown.ground.shown_values import down, few, nodes_in_words, up
 from shakedown.ground.status import Guarantee, Outcome, Status
 from shakedown.ground.tolerances import DEFAULT, Tolerances
@@ -20,14 +21,6 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 from shakedown.long_term.find_state import long_term_state
 
-SYMBOLS = {
-    "lower": "λ_1",
-    "universal": "λ_U",
-    "energy": "λ_E",
-    "box": "λ_box",
-    "transient": "λ_T",
-    "upper": "λ_max",
-}
 LIMITS = tuple(SYMBOLS)
 OF_SPACE = (
     "universal",

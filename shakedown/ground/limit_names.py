@@ -1,0 +1,29 @@
+"""What every limit of the load factor is called: its word in documents and options, its symbol, its name."""
+
+SYMBOLS = {
+    "lower": "λ_1",
+    "universal": "λ_U",
+    "energy": "λ_E",
+    "box": "λ_box",
+    "transient": "λ_T",
+    "upper": "λ_max",
+}
+NAMES = {
+    "λ_1": "first collapse",
+    "λ_U": "from every state",
+    "λ_E": "from this state",
+    "λ_box": "from this state, by a box",
+    "λ_T": "simulated from this state",
+    "λ_max": "impossible above",
+}
+
+
+def named(symbol: str) -> str:
+    """A limit by its symbol and its name, as tables and pictures show it.
+
+    Examples
+    --------
+    >>> named("λ_U")
+    'λ_U, from every state'
+    """
+    return f"{symbol}, {NAMES[symbol]}"
