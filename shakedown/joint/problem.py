@@ -21,7 +21,7 @@ from shakedown.joint.layout import Layout, layout_of
 from shakedown.joint.numbers import check_definiteness, check_ratios, in_range, real_numbers, symmetrised
 from shakedown.joint.places import check_places, without_cancelled
 from shakedown.joint.read_only import ReadOnly
-from shakedown.joint.texts import DOMAIN, LOOP, json_object, load_path, names, plain_text
+from shakedown.joint.texts import DOMAIN, LOOP, load_path, names, origin, plain_text
 
 COARSEST = np.float64(1e-3)  # accuracy of a stiffness: with fewer digits no resistance is told from none
 
@@ -184,7 +184,7 @@ class Problem(ReadOnly):
 
     def __post_init__(self) -> None:
         for key in TEXTS:
-            check = {"source": json_object, "load_path": load_path}.get(key, plain_text)
+            check = {"source": origin, "load_path": load_path}.get(key, plain_text)
             object.__setattr__(self, key, check(key, getattr(self, key)))
         given = [key for key in ARRAYS if getattr(self, key) is not None]
         listed = {key: names(key, getattr(self, key)) for key in given if key in NAMES}
@@ -266,9 +266,8 @@ class Problem(ReadOnly):
         >>> Problem(A=[[2.0]], B=[[0.5]], **loop, source='{"warnings": ["no load varies"]}').warnings
         ('no load varies',)
         """
-        told = json.loads(self.source).get("warnings") if self.source else None
-        lines = told if isinstance(told, list) else []
-        return tuple(one_line(line) for line in lines if isinstance(line, str))
+        told = json.loads(self.source).get("warnings", []) if self.source else []
+        return tuple(one_line(line) for line in told)
 
     def node_name(self, node: int) -> str:
         """A node by its number, and by its label where it has one.

@@ -12,6 +12,7 @@ from shakedown.joint.numbers import kind
 
 LOOP, DOMAIN = "loop", "domain"  # what the load steps are: followed in their order, or corners
 LAST_CODE_POINT = 0x10FFFF
+SOURCE_LISTS = {"files": (dict, "objects"), "warnings": (str, "texts")}
 
 
 def plain_text(key: str, value: Any) -> str:
@@ -76,6 +77,26 @@ def json_object(key: str, value: Any) -> str:
         raise ProblemError(f"key '{key}': expected JSON text, found what is none ({error})") from None
     if not isinstance(found, dict):
         raise ProblemError(f"key '{key}': expected a JSON object, found {type(found).__name__}")
+    return text
+
+
+def origin(key: str, value: Any) -> str:
+    """The text of a JSON object whose ``files`` are objects and ``warnings`` texts; else ``ProblemError``.
+
+    Examples
+    --------
+    >>> origin("source", '{"warnings": 3}')
+    Traceback (most recent call last):
+    ...
+    shakedown.ground.errors.ProblemError: key 'source': 'warnings': expected a list of texts, found 3
+    """
+    text = json_object(key, value)
+    told = json.loads(text) if text else {}
+    for entry, (kind_of, words) in SOURCE_LISTS.items():
+        found = told.get(entry, [])
+        if not (isinstance(found, list) and all(isinstance(each, kind_of) for each in found)):
+            shown = shortened(visible(json.dumps(found, ensure_ascii=False)), 60)
+            raise ProblemError(f"key '{key}': '{entry}': expected a list of {words}, found {shown}")
     return text
 
 

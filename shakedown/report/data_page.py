@@ -102,11 +102,8 @@ def source_rows(problem: Problem) -> list[tuple[str, str]]:
             of = f"body {k}: " if len(bodies) > 1 else ""
             rows += [(of + name, text) for name, text in _body_rows(body, problem)]
     rows += _bolt_rows(source.get("bolts", []), problem)
-    files = source.get("files", [])
-    if isinstance(files, list):
-        for entry in files:
-            if isinstance(entry, dict):
-                rows.append((str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
+    for entry in source.get("files", []):
+        rows.append((str(entry.get("name", "file")), f"SHA-256 {entry.get('sha256', '–')}"))
     if not source:
         rows.append(("origin", "not stored with the problem"))
     rows += [("warning", warning) for warning in problem.warnings]

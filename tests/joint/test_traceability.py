@@ -92,6 +92,8 @@ DAMAGED = {
     "a source with NaN": ({"source": '{"a": NaN}'}, "key 'source': expected JSON text, found what is none (the word NaN)"),
     "a source too deep": ({"source": '{"a":' + "[" * 100_000 + "]" * 100_000 + "}"}, "key 'source': expected JSON text"),
     "a source with an endless number": ({"source": '{"a": ' + "9" * 5000 + "}"}, "key 'source': expected JSON text"),
+    "warnings that are none": ({"source": '{"warnings": [1]}'}, "key 'source': 'warnings': expected a list of texts, found"),
+    "files that are none": ({"source": '{"files": "k.mtx"}'}, "key 'source': 'files': expected a list of objects, found"),
     "several sources": ({"source": ["{}", "{}"]}, "key 'source': expected one text string"),
 }  # fmt: skip
 

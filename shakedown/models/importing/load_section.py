@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from shakedown.ground.errors import ProblemError
 from shakedown.ground.float_array import FloatArray
+from shakedown.joint.loading import LARGEST_FORCE
 from shakedown.models.condensation.load_case import LoadCase, histories
 from shakedown.models.importing.model_section import Model, Values
 from shakedown.models.importing.static_runs import clamped_run, opened_run, thermal_forces
@@ -66,6 +67,15 @@ def load_section(table: TomlTable, context: ImportContext) -> LoadSection:
         name=table.text("name", table.where) or table.where,
     )
     table.done()
+    for key, given in (
+        ("history", case.history), ("range", limits), ("forces", force), ("displacements", displacement),
+        ("reactions", reactions), ("open", case.opened), ("mean", case.mean), ("transient", case.transient),
+    ):  # fmt: skip
+        largest = 0.0 if given is None else float(np.abs(given).max(initial=0.0))
+        if not largest < LARGEST_FORCE:
+            raise ProblemError(
+                f"{table.where}: key '{key}': expected numbers below {LARGEST_FORCE:g}, found {largest:g}"
+            )
     doubts = () if course is None else course.doubts
     return LoadSection(case, rows, None if opened is None else opened[1], doubts)
 

@@ -41,10 +41,9 @@ def read_calculix_storage(path: str | os.PathLike[str], rows: Rows = None) -> St
     lines = read_lines(path)
     entries = _at_once(lines)
     table, values = _one_by_one(lines, name) if entries is None else entries
-    dofs = _rows(rows, int(table.max()) + 1, name)
+    dofs = _rows(rows, max(int(table.max()) + 1, 1), name)
     N = len(dofs)
-    if table.min() < 0 or table.max() >= N:
-        raise ProblemError(f"{name}: expected row and column numbers 1 to {N}, found {table.max() + 1}")
+    _check_numbers(table, N, lines, name)
     half = sparse.coo_array((values, (table[:, 0], table[:, 1])), shape=(N, N))
     check_entries_once(table[:, 0], table[:, 1], name)
     return checked(completed(half), dofs, NUMBERED)
@@ -80,6 +79,16 @@ def _one_by_one(lines: list[str], name: str) -> tuple[NDArray[np.intp], FloatArr
         indices.append(integers(fields[:2], where))
         values.append(number(fields[2], where))
     return np.array(indices, dtype=np.intp) - 1, np.array(values)
+
+
+def _check_numbers(table: NDArray[np.intp], most: int, lines: list[str], name: str) -> None:
+    """Refuse the first line with a row or column that the map has not."""
+    wrong = (table < 0) | (table >= most)
+    if wrong.any():
+        entry = int(np.flatnonzero(wrong.any(axis=1))[0])
+        line = [k for k, text in enumerate(lines, start=1) if text.strip()][entry]
+        found = table[entry][wrong[entry]][0] + 1
+        raise ProblemError(f"{name}: line {line}: expected row and column numbers 1 to {most}, found {found}")
 
 
 def _rows(rows: Rows, most: int, name: str) -> NDArray[np.intp]:

@@ -14,6 +14,9 @@ Rows = str | os.PathLike[str] | NDArray[np.intp] | None  # a map file, its conte
 DIRECTIONS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6}
 _MOST_DIRECTIONS = 6
 _COMMENT = "#%$!*"
+HEADINGS = {  # of the columns of such lists
+    "matrix", "eqn", "eq", "equation", "row", "no", "number", "node", "label", "dof", "direction", "dir",
+}  # fmt: skip
 
 
 def row_map(rows: Rows, size: int, where: str, format: str) -> NDArray[np.intp]:
@@ -82,7 +85,8 @@ def read_row_map(path: str | os.PathLike[str], size: int | None = None) -> NDArr
 def read_dof_map(path: str | os.PathLike[str]) -> NDArray[np.intp]:
     """Read ``node direction`` lines, (N, 2).
 
-    Blank lines and lines that start with ``#``, ``%``, ``$``, ``!`` or ``*`` are skipped.
+    Blank lines, a line of headings (node, dof …) at the head, and lines that start with ``#``, ``%``,
+    ``$``, ``!`` or ``*`` are skipped.
 
     Raises
     ------
@@ -109,8 +113,8 @@ def _listed(lines: list[str], size: int | None, name: str) -> NDArray[np.intp]:
             continue
         where = f"{name}: line {k}"
         fields = text.replace(",", " ").replace(".", " ").replace("\t", " ").split()
-        if not table and not any(character.isdigit() for character in text):
-            continue  # a header
+        if not table and HEADINGS.issuperset(word.lower() for word in fields):
+            continue
         width = width or len(fields)
         if len(fields) != width or not 1 <= width <= 3:
             raise ProblemError(

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from shakedown.ground.errors import ProblemError
+from shakedown.ground.visible_text import visible
 from shakedown.models.readers.text import quoted, read_bytes
 
 MOST_BYTES = 16 << 20  # of a configuration
@@ -29,7 +30,7 @@ def read_toml(path: str | os.PathLike[str]) -> "TomlTable":
     except RecursionError:
         raise ProblemError(f"{name}: expected a TOML file, found tables nested too deeply") from None
     except ValueError as error:  # not TOML, not UTF-8, or a whole number of thousands of digits
-        raise ProblemError(f"{name}: expected a TOML file, found {quoted(str(error))[1:-1]}") from None
+        raise ProblemError(f"{name}: expected a TOML file, found {visible(str(error))}") from None
     return TomlTable(content, name)
 
 

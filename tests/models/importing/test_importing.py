@@ -346,6 +346,11 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
             "key 'fixed': expected a row for direction 7 of node 31",
         ),
         ("[21, 1, 3.0]", "[99, 1, 3.0]", "key 'forces': expected a row for direction 1 of node 99"),
+        (
+            "[21, 1, 3.0]",
+            "[21, 1, 1e308]",
+            r"c.toml: load \d: key 'forces': expected numbers below 1e\+150, found 1e\+308",
+        ),
         ("harmonics", "harmonic", "expected one of harmonics, points and file"),
         ('file = "k"', 'file = "absent"', "absent: no such file"),
         ('file = "k"', 'file = "k"\nscale = -1', "'scale' > 0 .* found 'scale' = -1"),
@@ -360,6 +365,11 @@ def test_an_interior_that_can_move_is_named_with_its_motion(tmp_path):
         ("[[load]]", "[load]", "key 'load': expected a list of tables"),
         ("history =", "histories =", "expected the key 'history'"),
         ("steps = 4", "steps = ", "expected a TOML file"),
+        (
+            "steps = 4",
+            "steps 4",
+            r"expected a TOML file, found Expected '=' after a key .* \(at line \d+, column \d+\)",
+        ),
     ],
 )
 def test_one_thing_wrong_in_the_configuration_is_named(tmp_path, old, new, message):

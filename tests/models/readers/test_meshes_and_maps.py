@@ -229,6 +229,8 @@ def test_every_kind_of_row_map_says_the_same(tmp_path, kind):
     [
         ("1 7 UX\n1 7 UY\n", "expected equations 1 to 2, each once"),
         ("7 UW\n", "expected a whole number, found 'UW'"),
+        ("some text\n7 1\n7 2\n", "line 1: expected a whole number, found 'some'"),
+        ("a line of text\n7 1\n7 2\n", "line 1: expected 'node direction'"),
         ("7 1\n7\n", "expected 'node direction'"),
         ("1\n2\n3\n", "equally many directions each, found 3 nodes"),
         ("1\n1\n1\n2\n", "every node equally often"),

@@ -101,6 +101,22 @@ def test_calculix_storage_finds_its_own_map(tmp_path):
     assert_same(read_stiffness(write(tmp_path, sti, "job.sti")), 1e-13)
 
 
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("-1 2 1.0", "line 3: expected row and column numbers 1 to 6, found -1"),
+        ("2 0 1.0", "line 3: expected row and column numbers 1 to 6, found 0"),
+        ("2 99 1.0", "line 3: expected row and column numbers 1 to 6, found 99"),
+    ],
+)
+def test_a_row_that_calculix_storage_has_not_is_named_with_its_line(tmp_path, entry, message):
+    sti, dof = writers.calculix_storage(K, DOFS)
+    write(tmp_path, dof, "job.dof")
+    first, *others = sti.splitlines()
+    with pytest.raises(ProblemError, match=f"job.sti: {message}"):
+        read_stiffness(write(tmp_path, "\n".join([first, "", entry, *others]), "job.sti"))
+
+
 def test_map_beside_a_labelled_file_is_refused(tmp_path):
     path = write(tmp_path, writers.abaqus_matrix(K, DOFS))
     with pytest.raises(ProblemError, match="expected no map file"):
