@@ -47,8 +47,8 @@ def exact_rows(problem: Problem) -> ExactRows:
     round-off that stands there for a spring.
 
     Every stored number is a binary fraction, so the rows are rational: the sample
-    mean divides by m. A column of the loading that ``loading`` takes as constant
-    is constant here too.
+    mean divides by m. A column of the loading that ``loading`` takes as constant, or as without a mean,
+    is so here too.
 
     Examples
     --------
@@ -60,7 +60,9 @@ def exact_rows(problem: Problem) -> ExactRows:
     """
     rigid = rigid_slips(problem)
     A, B = (_exact(rigid.columns(part)) for part in (problem.A, problem.B))
-    q0, p0 = _mean(problem.q_w, problem.q_mean), _mean(problem.p_w, problem.p_mean)
+    loop = loading(problem)
+    q0 = _mean(problem.q_w, problem.q_mean, loop.q0)
+    p0 = _mean(problem.p_w, problem.p_mean, loop.p0)
     law = Law(_exact(problem.f))
     return _whole(np.column_stack([law.stiffness(A, B), _extremes(problem, law, q0, p0), law.cone(q0, p0)]))
 
@@ -74,12 +76,12 @@ def _exact(array: FloatArray) -> Exact:
     return exact.reshape(array.shape)
 
 
-def _mean(samples: FloatArray, mean: FloatArray | None) -> Exact:
-    if mean is not None:
-        return _exact(mean)
+def _mean(samples: FloatArray, given: FloatArray | None, in_floats: FloatArray) -> Exact:
+    if given is not None:
+        return _exact(in_floats)
     from flint import fmpq
 
-    means = [total / len(samples) for total in _totals(samples)]
+    means = [total / len(samples) for total in _totals(np.where(in_floats != 0.0, samples, 0.0))]
     return np.array([fmpq(value.numerator, value.denominator) for value in means], dtype=object)
 
 

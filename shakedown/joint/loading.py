@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from shakedown.ground.errors import UsageError
 from shakedown.ground.float_array import FloatArray
@@ -14,6 +14,7 @@ from shakedown.joint.problem import Problem
 from shakedown.joint.result import Result
 
 LARGEST_FORCE = 1e150  # its square is still a number
+ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest sample
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +53,8 @@ class Loading(Result):
 def loading(problem: Problem) -> Loading:
     """Split the loading loop of a problem into its constant and its periodic part; done once per problem.
 
+    A mean that is the round-off of its sum alone is zero.
+
     Examples
     --------
     >>> import shakedown
@@ -59,8 +62,8 @@ def loading(problem: Problem) -> Loading:
     >>> loop.q0.round(6), loop.p0.round(6)
     (array([  15.8, -400. ]), array([ 588.5, 1300. ]))
     """
-    q0 = problem.q_w.mean(axis=0) if problem.q_mean is None else problem.q_mean
-    p0 = problem.p_w.mean(axis=0) if problem.p_mean is None else problem.p_mean
+    q0 = _mean(problem.q_w, problem.q_mean)
+    p0 = _mean(problem.p_w, problem.p_mean)
     return Loading(q0, p0, _cleaned(problem.q_w, q0), _cleaned(problem.p_w, p0))
 
 
@@ -171,10 +174,20 @@ def with_initial_gap(problem: Problem, gap: ArrayLike) -> Problem:
     return replace(problem, **shifted)  # type: ignore[arg-type]  # the keys are fields
 
 
+def no_mean(samples: FloatArray, mean: FloatArray) -> NDArray[np.bool_]:
+    """The columns (k,) of samples (m, k) whose mean is nothing but the round-off of their sum."""
+    return np.asarray(np.abs(mean) <= ROUND_OFF * np.abs(samples).max(axis=0))
+
+
+def _mean(samples: FloatArray, given: FloatArray | None) -> FloatArray:
+    mean = samples.mean(axis=0) if given is None else given
+    return np.where(no_mean(samples, mean), 0.0, mean)
+
+
 def _cleaned(samples: FloatArray, mean: FloatArray) -> FloatArray:
     """samples − mean, with the round-off of the mean of a constant column set to exact zero."""
     periodic = samples - mean
     size = np.maximum(np.abs(samples).max(axis=0), np.abs(mean))
-    constant = np.abs(periodic).max(axis=0) <= 4 * np.finfo(float).eps * size
+    constant = np.abs(periodic).max(axis=0) <= ROUND_OFF * size
     periodic[:, constant] = 0.0
     return periodic

@@ -210,6 +210,18 @@ def test_what_is_proved_of_tiny_multipliers_does_not_hang_on_last_bits(seed):
     assert low <= upper.load_factor <= high <= low * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("directions", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_joint_that_nothing_presses_has_no_load_factor(directions, seed):
+    rng, size = np.random.default_rng(seed), 2 * directions
+    joint = random_joint(rng, 2)
+    q_w = rng.normal(size=(12, size))
+    q_w -= q_w.mean(axis=0)  # which leaves the round-off of a mean
+    loop = {"q_w": q_w, "p_w": np.zeros((12, 2))}
+    upper = shakedown.upper_bound(Problem(A=joint.A[:size, :size], B=joint.B[:, :size], f=0.1, **loop))
+    assert (upper.load_factor, upper.certified, upper.disputed) == (0.0, (0.0, 0.0), False)
+
+
 def test_what_large_joints_take_is_said_beforehand(caplog, monkeypatch):
     from shakedown.bounds.discs import disc_limits
 

@@ -12,13 +12,12 @@ from shakedown.joint.constraints import PRESSURE, Constraints, stacked
 from shakedown.joint.contact_zone import Zone
 from shakedown.joint.derived import once_per_problem
 from shakedown.joint.law import Law
-from shakedown.joint.loading import Loading, loading
+from shakedown.joint.loading import loading
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import RigidSlips, rigid_slips
 
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
-ROUND_OFF = 4 * np.finfo(float).eps  # of a mean, relative to the largest load of its direction: none is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +113,6 @@ class DiscRows:
 def disc_rows(problem: Problem) -> DiscRows:
     """The limits of a joint in space with all nodes closed; built once per problem.
 
-    A mean that is the round-off of its load alone is zero.
-
     Examples
     --------
     >>> loop = {"q_w": [[1.0, 0.0], [-1.0, 0.0]], "p_w": [[3.0], [3.0]]}
@@ -123,7 +120,7 @@ def disc_rows(problem: Problem) -> DiscRows:
     >>> rows.c[0], rows.e.tolist()
     (array([1.5, 0. , 0. ]), [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
     """
-    loop, law, rigid = _cleaned(problem), problem.law, rigid_slips(problem)
+    loop, law, rigid = loading(problem), problem.law, rigid_slips(problem)
     node, step = law.extreme_steps(loop.q1, loop.p1)
     constant = triples(law, loop.q0[None], loop.p0[None])[0]
     return DiscRows(
@@ -175,16 +172,6 @@ def triples(law: Law, q: FloatArray, p: FloatArray) -> FloatArray:
 def _stiffness(problem: Problem, rigid: RigidSlips) -> FloatArray:
     A, fB = rigid.columns(problem.A), rigid.columns(problem.law.limit_rows(problem.B))
     return np.concatenate([fB[:, None], A.reshape(problem.n, 2, -1)], axis=1)
-
-
-def _cleaned(problem: Problem) -> Loading:
-    """The loading without means that are nothing but the round-off of a sum."""
-    loop = loading(problem)
-    q0, p0 = (
-        np.where(np.abs(mean) <= ROUND_OFF * np.abs(samples).max(axis=0), 0.0, mean)
-        for mean, samples in ((loop.q0, problem.q_w), (loop.p0, problem.p_w))
-    )
-    return replace(loop, q0=q0, p0=p0)
 
 
 def _pressures(problem: Problem, p0: FloatArray, less: FloatArray, step: Indices) -> Constraints:

@@ -193,7 +193,7 @@ def proved_high(
     _, most, _, slope = _totals(repair.proof, balance)
     if not slope < 0:
         return inf
-    return nextafter(nextafter(max(most, 0.0) / -slope, inf), inf)
+    return nextafter(nextafter(most / -slope, inf), inf) if most > 0 else 0.0
 
 
 def proved_infeasible(problem: Problem, rows: DiscRows, candidates: Iterable[FloatArray]) -> bool:

@@ -11,7 +11,7 @@ from shakedown.bounds.discs.disc_rows import DiscRows, triples
 from shakedown.bounds.discs.rounded_once import HALF_ULP, SUMS, TINY, Inverse, exact_products
 from shakedown.ground.float_array import FloatArray
 from shakedown.joint.law import Law
-from shakedown.joint.loading import loading
+from shakedown.joint.loading import loading, no_mean
 from shakedown.joint.problem import Problem
 from shakedown.joint.rigid_slips import rigid_slips
 
@@ -48,13 +48,14 @@ def loads(problem: Problem) -> Loads:
     """The loads with means that are rounded once."""
     loop, law = loading(problem), pressing(problem.law)
     parts = []
-    for samples, mean, periodic in (
-        (problem.q_w, problem.q_mean, loop.q1),
-        (problem.p_w, problem.p_mean, loop.p1),
+    for samples, mean, plain, periodic in (
+        (problem.q_w, problem.q_mean, loop.q0, loop.q1),
+        (problem.p_w, problem.p_mean, loop.p0, loop.p1),
     ):
-        constant = mean
-        if constant is None:
-            constant = np.array([fsum(column) for column in samples.T.tolist()]) / len(samples)
+        constant = plain
+        if mean is None:
+            sums = np.array([fsum(column) for column in samples.T.tolist()])
+            constant = np.where(no_mean(samples, plain), 0.0, sums / len(samples))
         moving = periodic.any(axis=0)
         parts.append((constant, np.where(moving, samples - constant, 0.0), moving))
     (q0, q1, of_q), (p0, p1, of_p) = parts
